@@ -1,0 +1,1 @@
+"""Packaging: a compiled kernel becomes an FMU, by pythonfmu or as native code."""

@@ -1,0 +1,1 @@
+"""Fits of simulated to measured positions, joint by joint in locking order."""

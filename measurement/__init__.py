@@ -1,0 +1,1 @@
+"""Measurement campaigns: reading and checking; the only data input and output."""

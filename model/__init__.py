@@ -1,0 +1,1 @@
+"""The one symbolic source: device, rigid body, LuGre friction, effects, equations, kernel."""

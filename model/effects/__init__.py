@@ -1,0 +1,1 @@
+"""Catalogue of effects: one formula a file."""

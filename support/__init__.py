@@ -1,0 +1,1 @@
+"""Machinery without physics: errors, atomic files, command-line conventions, caches."""

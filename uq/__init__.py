@@ -1,0 +1,1 @@
+"""Posterior sampling, diagnostics and predictive checks."""
