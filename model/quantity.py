@@ -1,0 +1,75 @@
+"""A physical quantity with its unit, range and prior: the row of every parameter table."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import sympy as sp
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Normal:
+    """Normal prior N(mean, std²), in the quantity's own unit."""
+
+    mean: float
+    std: float
+
+    def __post_init__(self) -> None:
+        """Refuse a prior without width."""
+        if not (math.isfinite(self.mean) and math.isfinite(self.std) and self.std > 0):
+            msg = f"a normal prior needs a finite mean and a positive std, got {self.mean}, {self.std}"
+            raise ValueError(msg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity:
+    """A parameter: identity, unit, first guess and what is known of it.
+
+    Parameters
+    ----------
+    id
+        Name in files and reports (``sigma0``); `symbol` is the SymPy symbol of the same name.
+    unit
+        SI unit as in ``N m s/rad``; ``1`` where there is none.
+    initial, lower, upper
+        First guess and bounds.
+    prior
+        Normal prior, or None for a flat one between the bounds.
+    fixed
+        Known and not fitted.
+    scale
+        ``log`` for quantities that are positive and known to an order of magnitude, else ``linear``.
+    structured
+        FMI structured name below the joint (``friction.sigma0``); the id where empty.
+    """
+
+    id: str
+    unit: str
+    description: str
+    initial: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    prior: Normal | None = None
+    fixed: bool = False
+    scale: str = "linear"
+    structured: str = ""
+
+    def __post_init__(self) -> None:
+        """Check that the first guess lies within the bounds."""
+        if not self.lower <= self.initial <= self.upper:
+            msg = f"{self.id}: initial {self.initial} lies outside [{self.lower}, {self.upper}]"
+            raise ValueError(msg)
+        if self.scale not in ("log", "linear") or (self.scale == "log" and self.lower <= 0 and not self.fixed):
+            msg = f"{self.id}: scale {self.scale!r} with lower bound {self.lower}"
+            raise ValueError(msg)
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The SymPy symbol of this quantity."""
+        return sp.Symbol(self.id, real=True)
+
+    def but(self, **changes: Any) -> Quantity:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)
