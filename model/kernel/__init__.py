@@ -1,0 +1,1 @@
+"""From equations to compiled code: C source, compilation, calls."""

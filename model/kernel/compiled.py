@@ -1,0 +1,163 @@
+"""A compiled kernel, called through ctypes: simulations, sensitivities, many parameter sets at once."""
+
+from __future__ import annotations
+
+import ctypes
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.equations import Equations
+from model.kernel.compiler import compile_kernel
+from model.kernel.generate import Kernel, generate
+
+Array = NDArray[np.float64]
+_double, _long, _int = ctypes.c_double, ctypes.c_long, ctypes.c_int
+_p = ctypes.c_void_p
+
+
+@lru_cache(maxsize=256)
+def _load(path: Path) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(path))
+    signatures = {
+        "hk_simulate": (_long, (_long, _p, _p, _int, _p, _p, _double, _p, _p)),
+        "hk_simulate_tangent": (_long, (_long, _p, _p, _int, _p, _p, _double, _p, _p, _p)),
+        "hk_simulate_lanes": (_long, (_long, _long, _long, _p, _p, _int, _p, _p, _double, _p, _p)),
+        "hk_derivatives": (None, (_double, _p, _p, _p, _p)),
+        "hk_output": (None, (_double, _p, _p, _p, _p)),
+    }
+    for name, (result, arguments) in signatures.items():
+        if hasattr(library, name):
+            function = getattr(library, name)
+            function.restype, function.argtypes = result, arguments
+    return library
+
+
+def _array(values: Any) -> Array:
+    return np.ascontiguousarray(values, dtype=np.float64)
+
+
+def _shaped(name: str, values: Any, shape: tuple[int, ...]) -> Array:
+    array = _array(values)
+    if array.shape != shape:
+        msg = f"{name} needs shape {shape}, got {array.shape}"
+        raise ValueError(msg)
+    return array
+
+
+@dataclass(frozen=True, slots=True)
+class CompiledKernel:
+    """A kernel ready to run. All methods are pure: same arguments, same bits."""
+
+    kernel: Kernel
+    path: Path
+
+    @classmethod
+    def of(cls, equations: Equations, **options: Any) -> CompiledKernel:
+        """Generate and compile ``equations``; the library is cached by its source."""
+        kernel = generate(equations, **options)
+        return cls(kernel, compile_kernel(kernel.source))
+
+    @property
+    def equations(self) -> Equations:
+        """The equations this was generated from."""
+        return self.kernel.equations
+
+    @property
+    def _sizes(self) -> tuple[int, int, int, int]:
+        e = self.equations
+        return len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
+
+    def _prepared(self, t: Any, u: Any, p: Any, x0: Any) -> tuple[Array, Array, Array, Array]:
+        nx, nu, np_, _ = self._sizes
+        times = _array(t)
+        return times, _shaped("u", u, (times.size, nu)), _shaped("p", p, (np_,)), _shaped("x0", x0, (nx,))
+
+    def linear_bits(self, linear: bool | tuple[bool, ...]) -> int:
+        """Bit j is set where input j runs linearly between rows."""
+        flags = (linear,) * self._sizes[1] if isinstance(linear, bool) else linear
+        return sum(1 << j for j, flag in enumerate(flags) if flag)
+
+    def simulate(self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None) -> Array:
+        """Outputs y (n_t, n_y) at times t (n_t,) for inputs u (n_t, n_u), parameters p (n_p,), initial state x0 (n_x,).
+
+        Rows after the state has left the finite numbers are NaN.
+        """
+        times, inputs, parameters, start = self._prepared(t, u, p, x0)
+        y = np.full((times.size, self._sizes[3]), np.nan)
+        end = np.empty(self._sizes[0])
+        _load(self.path).hk_simulate(
+            times.size, times.ctypes.data, inputs.ctypes.data, self.linear_bits(linear), parameters.ctypes.data,
+            start.ctypes.data, step or self.kernel.step, y.ctypes.data, end.ctypes.data,
+        )
+        return y
+
+    def simulate_tangent(
+        self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
+    ) -> tuple[Array, Array]:
+        """As `simulate`, and dy (n_t, n_y, n_c): derivatives along ``kernel.columns``, parameters then initial states."""
+        times, inputs, parameters, start = self._prepared(t, u, p, x0)
+        columns = len(self.kernel.columns)
+        if not columns:
+            msg = f"{self.equations.name} was generated without sensitivities"
+            raise ValueError(msg)
+        y = np.full((times.size, self._sizes[3]), np.nan)
+        dy = np.full((times.size, self._sizes[3], columns), np.nan)
+        end = np.empty(self._sizes[0])
+        _load(self.path).hk_simulate_tangent(
+            times.size, times.ctypes.data, inputs.ctypes.data, self.linear_bits(linear), parameters.ctypes.data,
+            start.ctypes.data, step or self.kernel.step, y.ctypes.data, dy.ctypes.data, end.ctypes.data,
+        )
+        return y, dy
+
+    def simulate_many(
+        self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None, threads: int = 1
+    ) -> Array:
+        """Outputs (n_sets, n_t, n_y) for parameter sets p (n_sets, n_p) and initial states x0 (n_sets, n_x); NaN where a set blew up.
+
+        Sets run side by side in SIMD lanes and in ``threads``; every set has the same bits as `simulate` gives it.
+        """
+        nx, nu, np_, ny = self._sizes
+        times, parameters = _array(t), _array(p)
+        sets = parameters.shape[0]
+        inputs = _shaped("u", u, (times.size, nu))
+        parameters, start = _shaped("p", parameters, (sets, np_)), _shaped("x0", x0, (sets, nx))
+        y = np.full((sets, times.size, ny), np.nan)
+        done = np.zeros(sets, dtype=np.int8)
+        bits, h, library = self.linear_bits(linear), step or self.kernel.step, _load(self.path)
+        edges = np.linspace(0, sets, threads + 1).astype(int)
+
+        def run(first: int, last: int) -> None:
+            library.hk_simulate_lanes(
+                int(first), int(last), times.size, times.ctypes.data, inputs.ctypes.data, bits, parameters.ctypes.data,
+                start.ctypes.data, h, y.ctypes.data, done.ctypes.data,
+            )
+
+        if threads == 1:
+            run(0, sets)
+        else:
+            with ThreadPoolExecutor(threads) as pool:
+                list(pool.map(run, edges[:-1], edges[1:]))
+        y[done == 0] = np.nan
+        return y
+
+    def derivatives(self, t: float, x: Any, u: Any, p: Any) -> Array:
+        """ẋ (n_x,) at one point."""
+        nx, nu, np_, _ = self._sizes
+        x, u, p = _shaped("x", x, (nx,)), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
+        f = np.empty(nx)
+        _load(self.path).hk_derivatives(t, x.ctypes.data, u.ctypes.data, p.ctypes.data, f.ctypes.data)
+        return f
+
+    def output(self, t: float, x: Any, u: Any, p: Any) -> Array:
+        """Outputs (n_y,) at one point."""
+        nx, nu, np_, ny = self._sizes
+        x, u, p = _shaped("x", x, (nx,)), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
+        y = np.empty(ny)
+        _load(self.path).hk_output(t, x.ctypes.data, u.ctypes.data, p.ctypes.data, y.ctypes.data)
+        return y

@@ -1,0 +1,117 @@
+"""C and Python text for SymPy expressions, in the functions of ``real.h`` or of the plain-Python fallback."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy as sp
+from sympy.functions.special.delta_functions import DiracDelta, Heaviside
+from sympy.printing.c import C99CodePrinter
+from sympy.printing.pycode import PythonCodePrinter
+
+FUNCTIONS = ("exp", "sin", "cos", "tanh", "sqrt", "Abs", "sign", "Heaviside")
+_C = {"exp": "hk_exp", "sin": "hk_sin", "cos": "hk_cos", "tanh": "hk_tanh", "Abs": "hk_abs", "sign": "hk_sign"}
+
+
+def differentiate(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
+    """Return ∂expression/∂symbol almost everywhere: the derivative of a step is taken as 0."""
+    derivative = sp.diff(expression, symbol)
+    return derivative.replace(DiracDelta, lambda *_: sp.S.Zero)
+
+
+class CPrinter(C99CodePrinter):  # type: ignore[misc] # SymPy is untyped
+    """Expressions in the arithmetic of ``real.h``: branch-free, the same text for scalars and lanes."""
+
+    def __init__(self, names: dict[str, str]) -> None:
+        super().__init__({"user_functions": _C})
+        self.names = names
+
+    def _print_Symbol(self, expr: sp.Symbol) -> str:
+        return self.names.get(expr.name, expr.name)
+
+    def _print_Integer(self, expr: sp.Integer) -> str:
+        return f"{int(expr)}.0"
+
+    def _print_Rational(self, expr: sp.Rational) -> str:
+        return f"({expr.p}.0/{expr.q}.0)"
+
+    def _print_Float(self, expr: sp.Float) -> str:
+        return repr(float(expr))
+
+    def _print_NumberSymbol(self, expr: sp.Expr) -> str:
+        return repr(float(expr))
+
+    def _print_Pow(self, expr: sp.Pow) -> str:
+        base, power = expr.as_base_exp()
+        if power == -1:
+            return f"(1.0/{self.parenthesize(base, 1000)})"
+        if power.is_Integer and 2 <= int(power) <= 12:
+            factor = self.parenthesize(base, 1000)
+            return "(" + "*".join([factor] * int(power)) + ")"
+        if power.is_Integer and -12 <= int(power) <= -2:
+            factor = self.parenthesize(base, 1000)
+            return "(1.0/(" + "*".join([factor] * -int(power)) + "))"
+        if power == sp.Rational(1, 2):
+            return f"hk_sqrt({self._print(base)})"
+        if power == -sp.Rational(1, 2):
+            return f"(1.0/hk_sqrt({self._print(base)}))"
+        msg = f"the kernel has no power {power}; write it with exp or sqrt"
+        raise NotImplementedError(msg)
+
+    def _print_Max(self, expr: sp.Max) -> str:
+        return self._fold("hk_max", expr.args)
+
+    def _print_Min(self, expr: sp.Min) -> str:
+        return self._fold("hk_min", expr.args)
+
+    def _fold(self, name: str, args: tuple[sp.Expr, ...]) -> str:
+        first, *rest = (self._real(a) for a in args)
+        for other in rest:
+            first = f"{name}({first}, {other})"
+        return first
+
+    def _real(self, expr: sp.Expr) -> str:
+        text = self._print(expr)
+        return f"K({text})" if expr.is_number else text
+
+    def _print_Heaviside(self, expr: sp.Expr) -> str:
+        return f"hk_step({self._print(expr.args[0])})"
+
+    def _print_Piecewise(self, expr: sp.Piecewise) -> str:
+        text = self._real(expr.args[-1].expr)
+        for branch in reversed(expr.args[:-1]):
+            c = branch.cond
+            test = f"hk_true({self._real(c.lhs)} {c.rel_op} {self._real(c.rhs)})"
+            text = f"hk_select({test}, {self._real(branch.expr)}, {text})"
+        return text
+
+
+class PythonPrinter(PythonCodePrinter):  # type: ignore[misc] # SymPy is untyped
+    """Expressions for the plain-Python fallback, with ``math`` and the two helpers ``sign`` and ``step``."""
+
+    def __init__(self, names: dict[str, str]) -> None:
+        super().__init__({"fully_qualified_modules": True})
+        self.names = names
+
+    def _print_Symbol(self, expr: sp.Symbol) -> str:
+        return self.names.get(expr.name, expr.name)
+
+    def _print_sign(self, expr: sp.Expr) -> str:
+        return f"sign({self._print(expr.args[0])})"
+
+    def _print_Heaviside(self, expr: sp.Expr) -> str:
+        return f"step({self._print(expr.args[0])})"
+
+
+class UnsupportedFunctionError(ValueError):
+    """An expression uses a function that the kernel does not have."""
+
+
+def check_functions(expressions: Any) -> None:
+    """Refuse functions that ``real.h`` lacks, by name."""
+    for expression in expressions:
+        for call in sp.sympify(expression).atoms(sp.Function):
+            name = type(call).__name__
+            if name not in (*FUNCTIONS, "Max", "Min", "Piecewise") and not isinstance(call, Heaviside):
+                msg = f"the kernel has no function {name}; it has {', '.join(FUNCTIONS)}, Max, Min, Piecewise"
+                raise UnsupportedFunctionError(msg)

@@ -1,0 +1,94 @@
+/* Arithmetic of the kernel: `real` is a double, or HK_LANES doubles side by side (one parameter set a lane).
+ * Every function is branch-free and written once for both, without fused multiply-add, so that lanes and scalars agree bit
+ * for bit and so do platforms. */
+#ifndef HK_REAL_H
+#define HK_REAL_H
+#include <stdint.h>
+
+#ifdef HK_LANES
+typedef double real __attribute__((vector_size(8 * HK_LANES)));
+typedef int64_t mask __attribute__((vector_size(8 * HK_LANES)));
+#define HK_BITS(x) ((mask)(x))
+#define HK_FROM_BITS(i) ((real)(i))
+static inline mask hk_true(mask c) { return c; }
+static inline real hk_sqrt(real x) { return __builtin_elementwise_sqrt(x); }
+#else
+typedef double real;
+typedef int64_t mask;
+static inline mask hk_bits(real x) { mask i; __builtin_memcpy(&i, &x, 8); return i; }
+static inline real hk_from_bits(mask i) { real x; __builtin_memcpy(&x, &i, 8); return x; }
+#define HK_BITS(x) hk_bits(x)
+#define HK_FROM_BITS(i) hk_from_bits(i)
+static inline mask hk_true(mask c) { return -(mask)(c != 0); } /* as a vector comparison yields it: all bits or none */
+static inline real hk_sqrt(real x) { return __builtin_sqrt(x); }
+#endif
+#define K(c) ((real){0} + (c))
+
+static inline real hk_select(mask c, real a, real b) {
+    return HK_FROM_BITS((c & HK_BITS(a)) | (~c & HK_BITS(b)));
+}
+static inline real hk_abs(real x) { return HK_FROM_BITS(HK_BITS(x) & INT64_MAX); }
+static inline real hk_max(real a, real b) { return hk_select(hk_true(a > b), a, b); }
+static inline real hk_min(real a, real b) { return hk_select(hk_true(a < b), a, b); }
+static inline real hk_sign(real x) {
+    return hk_select(hk_true(x > K(0.0)), K(1.0), hk_select(hk_true(x < K(0.0)), K(-1.0), K(0.0)));
+}
+static inline real hk_step(real x) { return hk_select(hk_true(x > K(0.0)), K(1.0), K(0.0)); }
+
+/* Nearest integer of |x| < 2^51 by adding 1.5·2^52; the low bits of the sum hold the integer. */
+#define HK_ROUNDER 6755399441055744.0
+
+/* exp(x) = 2^n·exp(r), |r| <= ln2/2, Taylor to r^13 (remainder 4e-18), Estrin's order; arguments are clamped to +-700. */
+static inline real hk_exp(real x) {
+    x = hk_max(hk_min(x, K(700.0)), K(-700.0));
+    real k = x * 1.4426950408889634 + HK_ROUNDER;
+    mask n = HK_BITS(k);
+    k = k - HK_ROUNDER;
+    real r = (x - k * 0x1.62e42feep-1) - k * 0x1.a39ef35793c76p-33;
+    real r2 = r * r, r4 = r2 * r2, r8 = r4 * r4;
+    real a0 = 1.0 + r, a1 = 1.0 / 2 + r * (1.0 / 6), a2 = 1.0 / 24 + r * (1.0 / 120), a3 = 1.0 / 720 + r * (1.0 / 5040);
+    real a4 = 1.0 / 40320 + r * (1.0 / 362880), a5 = 1.0 / 3628800 + r * (1.0 / 39916800);
+    real a6 = 1.0 / 479001600 + r * (1.0 / 6227020800.0);
+    real e = ((a0 + r2 * a1) + r4 * (a2 + r2 * a3)) + r8 * ((a4 + r2 * a5) + r4 * a6);
+    return e * HK_FROM_BITS((n + 1023) << 52);
+}
+
+/* sin and cos: x = k·pi/2 + r in three parts, Taylor on |r| <= pi/4 (remainder 2e-17), quadrant by k. Full accuracy to |x| < 1e5. */
+static inline void hk_sincos(real x, real *s, real *c) {
+    real k = x * 0.63661977236758134 + HK_ROUNDER;
+    mask n = HK_BITS(k);
+    k = k - HK_ROUNDER;
+    real r = ((x - k * 0x1.921fb544p+0) - k * 0x1.0b4611a6p-34) - k * 0x1.3198a2e037073p-69;
+    real q = r * r;
+    real sr = r + r * q * (-1.0 / 6 + q * (1.0 / 120 + q * (-1.0 / 5040 + q * (1.0 / 362880 + q * (-1.0 / 39916800
+            + q * (1.0 / 6227020800.0 + q * (-1.0 / 1307674368000.0)))))));
+    real cr = 1.0 - q * 0.5 + q * q * (1.0 / 24 + q * (-1.0 / 720 + q * (1.0 / 40320 + q * (-1.0 / 3628800
+            + q * (1.0 / 479001600 + q * (-1.0 / 87178291200.0 + q * (1.0 / 20922789888000.0)))))));
+    mask odd = -(n & 1), flip_s = (n & 2) << 62, flip_c = ((n + 1) & 2) << 62;
+    *s = HK_FROM_BITS(HK_BITS(hk_select(odd, cr, sr)) ^ flip_s);
+    *c = HK_FROM_BITS(HK_BITS(hk_select(odd, sr, cr)) ^ flip_c);
+}
+static inline real hk_sin(real x) { real s, c; hk_sincos(x, &s, &c); return s; }
+static inline real hk_cos(real x) { real s, c; hk_sincos(x, &s, &c); return c; }
+static inline real hk_tanh(real x) { return 1.0 - 2.0 / (hk_exp(2.0 * x) + 1.0); }
+
+/* phi_1, phi_2, phi_3 and exp at L <= 0: phi_3 by Taylor where |L| < 1 and the others from it, else from exp downward. */
+typedef struct { real e, p1, p2, p3; } hk_phi_t;
+static inline hk_phi_t hk_phi(real L) {
+    real z = hk_max(L, K(-1.0)), z2 = z * z, z4 = z2 * z2, z8 = z4 * z4;
+    real b0 = 1.0 / 6 + z * (1.0 / 24), b1 = 1.0 / 120 + z * (1.0 / 720), b2 = 1.0 / 5040 + z * (1.0 / 40320);
+    real b3 = 1.0 / 362880 + z * (1.0 / 3628800), b4 = 1.0 / 39916800 + z * (1.0 / 479001600);
+    real b5 = 1.0 / 6227020800.0 + z * (1.0 / 87178291200.0), b6 = 1.0 / 1307674368000.0 + z * (1.0 / 20922789888000.0);
+    real small3 = ((b0 + z2 * b1) + z4 * (b2 + z2 * b3)) + z8 * ((b4 + z2 * b5) + z4 * b6);
+    real small2 = 0.5 + z * small3, small1 = 1.0 + z * small2;
+    mask far = hk_true(L < K(-1.0));
+    real big = hk_min(L, K(-0.5)), e = hk_exp(L), inverse = 1.0 / big;
+    real big1 = (e - 1.0) * inverse, big2 = (big1 - 1.0) * inverse, big3 = (big2 - 0.5) * inverse;
+    hk_phi_t p;
+    p.e = e;
+    p.p1 = hk_select(far, big1, small1);
+    p.p2 = hk_select(far, big2, small2);
+    p.p3 = hk_select(far, big3, small3);
+    return p;
+}
+#endif
