@@ -1,0 +1,220 @@
+/* A six-joint arm of the Freedom 6S kind: waist, upper arm, parallelogram rod, forearm, three-axis wrist with handle.
+ *
+ * Six frames turn one on another; every centroid is a sum of pieces, each carried rigidly by one frame, from the
+ * shoulder outward. A piece r in a frame of angular velocity w has velocity w x r and, at zero joint acceleration,
+ * acceleration alpha x r + w x (w x r). Kane's equations with these velocities give
+ *
+ *   M a + h = tau,   M = sum m Jv'Jv + Jw' I Jw,   h = sum m Jv'(a0 - g) + Jw'(I alpha + w x I w),
+ *
+ * to which each joint adds its spring and LuGre friction. Base X right, Y away from the user, Z up. SI units.
+ */
+#include <math.h>
+#include <string.h>
+
+enum { NQ = 6, NF = 6, NL = 7, NS = 18 };
+
+typedef struct {
+  double mass, centroid[3], inertia[6]; /* xx yy zz xy xz yz about the centroid, axes of the link */
+} Link;
+
+typedef struct {
+  double Kp, Ks, epos, sigma0, sigma1, sigma2, vs, Fs, Fc;
+} Drive;
+
+typedef struct {
+  double upper, forearm, crank, handle, gravity;
+  Link link[NL];
+  Drive drive[NQ];
+} Arm;
+
+int arm_parameter_count(void) { return (int)(sizeof(Arm) / sizeof(double)); }
+
+/* Frame f turns about its own axis AXIS[f] by joint JOINT[f], on the frame before it. */
+static const int JOINT[NF] = {0, 1, 2, 3, 5, 4}, AXIS[NF] = {2, 0, 0, 2, 0, 1};
+enum { WAIST, UPPER, FORE, YAW, PITCH, ROLL };
+static const int CARRIER[NL] = {WAIST, UPPER, UPPER, FORE, YAW, PITCH, ROLL}; /* link 3, the rod, keeps link 2's orientation */
+
+typedef struct {
+  double R[3][3], axis[3], omega[3], alpha[3];
+} Frame;
+
+static void cross(const double *a, const double *b, double *c) {
+  c[0] = a[1] * b[2] - a[2] * b[1];
+  c[1] = a[2] * b[0] - a[0] * b[2];
+  c[2] = a[0] * b[1] - a[1] * b[0];
+}
+static double dot(const double *a, const double *b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static void rotate(const double R[3][3], const double *a, double *b) {
+  for (int i = 0; i < 3; i++) b[i] = dot(R[i], a);
+}
+
+static void frames(const double *q, const double *v, Frame *F) {
+  static const Frame ground = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, {0}, {0}, {0}};
+  const Frame *P = &ground;
+  for (int f = 0; f < NF; P = &F[f++]) {
+    double c = cos(q[JOINT[f]]), s = sin(q[JOINT[f]]), w[3], a[3];
+    int k = AXIS[f], i = (k + 1) % 3, j = (k + 2) % 3;
+    for (int r = 0; r < 3; r++) {
+      F[f].R[r][k] = F[f].axis[r] = P->R[r][k];
+      F[f].R[r][i] = c * P->R[r][i] + s * P->R[r][j];
+      F[f].R[r][j] = c * P->R[r][j] - s * P->R[r][i];
+      w[r] = F[f].axis[r] * v[JOINT[f]];
+      F[f].omega[r] = P->omega[r] + w[r];
+    }
+    cross(P->omega, w, a);
+    for (int r = 0; r < 3; r++) F[f].alpha[r] = P->alpha[r] + a[r];
+  }
+}
+
+typedef struct {
+  double r[3], a[3], J[3][NQ]; /* position, acceleration at zero joint acceleration, velocity per joint rate */
+} Point;
+
+static void add_piece(const Frame *F, int f, double x, double y, double z, Point *p) {
+  double local[3] = {x, y, z}, r[3], c[3], d[3];
+  rotate(F[f].R, local, r);
+  cross(F[f].omega, r, c);
+  cross(F[f].omega, c, d);
+  cross(F[f].alpha, r, c);
+  for (int i = 0; i < 3; i++) p->r[i] += r[i], p->a[i] += c[i] + d[i];
+  for (int g = 0; g <= f; g++) {
+    cross(F[g].axis, r, c);
+    for (int i = 0; i < 3; i++) p->J[i][JOINT[g]] += c[i];
+  }
+}
+
+static void origin(const Arm *arm, const Frame *F, int link, Point *p) {
+  memset(p, 0, sizeof *p);
+  if (link == 2) add_piece(F, FORE, 0, arm->crank, 0, p); /* the rod's pin, on the crank parallel to the forearm */
+  if (link >= 3) add_piece(F, UPPER, 0, 0, arm->upper, p);
+  if (link >= 4) add_piece(F, FORE, 0, -arm->forearm, 0, p);
+}
+
+/* Inertia about the centroid times a world vector: R I R' w. */
+static void turn(const Link *l, const Frame *F, const double *w, double *out) {
+  double b[3] = {0}, c[3];
+  const double *I = l->inertia;
+  for (int i = 0; i < 3; i++)
+    for (int r = 0; r < 3; r++) b[i] += F->R[r][i] * w[r];
+  c[0] = I[0] * b[0] + I[3] * b[1] + I[4] * b[2];
+  c[1] = I[3] * b[0] + I[1] * b[1] + I[5] * b[2];
+  c[2] = I[4] * b[0] + I[5] * b[1] + I[2] * b[2];
+  rotate(F->R, c, out);
+}
+
+static void add_link(const Arm *arm, const Frame *F, int n, double M[NQ][NQ], double *h) {
+  const Link *l = &arm->link[n];
+  const Frame *B = &F[CARRIER[n]];
+  double spin[3], torque[3], part[3], Iw[NQ][3];
+  Point p;
+  origin(arm, F, n, &p);
+  add_piece(F, CARRIER[n], l->centroid[0], l->centroid[1], l->centroid[2], &p);
+  p.a[2] += arm->gravity;
+  turn(l, B, B->omega, spin);
+  cross(B->omega, spin, torque);
+  turn(l, B, B->alpha, part);
+  for (int i = 0; i < 3; i++) torque[i] += part[i];
+  for (int g = 0; g < NF; g++) {
+    int j = JOINT[g], turns = g <= CARRIER[n];
+    for (int i = 0; i < 3; i++) h[j] += l->mass * p.J[i][j] * p.a[i];
+    if (turns) h[j] += dot(F[g].axis, torque), turn(l, B, F[g].axis, Iw[g]);
+  }
+  for (int a = 0; a < NF; a++)
+    for (int b = 0; b < NF; b++) {
+      int i = JOINT[a], j = JOINT[b];
+      for (int k = 0; k < 3; k++) M[i][j] += l->mass * p.J[k][i] * p.J[k][j];
+      if (a <= CARRIER[n] && b <= CARRIER[n]) M[i][j] += dot(F[a].axis, Iw[b]);
+    }
+}
+
+/* M (6, 6) and h (6,): inertia, and centrifugal, Coriolis and gravity torques together. */
+void arm_dynamics(const double *parameters, const double *q, const double *v, double *M, double *h) {
+  const Arm *arm = (const Arm *)parameters;
+  Frame F[NF];
+  memset(M, 0, NQ * NQ * sizeof(double));
+  memset(h, 0, NQ * sizeof(double));
+  frames(q, v, F);
+  for (int n = 0; n < NL; n++) add_link(arm, F, n, (double(*)[NQ])M, h);
+}
+
+/* Gravitational energy, and the handle's control point (3,). */
+double arm_potential(const double *parameters, const double *q, double *handle) {
+  const Arm *arm = (const Arm *)parameters;
+  static const double rest[NQ] = {0};
+  double energy = 0;
+  Frame F[NF];
+  Point p;
+  frames(q, rest, F);
+  for (int n = 0; n < NL; n++) {
+    const double *c = arm->link[n].centroid;
+    origin(arm, F, n, &p);
+    add_piece(F, CARRIER[n], c[0], c[1], c[2], &p);
+    energy += arm->link[n].mass * arm->gravity * p.r[2];
+  }
+  origin(arm, F, NL - 1, &p);
+  add_piece(F, ROLL, 0, -arm->handle, 0, &p);
+  memcpy(handle, p.r, sizeof p.r);
+  return energy;
+}
+
+/* Solve A x = b in place by Cholesky for the free joints; the others get 0. */
+static void solve(const int *is_free, double A[NQ][NQ], double *b) {
+  int f[NQ], n = 0;
+  for (int i = 0; i < NQ; i++) {
+    if (is_free[i]) f[n++] = i;
+    else b[i] = 0;
+  }
+  for (int i = 0; i < n; i++)
+    for (int j = 0; j <= i; j++) {
+      double s = A[f[i]][f[j]];
+      for (int k = 0; k < j; k++) s -= A[f[i]][f[k]] * A[f[j]][f[k]];
+      A[f[i]][f[j]] = i == j ? sqrt(s) : s / A[f[j]][f[j]];
+    }
+  for (int i = 0; i < n; i++) {
+    for (int k = 0; k < i; k++) b[f[i]] -= A[f[i]][f[k]] * b[f[k]];
+    b[f[i]] /= A[f[i]][f[i]];
+  }
+  for (int i = n - 1; i >= 0; i--) {
+    for (int k = i + 1; k < n; k++) b[f[i]] -= A[f[k]][f[i]] * b[f[k]];
+    b[f[i]] /= A[f[i]][f[i]];
+  }
+}
+
+/* x = (q, v, z), each (6,). */
+static void derivative(const Arm *arm, const int *is_free, const double *torque, const double *x, double *dx) {
+  double M[NQ][NQ], h[NQ], a[NQ];
+  const double *q = x, *v = x + NQ, *z = x + 2 * NQ;
+  arm_dynamics((const double *)arm, q, v, &M[0][0], h);
+  for (int j = 0; j < NQ; j++) {
+    const Drive *d = &arm->drive[j];
+    double g = d->Fc + (d->Fs - d->Fc) * exp(-(v[j] / d->vs) * (v[j] / d->vs));
+    double dz = v[j] - d->sigma0 * fabs(v[j]) / g * z[j];
+    double friction = d->sigma0 * z[j] + d->sigma1 * dz + d->sigma2 * v[j];
+    a[j] = d->Kp * torque[j] - h[j] - d->Ks * (q[j] - d->epos) - friction;
+    dx[j] = v[j];
+    dx[2 * NQ + j] = dz;
+  }
+  solve(is_free, M, a);
+  memcpy(dx + NQ, a, sizeof a);
+}
+
+/* Advance the state by `steps` Runge-Kutta steps over `duration`; the torque runs linearly from u0 to u1. Locked joints
+ * must have zero velocity. Returns 0, or 1 when the state stopped being finite. */
+int arm_advance(const double *parameters, const int *is_free, const double *u0, const double *u1, double duration, int steps,
+                double *x) {
+  const Arm *arm = (const Arm *)parameters;
+  double h = duration / steps, k[4][NS], y[NS], u[NQ];
+  static const double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
+  for (int n = 0; n < steps; n++) {
+    for (int s = 0; s < 4; s++) {
+      for (int i = 0; i < NQ; i++) u[i] = u0[i] + (u1[i] - u0[i]) * (n + node[s]) / steps;
+      for (int i = 0; i < NS; i++) y[i] = x[i] + (s ? h * node[s] * k[s - 1][i] : 0);
+      derivative(arm, is_free, u, y, k[s]);
+    }
+    for (int i = 0; i < NS; i++)
+      for (int s = 0; s < 4; s++) x[i] += h * weight[s] * k[s][i];
+  }
+  for (int i = 0; i < NS; i++)
+    if (!isfinite(x[i])) return 1;
+  return 0;
+}
