@@ -1,0 +1,174 @@
+"""A device as data: links that turn or slide with the joints, their first guesses, motors, drives and assumptions.
+
+Symbols
+-------
+n_q joints with positions q [rad] or [m]; a link follows its parent by the angle (or travel) Σ_j moved_by[j]·q_j,
+so that passive links (a parallelogram rod) are tree branches whose coefficients are 0, 1, −1, ….
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from fractions import Fraction
+from typing import Literal
+
+Vector = tuple[float, float, float]
+Motion = Literal["revolute", "prismatic", "fixed"]
+Transmission = Literal["direct", "tendon"]
+BASE = "base"
+"""Name of the frame that stands still."""
+
+STANDARD = ("m", "x", "y", "z", "I11", "I22", "I33", "I12", "I13", "I23")
+"""Standard parameters of a link: mass, centroid, inertia tensor about the centroid, in the link's frame."""
+
+LINK_UNITS = ("kg", "m", "m", "m", *("kg m^2",) * 6)
+"""Units of STANDARD."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guess:
+    """A first guess with bounds and, where known, a prior standard deviation (None: flat between the bounds)."""
+
+    initial: float
+    lower: float = -math.inf
+    upper: float = math.inf
+    std: float | None = None
+    fixed: bool = False
+
+    def __post_init__(self) -> None:
+        """Check order and sign."""
+        if not self.lower <= self.initial <= self.upper:
+            msg = f"initial {self.initial} lies outside [{self.lower}, {self.upper}]"
+            raise ValueError(msg)
+        if self.std is not None and not self.std > 0:
+            msg = f"std must be positive, got {self.std}"
+            raise ValueError(msg)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Inertial:
+    """First guesses of mass [kg], centroid [m] and inertia about the centroid [kg m²], in the link's frame.
+
+    The order is that of `STANDARD`; products of inertia are tensor entries, I12 = −∫ x y dm.
+    """
+
+    guesses: tuple[Guess, ...]
+
+    @property
+    def initial(self) -> tuple[float, ...]:
+        """First guesses, shape (10,)."""
+        return tuple(guess.initial for guess in self.guesses)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Link:
+    """A rigid link: where its frame sits in the parent's, how it moves there, and what it weighs.
+
+    Parameters
+    ----------
+    parent
+        Name of a link above it in the file, or ``base``.
+    origin, rpy
+        Frame at home in the parent's frame: position [m]; fixed-axis roll, pitch, yaw [rad], R = Rz·Ry·Rx.
+    axis
+        Unit vector of the motion in the link's own frame.
+    moved_by
+        Joint → coefficient; the motion's coordinate is Σ coefficient·q. Integers for turning links.
+    inertial
+        None for a massless link.
+    """
+
+    name: str
+    title: str = ""
+    parent: str = BASE
+    motion: Motion = "revolute"
+    origin: Vector = (0.0, 0.0, 0.0)
+    rpy: Vector = (0.0, 0.0, 0.0)
+    axis: Vector = (0.0, 0.0, 1.0)
+    moved_by: Mapping[int, Fraction] = field(default_factory=dict)
+    inertial: Inertial | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motor:
+    """A rotor: inertia about its shaft [kg m²]; it turns by Σ ratio·q, one row of the coupling matrix.
+
+    Only its spin counts: its mass belongs to the link that carries it, gyroscopic torques are neglected.
+    """
+
+    name: str
+    inertia: Guess
+    ratios: Mapping[int, Fraction]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Joint:
+    """A joint: drive, limits, and first guesses of what the rigid body does not give.
+
+    Parameters
+    ----------
+    parameters
+        Guesses by id: Kp, Ks, epos, sigma0, sigma1, sigma2, vs, Fs, Fc.
+    position_limits
+        Mechanical range [rad] or [m].
+    torque_limit
+        Largest command [N m] or [N].
+    max_frequency
+        Highest frequency at which the amplifier is linear [rad/s].
+    """
+
+    name: str
+    transmission: Transmission = "direct"
+    prismatic: bool = False
+    parameters: Mapping[str, Guess] = field(default_factory=dict)
+    position_limits: tuple[float, float] = (-math.pi, math.pi)
+    torque_limit: float = math.inf
+    max_frequency: float = math.inf
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Device:
+    """A tree of links with n_q joints, in SI units; links stand behind their parents."""
+
+    name: str
+    title: str
+    gravity: Vector
+    joints: tuple[Joint, ...]
+    links: tuple[Link, ...]
+    motors: tuple[Motor, ...] = ()
+    control_link: str = ""
+    control_point: Vector = (0.0, 0.0, 0.0)
+    assumptions: tuple[str, ...] = ()
+
+    def link(self, name: str) -> Link:
+        """Return the link of this name; KeyError lists the known ones."""
+        for link in self.links:
+            if link.name == name:
+                return link
+        msg = f"{self.name} has no link {name!r}; it has {[link.name for link in self.links]}"
+        raise KeyError(msg)
+
+    @property
+    def massive(self) -> tuple[Link, ...]:
+        """The links that have a mass."""
+        return tuple(link for link in self.links if link.inertial is not None)
+
+    @property
+    def tip(self) -> str:
+        """Link that carries the control point: the given one, else the last."""
+        return self.control_link or self.links[-1].name
+
+    @property
+    def digest(self) -> str:
+        """Sixteen hex digits that change with geometry, gravity, motors' ratios and names, not with guesses."""
+        links = [
+            (k.name, k.parent, k.motion, k.origin, k.rpy, k.axis, sorted(k.moved_by.items()), k.inertial is None)
+            for k in self.links
+        ]
+        motors = [(m.name, sorted(m.ratios.items())) for m in self.motors]
+        joints = [(j.name, j.prismatic) for j in self.joints]
+        text = repr((self.name, self.gravity, joints, links, motors, self.tip, self.control_point))
+        return hashlib.sha256(text.encode()).hexdigest()[:16]

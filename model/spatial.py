@@ -1,0 +1,91 @@
+"""Vectors and 3×3 matrices over any scalar: numbers, arrays, exact polynomials, tape nodes.
+
+Constant zeros and ones are plain ``int`` and fold away, so the same formula costs only what its geometry needs.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+Scalar = Any
+"""A number, an array, a polynomial or a tape node: whatever has +, − and ×."""
+Vec = tuple[Scalar, Scalar, Scalar]
+Mat = tuple[Vec, Vec, Vec]
+ZERO: Vec = (0, 0, 0)
+IDENTITY: Mat = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+
+
+def times(a: Scalar, b: Scalar) -> Scalar:
+    """Return a·b; a constant 0 or ±1 costs nothing."""
+    for x, y in ((a, b), (b, a)):
+        if isinstance(x, int):
+            if x == 0:
+                return 0
+            if x == 1:
+                return y
+            if x == -1:
+                return -y
+    return a * b
+
+
+def plus(*terms: Scalar) -> Scalar:
+    """Return the sum of the terms that are not a constant 0."""
+    left = [term for term in terms if not (isinstance(term, int) and term == 0)]
+    if not left:
+        return 0
+    total = left[0]
+    for term in left[1:]:
+        total = total + term
+    return total
+
+
+def minus(a: Scalar) -> Scalar:
+    """Return −a."""
+    return times(-1, a)
+
+
+def dot(a: Vec, b: Vec) -> Scalar:
+    """Return a·b."""
+    return plus(*(times(x, y) for x, y in zip(a, b, strict=True)))
+
+
+def add(*vectors: Vec) -> Vec:
+    """Return the sum of vectors."""
+    x, y, z = zip(*vectors, strict=True)
+    return plus(*x), plus(*y), plus(*z)
+
+
+def scale(s: Scalar, a: Vec) -> Vec:
+    """Return s·a."""
+    return times(s, a[0]), times(s, a[1]), times(s, a[2])
+
+
+def cross(a: Vec, b: Vec) -> Vec:
+    """Return a × b."""
+    return (
+        plus(times(a[1], b[2]), minus(times(a[2], b[1]))),
+        plus(times(a[2], b[0]), minus(times(a[0], b[2]))),
+        plus(times(a[0], b[1]), minus(times(a[1], b[0]))),
+    )
+
+
+def transpose(A: Mat) -> Mat:
+    """Return Aᵀ."""
+    return ((A[0][0], A[1][0], A[2][0]), (A[0][1], A[1][1], A[2][1]), (A[0][2], A[1][2], A[2][2]))
+
+
+def apply(A: Mat, b: Vec) -> Vec:
+    """Return A·b."""
+    return dot(A[0], b), dot(A[1], b), dot(A[2], b)
+
+
+def product(A: Mat, B: Mat) -> Mat:
+    """Return A·B."""
+    columns = transpose(B)
+    first, second, third = (apply(A, column) for column in columns)
+    return transpose((first, second, third))
+
+
+def add_matrices(A: Mat, B: Mat) -> Mat:
+    """Return A + B."""
+    return add(A[0], B[0]), add(A[1], B[1]), add(A[2], B[2])
