@@ -67,10 +67,13 @@ def _body(equations: Equations, targets: Sequence[str], expressions: Sequence[sp
 
 
 def _coupling(equations: Equations) -> sp.Expr:
-    """Σ |∂fᵢ/∂xⱼ·∂fⱼ/∂xᵢ| over pairs of states: the square of the stiffness that the diagonal rates leave [1/s²]."""
+    """Σ |Jᵢⱼ·Jⱼᵢ| over pairs of states plus Σ (Jᵢᵢ + aᵢ)²: the square of the stiffness that the rates leave [1/s²]."""
     if equations.mass_matrix is not None:
         return sp.S.Zero
-    terms = []
+    terms = [
+        (differentiate(f, state.symbol) + rate) ** 2
+        for f, rate, state in zip(equations.rhs, equations.rates, equations.states, strict=True)
+    ]
     for i, j in combinations(range(len(equations.states)), 2):
         product = differentiate(equations.rhs[i], equations.states[j].symbol) * differentiate(
             equations.rhs[j], equations.states[i].symbol

@@ -74,6 +74,9 @@ class CPrinter(C99CodePrinter):  # type: ignore[misc] # SymPy is untyped
         text = self._print(expr)
         return f"K({text})" if expr.is_number else text
 
+    def _print_sign(self, expr: sp.Expr) -> str:
+        return f"hk_sign({self._print(expr.args[0])})"
+
     def _print_Heaviside(self, expr: sp.Expr) -> str:
         return f"hk_step({self._print(expr.args[0])})"
 
