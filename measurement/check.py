@@ -1,0 +1,44 @@
+"""``python -m measurement.check [CAMPAIGN]``: read a campaign and say what is in it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from measurement.campaign import Campaign
+from measurement.reading import read_campaign
+from measurement.summary import summarise, table_text
+from measurement.warning import warnings_on_stderr
+from support.command import exit_codes
+
+
+@click.command()
+@click.argument("campaign", required=False, type=click.Path(path_type=Path))
+@exit_codes
+def main(campaign: Path | None) -> None:
+    """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).
+
+    Prints one row per run and joint, and remarks; exit 0 where the campaign can be used, 2 with one line where not.
+    "~" marks what was estimated from the data. Units: N m and rad (N and m for a joint that slides).
+    """
+    with warnings_on_stderr():
+        found = read_campaign(campaign)
+    click.echo(f"{found.title}\n{_counts(found)}\n")
+    click.echo(table_text(summarise(found)))
+
+
+def _counts(campaign: Campaign) -> str:
+    by_use = [f"{sum(run.use == use for run in campaign.runs)} {use}" for use in ("fit", "validate", "excluded")]
+    kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
+    lacking = [j for j in campaign.configurations if campaign.runs_of(j, "fit") and not campaign.runs_of(j, "validate")]
+    names = "; ".join("+".join(map(str, joints)) for joints in lacking)
+    note = f"\nno validation run for {names}: the last third of the longest run will be held out" if lacking else ""
+    return (
+        f"device {campaign.device}, {campaign.label} data, torque between rows: {campaign.hold}, "
+        f"{len(campaign.runs)} runs ({', '.join(by_use)}), free joints {kinds}{note}"
+    )
+
+
+if __name__ == "__main__":
+    main()

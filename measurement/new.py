@@ -1,0 +1,159 @@
+"""``python -m measurement.new FOLDER --out DIR``: make a campaign from a folder of tables."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+import tomli_w
+
+from measurement.mapping import Target, free_joints, mapped, parse_map
+from measurement.reading import read_campaign
+from measurement.table import SUFFIXES, Table, read_table
+from measurement.warning import warnings_on_stderr
+from measurement.writing import refuse_overwrite, write_table
+from support.command import exit_codes
+from support.errors import InputError
+from support.files import write_text
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answers:
+    """What the user says about the data, by flags or in answer to questions."""
+
+    title: str
+    device: str
+    measured: bool
+    hold: str
+    noise: float | None
+    resolution: float | None
+    validate: tuple[str, ...]
+    targets: Mapping[str, Target]
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False), help="New folder to write.")
+@click.option("--title", default=None, help="One line that names the tests.")
+@click.option("--device", default=None, help="Built-in device, device TOML, or single_joint (default).")
+@click.option("--measured/--synthetic", "measured", default=None, help="Where the data come from.")
+@click.option("--hold", type=click.Choice(["zero", "linear"]), default="zero", show_default=True,
+              help="How torque runs between rows.")  # fmt: skip
+@click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
+@click.option("--resolution", type=float, default=None, help="Encoder step [rad].")
+@click.option("--validate", multiple=True, metavar="FILE", help="A run kept from every fit; may be repeated.")
+@click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
+              help="Rename a column and multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
+@exit_codes
+def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: Any) -> None:
+    """Make a campaign from the CSV or Parquet tables in FOLDER, one run each.
+
+    FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
+    """
+    refuse_overwrite(out)
+    tables = _tables(folder)
+    answers = _answers(folder, tables, flags, parse_map(maps))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
+        inner = Path(draft) / out.name
+        _write(inner, tables, answers)
+        with warnings_on_stderr():
+            campaign = read_campaign(inner)
+        if out.exists():
+            out.rmdir()
+        shutil.move(inner, out)
+    kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
+    click.echo(
+        f"wrote {out}: {len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
+    )
+    click.echo(f"next: python -m measurement.check {out}")
+
+
+def _tables(folder: Path) -> list[Table]:
+    if not folder.is_dir():
+        raise InputError(str(folder), expected="a folder of tables", got="no such folder")
+    paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
+    if not paths:
+        raise InputError(str(folder), expected=f"tables that end in {', '.join(SUFFIXES)}", got="none")
+    return [read_table(path) for path in paths]
+
+
+def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], targets: dict[str, Target]) -> Answers:
+    names = {table.path.name for table in tables}
+    for name in flags["validate"]:
+        if name not in names:
+            raise InputError("--validate", expected=f"one of {', '.join(sorted(names))}", got=name)
+    if _can_ask():
+        flags = _asked(folder, tables, flags)
+        targets = {**targets, **_asked_columns(tables, targets)}
+    if flags["measured"] is None:
+        raise InputError("--measured or --synthetic", expected="one of the two flags", got="neither")
+    title = flags["title"] or folder.resolve().name
+    return Answers(**{**flags, "title": title, "device": flags["device"] or "single_joint", "targets": targets})
+
+
+def _can_ask() -> bool:
+    return sys.stdin.isatty()
+
+
+def _asked(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str, Any]:
+    """Ask for title, device, origin and validation runs where no flag gives them."""
+    flags = dict(flags)
+    if flags["title"] is None:
+        flags["title"] = click.prompt("Title", default=folder.resolve().name)
+    if flags["device"] is None:
+        flags["device"] = click.prompt("Device (built-in name, device TOML, or single_joint)", default="single_joint")
+    if flags["measured"] is None:
+        flags["measured"] = click.confirm("Were the data measured on a real device?", default=True)
+    if not flags["validate"] and len(tables) > 1:
+        listed = " ".join(table.path.name for table in tables)
+        answer = click.prompt(f"Runs to keep from every fit, of {listed} (separated by spaces)", default="")
+        flags["validate"] = tuple(answer.split())
+    return flags
+
+
+def _asked_columns(tables: list[Table], targets: dict[str, Target]) -> dict[str, Target]:
+    """Ask what the columns are where the first table lacks the fixed names."""
+    first = tables[0]
+    names = {targets[name].name if name in targets else name for name in first.columns}
+    if "time_s" in names and any(name.startswith("position_") for name in names):
+        return {}
+    click.echo(f"{first.path.name} has the columns {', '.join(first.columns)}. Empty keeps a column as it is.")
+    entries = []
+    for column in first.columns:
+        if column not in targets:
+            goal = click.prompt(f"{column} is (time_s, torque_0_Nm, position_0_rad*0.0174533, …)", default="")
+            entries += [f"{column}={goal}"] if goal else []
+    return parse_map(tuple(entries))
+
+
+def _write(folder: Path, tables: list[Table], answers: Answers) -> None:
+    runs = []
+    for table in tables:
+        frame = mapped(table.frame, answers.targets, str(table.path))
+        joints = free_joints(list(frame.columns), str(table.path))
+        use = "validate" if table.path.name in answers.validate else "fit"
+        runs.append({"file": table.path.name, "free_joints": list(joints), "use": use})
+        write_table(folder / table.path.name, frame)
+    device = _portable(answers.device)
+    head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
+    sensor = {"noise_rad": answers.noise, "resolution_rad": answers.resolution}
+    known = {key: value for key, value in sensor.items() if value is not None}
+    content = {"campaign": head, **({"sensor": known} if known else {}), "runs": runs}
+    write_text(folder / "campaign.toml", tomli_w.dumps(content))
+
+
+def _portable(device: str) -> str:
+    """Return an absolute path for a device file that exists here, so that the campaign finds it."""
+    path = Path(device)
+    return str(path.resolve()) if path.suffix == ".toml" and path.is_file() else device
+
+
+if __name__ == "__main__":
+    main()

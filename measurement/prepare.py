@@ -1,0 +1,22 @@
+"""What every consumer of a campaign wants first: noise filled in, validation runs held out where there are none."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from measurement.campaign import Campaign
+from measurement.noise import campaign_with_noise
+from measurement.reading import read_campaign
+from measurement.split import with_validation
+from measurement.warning import warnings_on_stderr
+
+
+def prepare(campaign: Campaign) -> Campaign:
+    """Estimate noise and resolution where they are not given, then hold out runs where none validates."""
+    return with_validation(campaign_with_noise(campaign))
+
+
+def campaign_for_command(folder: Path | str | None) -> Campaign:
+    """Read and prepare a campaign for a command: its warnings appear on stderr, one line each."""
+    with warnings_on_stderr():
+        return prepare(read_campaign(folder))

@@ -1,0 +1,127 @@
+"""One table of a run, CSV (optionally gzipped) or Parquet, whose cells are checked when they are asked for."""
+
+from __future__ import annotations
+
+import warnings
+import zlib
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from measurement.run import Array
+from support.errors import InputError
+
+SUFFIXES = (".csv", ".csv.gz", ".parquet")
+LEAST_ROWS = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Columns by name, with places for error messages."""
+
+    path: Path
+    frame: pd.DataFrame
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(self.frame.columns)
+
+    @property
+    def header(self) -> str:
+        """Name the header for an error message."""
+        return f"{self.path}, line 1" if self.path.suffix != ".parquet" else f"{self.path}, columns"
+
+    def row(self, index: int) -> str:
+        """Name a row for an error message: the line of the text file, or the row of a Parquet table, from 1."""
+        is_text = self.path.suffix != ".parquet"
+        return f"{self.path}, line {index + 2}" if is_text else f"{self.path}, row {index + 1}"
+
+    def numbers(self, column: str) -> Array:
+        """Return a column as finite numbers; a cell that is none is an error that names its line.
+
+        Returns
+        -------
+        ndarray, shape (n_t,)
+        """
+        if column not in self.frame:
+            near = get_close_matches(column, self.columns, n=1, cutoff=0.7)
+            todo = f"did you mean {near[0]!r} there?" if near else f"it has {_some(self.columns)}"
+            raise InputError(self.header, expected=f"a column {column}", got="none", todo=todo)
+        if f"{column}.1" in self.frame:
+            raise InputError(self.header, expected=f"one column {column}", got="two")
+        values = self.loosely(column)
+        bad = np.flatnonzero(~np.isfinite(values))
+        if bad.size:
+            cell = self.frame[column].iloc[int(bad[0])]
+            got = "an empty or NaN cell" if pd.isna(cell) else repr(str(cell))
+            where = f"{self.row(int(bad[0]))}, {column}"
+            raise InputError(where, expected="a finite number", got=got)
+        return values
+
+    def loosely(self, column: str) -> Array:
+        """Return a column as numbers, NaN where a cell holds none, shape (n_t,)."""
+        values = pd.to_numeric(self.frame[column], errors="coerce")
+        return np.asarray(values.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
+
+    def time(self) -> Array:
+        """Return ``time_s``, which must increase from row to row, shape (n_t,)."""
+        t = self.numbers("time_s")
+        back = np.flatnonzero(np.diff(t) <= 0)
+        if back.size:
+            k = int(back[0]) + 1
+            got = f"{t[k]} s after {t[k - 1]} s"
+            where = f"{self.row(k)}, time_s"
+            raise InputError(where, expected="time that increases from row to row", got=got)
+        return t
+
+
+def read_table(path: Path) -> Table:
+    """Read a table; refuse an unknown kind of file, a broken one, and one with fewer than 8 rows."""
+    if not path.is_file():
+        near = get_close_matches(path.name, _neighbours(path), n=1)
+        todo = f"did you mean {near[0]}?" if near else ""
+        raise InputError(str(path), expected="a table of a run", got="no such file", todo=todo)
+    if not path.name.endswith(SUFFIXES):
+        raise InputError(str(path), expected=f"a file that ends in {', '.join(SUFFIXES)}", got=repr(path.name))
+    frame = _read_frame(path)
+    frame.columns = pd.Index([str(name).strip() for name in frame.columns])
+    if len(frame.columns) == 1 and ";" in frame.columns[0]:
+        todo = "export it with commas and decimal points"
+        where = f"{path}, line 1"
+        raise InputError(where, expected="columns separated by commas", got="semicolons", todo=todo)
+    filled = np.flatnonzero(frame.notna().any(axis=1).to_numpy())
+    frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]  # blank lines at the end of a file are no rows
+    if len(frame) < LEAST_ROWS:
+        raise InputError(str(path), expected=f"at least {LEAST_ROWS} rows", got=f"{len(frame)}")
+    return Table(path=path, frame=frame)
+
+
+def _read_frame(path: Path) -> pd.DataFrame:
+    broken: tuple[Any, ...] = (ValueError, OSError, EOFError, zlib.error, pd.errors.ParserWarning)
+    try:
+        if path.suffix == ".parquet":
+            return pd.read_parquet(path)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            return pd.read_csv(
+                path, encoding="utf-8-sig", skip_blank_lines=False, skipinitialspace=True,
+                index_col=False, float_precision="round_trip", low_memory=False,
+            )  # fmt: skip
+    except pd.errors.EmptyDataError:
+        raise InputError(str(path), expected=f"a header and at least {LEAST_ROWS} rows", got="an empty file") from None
+    except broken as error:
+        kind = "Parquet" if path.suffix == ".parquet" else "CSV with a header line"
+        raise InputError(str(path), expected=f"a table in {kind}", got=" ".join(str(error).split())) from None
+
+
+def _neighbours(path: Path) -> list[str]:
+    return [item.name for item in path.parent.iterdir()] if path.parent.is_dir() else []
+
+
+def _some(names: tuple[str, ...], most: int = 12) -> str:
+    return ", ".join(names[:most]) + (", …" if len(names) > most else "")
