@@ -1,0 +1,50 @@
+"""The in-process simulator: the compiled kernel behind the `Simulator` protocol, the independent check of the FMU."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.simulator import Trajectory, initial_state, observer_hold, observer_inputs
+from measurement.run import Array, Run
+from model.equations import Equations
+from model.kernel.compiled import CompiledKernel
+from model.observer import with_observer
+
+
+@dataclass(frozen=True, slots=True)
+class KernelSimulator:
+    """Runs the equations in process; `simulate_many` takes many parameter sets at once."""
+
+    equations: Equations
+    plain: CompiledKernel
+    observed: CompiledKernel
+
+    @classmethod
+    def of(cls, equations: Equations) -> KernelSimulator:
+        """Compile ``equations`` with and without the observer."""
+        return cls(equations, CompiledKernel.of(equations), CompiledKernel.of(with_observer(equations)))
+
+    def simulate(
+        self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
+    ) -> Trajectory:
+        """See `identification.simulator.Simulator`."""
+        start = initial_state(self.equations, run) if x0 is None else x0
+        kernel, inputs, linear = self._drive(run, gain)
+        if not sensitivities:
+            return Trajectory(t=run.t, y=kernel.simulate(run.t, inputs, theta, start, linear=linear))
+        y, dy = kernel.simulate_tangent(run.t, inputs, theta, start, linear=linear)
+        n = len(self.equations.parameters)
+        return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
+
+    def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, threads: int = 1) -> Array:
+        """Outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p); x0 is (n_x,) or (n_sets, n_x)."""
+        start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)
+        starts = np.broadcast_to(start, (thetas.shape[0], len(self.equations.states)))
+        return self.plain.simulate_many(run.t, run.u, thetas, starts, linear=run.hold == "linear", threads=threads)
+
+    def _drive(self, run: Run, gain: float) -> tuple[CompiledKernel, Array, bool | tuple[bool, ...]]:
+        if gain == 0.0:
+            return self.plain, run.u, run.hold == "linear"
+        return self.observed, observer_inputs(run, gain), observer_hold(run)
