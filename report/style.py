@@ -1,0 +1,45 @@
+"""One look for all figures: matplotlib without a display, embedded as PNG data."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import matplotlib as mpl
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+MEASURED, SIMULATED, RESIDUAL, BAND, ACCENT = "#1f2933", "#0b7285", "#c92a2a", "#99e9f2", "#e8590c"
+_RC: dict[str, Any] = {
+    "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e9ecef",
+    "grid.linewidth": 0.6, "axes.edgecolor": "#868e96", "legend.frameon": False, "lines.linewidth": 1.1, "figure.dpi": 110,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Apply the house style inside the block."""
+    with mpl.rc_context(_RC):
+        yield
+
+
+def figure(width: float = 8.0, height: float = 3.0) -> Figure:
+    """Return an empty figure (inches) that belongs to no display."""
+    made = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(made)
+    return made
+
+
+def png(made: Figure) -> bytes:
+    """Render to PNG bytes; the same figure gives the same bytes."""
+    stream = io.BytesIO()
+    made.savefig(stream, format="png", metadata={"Software": None})
+    return stream.getvalue()
+
+
+def data_uri(made: Figure) -> str:
+    """Render to a ``data:`` URI for a self-contained page."""
+    return "data:image/png;base64," + base64.b64encode(png(made)).decode("ascii")
