@@ -1,7 +1,7 @@
 """Exact trigonometric polynomials in the free joints' positions.
 
-An element is a polynomial in c_j = cos q_j, s_j = sin q_j (q_j itself for a prismatic joint) with rational coefficients. With
-s² → 1 − c² it is canonical: two expressions are equal exactly when their polynomials are.
+An element is a polynomial in c_j = cos q_j, s_j = sin q_j (q_j itself for a prismatic joint) with rational
+coefficients. With s² → 1 − c² it is canonical: two expressions are equal exactly when their polynomials are.
 """
 
 from __future__ import annotations
@@ -127,5 +127,5 @@ class TrigRing:
         return {"c": sp.cos(q), "s": sp.sin(q), "q": q}[name[0]]
 
 
-def _accumulate(result: dict[Monomial, Any], monomial: Monomial, value: Any) -> None:
+def _accumulate(result: dict[Monomial, Any], monomial: Monomial, value: Scalar) -> None:
     result[monomial] = result.get(monomial, 0) + value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from importlib import resources
 from pathlib import Path
@@ -19,6 +19,7 @@ from model.link_guesses import Uncertainty, inertial
 from support.errors import InputError
 
 Table = Mapping[str, Any]
+Raw = float | Mapping[str, float]
 
 
 def load_device(name: str | Path, folder: Path | None = None) -> Device:
@@ -64,7 +65,7 @@ def _find(name: str, folder: Path | None) -> Path:
         return builtin
     known = ", ".join(builtin_devices())
     raise InputError(
-        f"device {name!r}", expected=f"one of {known}, or the path of a .toml or .urdf file", got="no such file"
+        where=f"device {name!r}", expected=f"one of {known}, or the path of a .toml or .urdf file", got="no such file"
     )
 
 
@@ -82,7 +83,7 @@ def parse_device(table: Table, where: str) -> Device:
     )
     control = table.get("control_point", {"link": "", "position": (0.0, 0.0, 0.0)})
     if control["link"] and control["link"] not in {link.name for link in links}:
-        raise InputError(f"{where}: control_point.link", expected="the name of a link", got=repr(control["link"]))
+        raise InputError(where=f"{where}: control_point.link", expected="the name of a link", got=repr(control["link"]))
     _check_moved(joints, links, where)
     return Device(
         name=table["name"],
@@ -105,9 +106,9 @@ def _check_schema(table: Table, where: str) -> None:
     key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error.absolute_path).lstrip(".")
     if error.validator in ("required", "additionalProperties", "dependentRequired"):
         raise InputError(
-            f"{where}: {key or 'top level'}", expected="the keys of model/device.schema.json", got=error.message
+            where=f"{where}: {key or 'top level'}", expected="the keys of model/device.schema.json", got=error.message
         )
-    raise InputError(f"{where}: {key}", expected=_expected(error), got=repr(error.instance))
+    raise InputError(where=f"{where}: {key}", expected=_expected(error), got=repr(error.instance))
 
 
 def _expected(error: jsonschema.ValidationError) -> str:
@@ -116,22 +117,28 @@ def _expected(error: jsonschema.ValidationError) -> str:
     return f"{error.validator} {error.validator_value!r}"
 
 
-def _guess(value: Any, where: str) -> Guess:
+def _guess(value: Raw, where: str) -> Guess:
     try:
         if not isinstance(value, Mapping):
             return Guess(initial=float(value))
         if "fixed" in value:
             return Guess(initial=float(value["fixed"]), fixed=True)
-        return Guess(**{key: float(number) for key, number in value.items()})
+        return _full_guess(**value)
     except ValueError as error:
         raise InputError(where, expected="lower <= initial <= upper, std > 0", got=str(error)) from None
+
+
+def _full_guess(
+    *, initial: float, lower: float = -math.inf, upper: float = math.inf, std: float | None = None
+) -> Guess:
+    return Guess(initial=float(initial), lower=float(lower), upper=float(upper), std=std)
 
 
 def _joint(entry: Table, where: str) -> Joint:
     lower, upper = entry.get("position_limits", (-math.pi, math.pi))
     if not lower < upper:
-        raise InputError(f"{where}.position_limits", expected="lower < upper", got=f"[{lower}, {upper}]")
-    parameters = {id: _guess(value, f"{where}.parameters.{id}") for id, value in entry.get("parameters", {}).items()}
+        raise InputError(where=f"{where}.position_limits", expected="lower < upper", got=f"[{lower}, {upper}]")
+    parameters = {key: _guess(value, f"{where}.parameters.{key}") for key, value in entry.get("parameters", {}).items()}
     return Joint(
         name=entry["name"],
         transmission=entry.get("transmission", "direct"),
@@ -147,16 +154,18 @@ def _ratios(table: Table, where: str, n_joints: int) -> dict[int, Fraction]:
     ratios = {int(key): Fraction(str(value)) for key, value in table.items()}
     for joint in ratios:
         if joint >= n_joints:
-            raise InputError(f"{where}.{joint}", expected=f"a joint number 0..{n_joints - 1}", got=str(joint))
+            raise InputError(where=f"{where}.{joint}", expected=f"a joint number 0..{n_joints - 1}", got=str(joint))
     return ratios
 
 
 def _link(entry: Table, where: str, above: list[str], joints: tuple[Joint, ...], uncertainty: Uncertainty) -> Link:
     if entry["name"] in (*above, BASE):
-        raise InputError(f"{where}.name", expected="a name of its own", got=repr(entry["name"]))
+        raise InputError(where=f"{where}.name", expected="a name of its own", got=repr(entry["name"]))
     parent = entry.get("parent", BASE)
     if parent not in (*above, BASE):
-        raise InputError(f"{where}.parent", expected=f"base or a link above ({', '.join(above)})", got=repr(parent))
+        raise InputError(
+            where=f"{where}.parent", expected=f"base or a link above ({', '.join(above)})", got=repr(parent)
+        )
     motion = entry.get("motion", "revolute")
     moved_by = _ratios(entry.get("moved_by", {}), f"{where}.moved_by", len(joints))
     _check_motion(motion, moved_by, joints, where)
@@ -176,23 +185,27 @@ def _link(entry: Table, where: str, above: list[str], joints: tuple[Joint, ...],
 def _check_motion(motion: str, moved_by: Mapping[int, Fraction], joints: tuple[Joint, ...], where: str) -> None:
     if (motion == "fixed") != (not moved_by):
         raise InputError(
-            f"{where}.moved_by", expected="joints for a moving link, none for a fixed one", got=f"{dict(moved_by)}"
+            where=f"{where}.moved_by",
+            expected="joints for a moving link, none for a fixed one",
+            got=f"{dict(moved_by)}",
         )
     for joint, ratio in moved_by.items():
         if motion == "revolute" and (ratio.denominator != 1 or joints[joint].prismatic):
             raise InputError(
-                f"{where}.moved_by.{joint}", expected="a whole number times a revolute joint", got=str(float(ratio))
+                where=f"{where}.moved_by.{joint}",
+                expected="a whole number times a revolute joint",
+                got=str(float(ratio)),
             )
         if motion == "prismatic" and not joints[joint].prismatic:
             raise InputError(
-                f"{where}.moved_by.{joint}", expected="a joint with prismatic = true", got=f"joint {joint}"
+                where=f"{where}.moved_by.{joint}", expected="a joint with prismatic = true", got=f"joint {joint}"
             )
 
 
 def _check_moved(joints: tuple[Joint, ...], links: list[Link], where: str) -> None:
     for j in range(len(joints)):
         if not any(link.moved_by.get(j) for link in links):
-            raise InputError(f"{where}: joints[{j}]", expected="a link with this joint in moved_by", got="none")
+            raise InputError(where=f"{where}: joints[{j}]", expected="a link with this joint in moved_by", got="none")
 
 
 def _motor(entry: Table, where: str, n_joints: int, uncertainty: Uncertainty) -> Motor:
@@ -200,12 +213,12 @@ def _motor(entry: Table, where: str, n_joints: int, uncertainty: Uncertainty) ->
     return Motor(name=entry["name"], inertia=guess, ratios=_ratios(entry["ratios"], f"{where}.ratios", n_joints))
 
 
-def _vector(values: Any) -> Vector:
+def _vector(values: Sequence[float]) -> Vector:
     x, y, z = (float(value) for value in values)
     return x, y, z
 
 
-def _axis(values: Any, where: str) -> Vector:
+def _axis(values: Sequence[float], where: str) -> Vector:
     x, y, z = _vector(values)
     length = math.hypot(x, y, z)
     if not length > 1e-9:

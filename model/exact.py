@@ -32,6 +32,12 @@ def cos_sin(angle: float) -> tuple[Fraction | int, Fraction | int]:
     return _whole(c), _whole(s)
 
 
+def rational_vector(vector: Vector) -> Vec:
+    """Return the decimals of `vector` as rational numbers."""
+    x, y, z = (rational(value) for value in vector)
+    return x, y, z
+
+
 def _whole(x: Fraction) -> Fraction | int:
     return int(x) if x.denominator == 1 else x
 

@@ -20,14 +20,14 @@ UNITS = ("kg", "kg m", "kg m", "kg m", *("kg m^2",) * 6)
 
 
 def pi_ids(device: Device) -> tuple[str, ...]:
-    """Names of π: ``link4_mx``, …, ``motor_elbow_J``."""
-    links = tuple(f"link{link.name}_{id}" for link in device.massive for id in BARYCENTRIC)
+    """Return the names of π: ``link4_mx``, …, ``motor_elbow_J``."""
+    links = tuple(f"link{link.name}_{key}" for link in device.massive for key in BARYCENTRIC)
     return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
 
 
 def standard_ids(device: Device) -> tuple[str, ...]:
-    """Names of the standard parameters: ``link4_m``, ``link4_x``, …, ``link4_I11``, …, ``motor_elbow_J``."""
-    links = tuple(f"link{link.name}_{id}" for link in device.massive for id in STANDARD)
+    """Return the names of the standard parameters: ``link4_m``, ``link4_x``, …, ``link4_I11``, …, ``motor_elbow_J``."""
+    links = tuple(f"link{link.name}_{key}" for link in device.massive for key in STANDARD)
     return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
 
 
@@ -41,13 +41,13 @@ def barycentric(standard: Sequence[Scalar]) -> tuple[Scalar, ...]:
 
 
 def standard_initial(device: Device) -> Array:
-    """First guesses of the standard parameters, shape (n_pi,)."""
+    """Return the first guesses of the standard parameters, shape (n_pi,)."""
     links = [value for link in device.massive for value in link.inertial.initial]  # type: ignore[union-attr]  # massive
     return np.array([*links, *(motor.inertia.initial for motor in device.motors)])
 
 
 def standard_std(device: Device) -> Array:
-    """Prior standard deviations of the standard parameters, shape (n_pi,); a fixed one has 0."""
+    """Return the prior standard deviations of the standard parameters, shape (n_pi,); a fixed one has 0."""
     links = [guess for link in device.massive for guess in link.inertial.guesses]  # type: ignore[union-attr]  # massive
     return np.array([guess.std or 0.0 for guess in (*links, *(motor.inertia for motor in device.motors))])
 
@@ -94,7 +94,7 @@ def pi_jacobian(device: Device, standard: Array) -> Array:
 
 
 def pi_prior(device: Device) -> tuple[Array, Array]:
-    """Mean (n_pi,) and covariance (n_pi, n_pi) of π at the first guesses, to first order."""
+    """Return mean (n_pi,) and covariance (n_pi, n_pi) of π at the first guesses, to first order."""
     standard = standard_initial(device)
     jacobian = pi_jacobian(device, standard) * standard_std(device)
     return to_pi(device, standard), jacobian @ jacobian.T

@@ -1,7 +1,7 @@
 """Where the links are and how they move, in body frames, over any scalar.
 
-Symbols: R turns link coordinates into the parent's, p is the link's origin in the parent's frame; column j of a link's body
-Jacobian is (w_j, v_j), with ω = Σ w_j q̇_j and v = Σ v_j q̇_j, the velocity of the link's origin, in the link's frame.
+Symbols: R turns link coordinates into the parent's, p is the link's origin in the parent's frame; column j of a link's
+body Jacobian is (w_j, v_j), with ω = Σ w_j q̇_j and v = Σ v_j q̇_j, the velocity of its origin, in the link's frame.
 """
 
 from __future__ import annotations

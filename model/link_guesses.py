@@ -1,4 +1,4 @@
-"""First guesses of a link's inertial parameters, completed by the file's stated uncertainty and checked to be physical."""
+"""First guesses of a link's inertial parameters, completed by stated uncertainty and checked to be physical."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from support.errors import InputError
 class Uncertainty:
     """Standard deviations of guesses that are given as plain numbers.
 
-    mass, inertia, rotor: relative; centroid: [m]. A product of inertia has `inertia` times the smallest principal entry.
+    mass, inertia, rotor: relative; centroid: [m]. A product of inertia has `inertia` times the smallest principal
+    entry.
     """
 
     mass: float = 0.3
@@ -25,12 +26,12 @@ class Uncertainty:
     rotor: float = 0.3
 
     def stds(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Standard deviation of each of the ten standard parameters, from their first guesses."""
+        """Return the standard deviation of each of the ten standard parameters, from their first guesses."""
         products = self.inertia * min(values["I11"], values["I22"], values["I33"])
         return {
             "m": self.mass * values["m"],
             **dict.fromkeys("xyz", self.centroid),
-            **{id: self.inertia * values[id] for id in ("I11", "I22", "I33")},
+            **{key: self.inertia * values[key] for key in ("I11", "I22", "I33")},
             **dict.fromkeys(("I12", "I13", "I23"), products),
         }
 
@@ -57,33 +58,33 @@ def inertial(
         return None
     raw = {"m": guess(entry["mass"], f"{where}.mass")}
     raw |= {
-        id: guess(value, f"{where}.centroid[{i}]")
-        for i, (id, value) in enumerate(zip("xyz", entry["centroid"], strict=True))
+        key: guess(value, f"{where}.centroid[{i}]")
+        for i, (key, value) in enumerate(zip("xyz", entry["centroid"], strict=True))
     }
-    raw |= {id: guess(entry["inertia"].get(id, 0.0), f"{where}.inertia.{id}") for id in STANDARD[4:]}
-    values = {id: one.initial for id, one in raw.items()}
+    raw |= {key: guess(entry["inertia"].get(key, 0.0), f"{where}.inertia.{key}") for key in STANDARD[4:]}
+    values = {key: one.initial for key, one in raw.items()}
     check_physical(values, where)
     stds = uncertainty.stds(values)
     positive = ("m", "I11", "I22", "I33")
-    return Inertial(guesses=tuple(widened(raw[id], stds[id], positive=id in positive) for id in STANDARD))
+    return Inertial(guesses=tuple(widened(raw[key], stds[key], positive=key in positive) for key in STANDARD))
 
 
 def check_physical(values: Mapping[str, float], where: str) -> None:
     """Refuse a mass or an inertia that no distribution of mass can have (Traversaro et al. 2016)."""
     if not values["m"] > 0:
         raise InputError(
-            f"{where}.mass", expected="a positive mass (leave it out for a massless link)", got=str(values["m"])
+            where=f"{where}.mass", expected="a positive mass (leave it out for a massless link)", got=str(values["m"])
         )
-    I = np.array(
-        [  # noqa: E741 (the inertia tensor's own name)
+    tensor = np.array(
+        [
             [values["I11"], values["I12"], values["I13"]],
             [values["I12"], values["I22"], values["I23"]],
             [values["I13"], values["I23"], values["I33"]],
         ]
     )
-    smallest = np.linalg.eigvalsh(0.5 * np.trace(I) * np.eye(3) - I)[0]
-    if not smallest >= -1e-12 * abs(np.trace(I)):
+    smallest = np.linalg.eigvalsh(0.5 * np.trace(tensor) * np.eye(3) - tensor)[0]
+    if not smallest >= -1e-12 * abs(np.trace(tensor)):
         expected = "principal moments that satisfy the triangle inequality"
         raise InputError(
-            f"{where}.inertia", expected=expected, got=f"principal moments {np.linalg.eigvalsh(I).tolist()}"
+            where=f"{where}.inertia", expected=expected, got=f"principal moments {np.linalg.eigvalsh(tensor).tolist()}"
         )

@@ -1,8 +1,8 @@
 """The equation of motion of a few free joints with all others locked, and the coefficients it is written in.
 
 M(q)·q̈ + C(q, q̇)·q̇ + φ(q) = torques, where M and φ are sums of coefficients times products of cos q_j and sin q_j.
-Each coefficient is an exact linear function of the inertial parameters π. Where one coefficient is a combination of others, it is
-written as that combination: the coefficients are linearly independent, so they are the base parameters of this configuration.
+Each coefficient is an exact linear function of the inertial parameters π. Where one is a combination of others, it is
+written as that combination: the coefficients are linearly independent, the base parameters of this configuration.
 """
 
 from __future__ import annotations

@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from model.algebra import Polynomial, TrigRing
-from model.device import Device, Vector
-from model.exact import rational
+from model.device import Device
+from model.exact import rational_vector
 from model.kinematics import Column, base_poses, body_jacobians, constant_vector
-from model.spatial import Scalar, Vec, add, apply, cross, dot, plus, times, transpose
+from model.spatial import Scalar, add, apply, cross, dot, plus, times, transpose
 
 LinearForm = dict[int, Polynomial]
 """Index into π → coefficient; absent where it is zero."""
@@ -118,9 +118,3 @@ def _potential(device: Device, ring: TrigRing) -> LinearForm:
             value = ring.tidy(ring.element(term))
             form[k] = value.coeff(1) - value if value else value
     return _nonzero(form)
-
-
-def rational_vector(vector: Vector) -> Vec:
-    """Return the decimals of `vector` as rational numbers."""
-    x, y, z = (rational(value) for value in vector)
-    return x, y, z

@@ -86,6 +86,14 @@ def product(A: Mat, B: Mat) -> Mat:
     return transpose((first, second, third))
 
 
+def turn(R: Mat, L: Mat) -> Mat:
+    """Return R·L·Rᵀ for a symmetric L."""
+    A = product(R, L)
+    xx, yy, zz = (dot(A[i], R[i]) for i in range(3))
+    xy, xz, yz = dot(A[0], R[1]), dot(A[0], R[2]), dot(A[1], R[2])
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+
 def add_matrices(A: Mat, B: Mat) -> Mat:
     """Return A + B."""
     return add(A[0], B[0]), add(A[1], B[1]), add(A[2], B[2])
