@@ -1,1 +1,1 @@
-"""An independent truth: own equations, own integrator; it makes the synthetic campaigns and knows nothing of the model."""
+"""An independent truth with own equations and integrator; it makes synthetic campaigns and knows no model."""

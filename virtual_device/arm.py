@@ -39,7 +39,7 @@ class Arm:
             raise NumericalError(msg)
 
     def dynamics(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Mass matrix M (6, 6) and h (6,) with M a + h = τ: Coriolis, centrifugal and gravity torques, no spring or friction."""
+        """Return M (6, 6) and h (6,) of M a + h = τ, without springs and friction."""
         M, h = np.empty((JOINTS, JOINTS)), np.empty(JOINTS)
         q, v = np.array(q, dtype=float), np.array(v, dtype=float)
         _functions().arm_dynamics(doubles(self._packed), doubles(q), doubles(v), doubles(M), doubles(h))
@@ -59,10 +59,11 @@ class Arm:
     def static_torque(self, q: Array) -> Array:
         """Gravity and spring torque at rest [N m], shape (6,)."""
         drive = dict(zip(DRIVE, self.truth.drives.T, strict=True))
-        return self.dynamics(q, np.zeros(JOINTS))[1] + drive["Ks"] * (np.asarray(q) - drive["epos"])
+        spring: Array = drive["Ks"] * (q - drive["epos"])
+        return self.dynamics(q, np.zeros(JOINTS))[1] + spring
 
     def stiffness(self, q: Array, step: float = 1e-4) -> Array:
-        """Derivative of `static_torque` by central differences [N m/rad], shape (6, 6)."""
+        """Return the derivative of `static_torque` by central differences [N m/rad], shape (6, 6)."""
         shifts = step * np.eye(JOINTS)
         return np.array([(self.static_torque(q + d) - self.static_torque(q - d)) / (2 * step) for d in shifts]).T
 
@@ -95,8 +96,10 @@ class Arm:
         base = {"inertia": float(M[joint, joint]), "gravity_cos": torque[0], "gravity_sin": torque[1]}
         return base | dict(zip(DRIVE, map(float, self.truth.drives[joint]), strict=True))
 
-    def advance(self, free: tuple[int, ...], state: Array, torque: Array, duration: float, end: Array | None = None) -> None:
-        """Move ``state`` (q, v, z; shape (18,)) on in place under ``torque`` (6,), running linearly to ``end`` where given."""
+    def advance(
+        self, free: tuple[int, ...], state: Array, torque: Array, duration: float, end: Array | None = None
+    ) -> None:
+        """Move ``state`` (q, v, z; shape (18,)) on in place under ``torque`` (6,), running linearly to ``end``."""
         flags = (ctypes.c_int * JOINTS)(*[int(j in free) for j in range(JOINTS)])
         steps = max(1, int(np.ceil(duration / MAX_STEP - 1e-9)))
         u0 = np.ascontiguousarray(torque, dtype=float)

@@ -43,7 +43,7 @@ def pack(parameters: Mapping[str, float]) -> Array:
     known = neutral()
     unknown = sorted(set(parameters) - set(known))
     if unknown:
-        raise InputError("joint parameters", expected=f"some of {', '.join(known)}", got=", ".join(unknown))
+        raise InputError(where="joint parameters", expected=f"some of {', '.join(known)}", got=", ".join(unknown))
     return np.array([float(parameters.get(name, value)) for name, value in known.items()])
 
 
@@ -89,9 +89,10 @@ def integrate(
     """
     t, torque = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(torque, dtype=float)
     if t.ndim != 1 or t.shape != torque.shape or np.any(np.diff(t) <= 0):
-        raise InputError("torque table", expected="two arrays of one length, time increasing", got=f"{t.shape}, {torque.shape}")
+        expected = "two arrays of one length, time increasing"
+        raise InputError(where="torque table", expected=expected, got=f"{t.shape}, {torque.shape}")
     if hold not in ("zero", "linear"):
-        raise InputError("hold", expected="'zero' or 'linear'", got=repr(hold))
+        raise InputError(where="hold", expected="'zero' or 'linear'", got=repr(hold))
     packed, out = pack(parameters), [np.empty_like(t) for _ in range(3)]
     failed = _functions().joint_simulate(
         doubles(packed), t.size, doubles(t), doubles(torque), hold == "linear", *start, max_step, *map(doubles, out)

@@ -1,0 +1,113 @@
+"""Write a synthetic campaign of the Freedom 6S: ``python -m virtual_device.make_campaign``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from support.command import exit_codes, parse_joints, progress
+from support.errors import InputError
+from virtual_device.arm import JOINTS, Arm
+from virtual_device.campaign import header, joint_runs
+from virtual_device.effects import parse_effects
+from virtual_device.inputs import AMPLITUDE, Cosine, rich, table3
+from virtual_device.sensor import Sensor
+from virtual_device.tables import RunTable, write_campaign
+from virtual_device.truth import read_truth
+from virtual_device.variation import vary
+from virtual_device.whole import Controller, Reference, controlled_run, coupled_run
+
+EMBEDDED = Path(__file__).parent.parent / "measurement" / "campaigns" / "freedom6s"
+TITLE = (
+    "Freedom 6S, synthetic: locked-joint tests after Table III of Tam, Kubica and Wang (2005), from a virtual device"
+)
+SMALL_SCATTER = 1.5e-4
+"""Amplitude scatter of the tendon joints in the embedded campaign: about a fifth of the sensor's noise."""
+TENDON = (3, 4, 5)
+COUPLED = (
+    ((1.33, 1.00), "fit"),
+    ((1.65, 1.42), "fit"),
+    ((1.00, 1.83), "fit"),
+    ((1.20, 1.62), "validate"),
+)
+"""Frequencies of joints 0 and 1 in the coupled test [rad/s]."""
+
+
+def joint_tests(
+    arm: Arm, joint: int, effects: Mapping[str, float], *, scatter: float, sensor: Sensor, inputs: str, seed: int
+) -> tuple[RunTable, ...]:
+    """Simulate the locked-joint tests of ``joint`` with the others at home."""
+    hidden: dict[str, float | Mapping[str, float]] = dict(effects)
+    if joint in TENDON and scatter > 0 and "amplitude_scatter" not in hidden:
+        hidden["amplitude_scatter"] = {"scatter": scatter}
+    cosines = table3(joint) if inputs == "table3" else rich(joint)
+    parameters = arm.locked_joint(joint, np.zeros(JOINTS))
+    return joint_runs(joint, parameters, cosines, effects=hidden, sensor=sensor, seed=seed)
+
+
+def _coupled(arm: Arm, number: int, sensor: Sensor, seed: int) -> tuple[RunTable, ...]:
+    frequencies, use = COUPLED[number]
+    cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
+    name = f"joints01_{number}_w{frequencies[0]:.4g}_{frequencies[1]:.4g}.csv.gz"
+    return (coupled_run(arm, cosines, (0, 1), sensor=sensor, name=name, seed=(seed, 100, number)),)
+
+
+def _controlled(arm: Arm, number: int, sensor: Sensor, seed: int) -> tuple[RunTable, ...]:
+    drawn = np.random.default_rng([7, number])
+    reference = Reference(
+        frequency=np.round(drawn.uniform(1.0, 3.0, JOINTS), 2), phase=np.round(drawn.uniform(-np.pi, np.pi, JOINTS), 2)
+    )
+    name = f"all_joints_{number}.csv.gz"
+    return (controlled_run(arm, reference, Controller(), sensor=sensor, name=name, seed=(seed, 200, number)),)
+
+
+@click.command(help=__doc__)
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=EMBEDDED, help="Folder to write.")
+@click.option("--effects", default=None, metavar="ID=SIZE,...", help="Disturbances of the single-joint tests.")
+@click.option("--scatter", default=SMALL_SCATTER, show_default=True, help="Cycle amplitude scatter of joints 3, 4, 5.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Of noise, scatter and starts.")
+@click.option("--noise", default=2e-4, show_default=True, help="White sensor noise [rad].")
+@click.option("--resolution", default=1.5e-4, show_default=True, help="Encoder step [rad].")
+@click.option("--coloured-noise", default=0.0, show_default=True, help="Added noise correlated over 0.1 s [rad].")
+@click.option("--joints", default=None, metavar="4,5,3", help="Only these joints, each alone.")
+@click.option("--inputs", type=click.Choice(["table3", "rich"]), default="table3", show_default=True)
+@click.option("--device-variation", default=0.0, show_default=True, help="Another machine, drawn within ± this share.")
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+@exit_codes
+def main(
+    out: Path,
+    effects: str | None,
+    joints: str | None,
+    *,
+    quiet: bool,
+    **settings: Any,  # noqa: ANN401 - the remaining options, of several types
+) -> None:
+    """Simulate all runs and write the folder."""
+    chosen, seed, width = parse_joints(joints), settings["seed"], settings["device_variation"]
+    for joint in chosen or ():
+        if joint not in range(JOINTS):
+            raise InputError(where="--joints", expected="joints 0 to 5", got=str(joint))
+    truth = read_truth()
+    arm = Arm(vary(truth, width, np.random.default_rng([seed, 300])) if width > 0 else truth)
+    sensor = Sensor(noise=settings["noise"], resolution=settings["resolution"], coloured=settings["coloured_noise"])
+    test = partial(joint_tests, arm, sensor=sensor, scatter=settings["scatter"], inputs=settings["inputs"], seed=seed)
+    jobs = [partial(test, joint, parse_effects(effects)) for joint in chosen or range(JOINTS)]
+    head = header(TITLE, "freedom6s", sensor)
+    if chosen is None:
+        jobs += [partial(_coupled, arm, number, sensor, seed) for number in range(len(COUPLED))]
+        jobs += [partial(_controlled, arm, number, sensor, seed) for number in range(2)]
+        head["controller"] = Controller().described()
+    runs = [run for job in progress(jobs, title="simulating", quiet=quiet) for run in job()]
+    write_campaign(out, head, runs, joints=JOINTS)
+    click.echo(
+        f"{out}: {len(runs)} synthetic runs, {sum((out / run.file).stat().st_size for run in runs) / 1e6:.2f} MB"
+    )
+
+
+if __name__ == "__main__":
+    main()
