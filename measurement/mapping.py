@@ -12,6 +12,7 @@ from measurement.columns import KNOWN
 from support.errors import InputError
 
 TORQUE = re.compile(r"(?:torque_(\d+)_Nm|force_(\d+)_N|current_(\d+)_A)")
+FLAG = "--map"
 POSITION = re.compile(r"position_(\d+)_(?:rad|m)")
 
 
@@ -31,11 +32,11 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
         name, _, factor = goal.partition("*")
         if not column or not KNOWN.fullmatch(name):
             expected = "COLUMN=NAME or COLUMN=NAME*FACTOR with a NAME such as torque_0_Nm or position_0_rad"
-            raise InputError("--map", expected=expected, got=repr(entry))
+            raise InputError(FLAG, expected=expected, got=repr(entry))
         try:
             targets[column] = Target(name=name, factor=float(factor or 1))
         except ValueError:
-            raise InputError("--map", expected=f"a number as the factor of {name}", got=repr(factor)) from None
+            raise InputError(FLAG, expected=f"a number as the factor of {name}", got=repr(factor)) from None
     return targets
 
 
@@ -53,13 +54,14 @@ def mapped(frame: pd.DataFrame, targets: Mapping[str, Target], file: str) -> pd.
     return renamed
 
 
-def free_joints(columns: list[str], file: str) -> tuple[int, ...]:
-    """Tell the free joints: those that have both a torque (force, current) and a position."""
+def free_joints(columns: list[str], file: str, only: tuple[int, ...] | None = None) -> tuple[int, ...]:
+    """Tell the free joints: those that have both a torque (force, current) and a position, and are among ``only``."""
     driven = {int(next(filter(None, found.groups()))) for name in columns if (found := TORQUE.fullmatch(name))}
     seen = {int(found.group(1)) for name in columns if (found := POSITION.fullmatch(name))}
-    if not driven & seen or "time_s" not in columns:
+    found_joints = driven & seen if only is None else driven & seen & set(only)
+    if not found_joints or "time_s" not in columns:
         todo = "name them with --map, as in --map 'tau=torque_0_Nm'"
         raise InputError(
             file, expected="columns time_s, torque_<j>_Nm, position_<j>_rad", got=", ".join(columns), todo=todo
         )
-    return tuple(sorted(driven & seen))
+    return tuple(sorted(found_joints))

@@ -18,7 +18,7 @@ from measurement.reading import read_campaign
 from measurement.table import SUFFIXES, Table, read_table
 from measurement.warning import warnings_on_stderr
 from measurement.writing import refuse_overwrite, write_table
-from support.command import exit_codes
+from support.command import exit_codes, parse_joints
 from support.errors import InputError
 from support.files import write_text
 
@@ -34,6 +34,7 @@ class Answers:
     noise: float | None
     resolution: float | None
     validate: tuple[str, ...]
+    free: tuple[int, ...] | None
     targets: Mapping[str, Target]
 
 
@@ -49,16 +50,17 @@ class Answers:
 @click.option("--resolution", type=float, default=None, help="Encoder step [rad].")
 @click.option("--validate", multiple=True, metavar="FILE", help="A run kept from every fit; may be repeated.")
 @click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
-              help="Rename a column and multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
+              help="Rename a column, multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
+@click.option("--free", default=None, metavar="4", help="The joints that move, where the tables hold others too.")
 @exit_codes
-def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: Any) -> None:
+def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | bool | tuple[str, ...] | None) -> None:
     """Make a campaign from the CSV or Parquet tables in FOLDER, one run each.
 
     FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
     """
     refuse_overwrite(out)
     tables = _tables(folder)
-    answers = _answers(folder, tables, flags, parse_map(maps))
+    answers = _answers(folder, tables, dict(flags), parse_map(maps))
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
         inner = Path(draft) / out.name
@@ -69,9 +71,8 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: Any) -> None:
             out.rmdir()
         shutil.move(inner, out)
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
-    click.echo(
-        f"wrote {out}: {len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
-    )
+    about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
+    click.echo(f"wrote {out}: {about}")
     click.echo(f"next: python -m measurement.check {out}")
 
 
@@ -85,17 +86,20 @@ def _tables(folder: Path) -> list[Table]:
 
 
 def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], targets: dict[str, Target]) -> Answers:
-    names = {table.path.name for table in tables}
-    for name in flags["validate"]:
-        if name not in names:
-            raise InputError("--validate", expected=f"one of {', '.join(sorted(names))}", got=name)
     if _can_ask():
         flags = _asked(folder, tables, flags)
         targets = {**targets, **_asked_columns(tables, targets)}
+    names = {table.path.name for table in tables}
+    unknown = [name for name in flags["validate"] if name not in names]
+    if unknown:
+        where = "--validate"
+        raise InputError(where, expected=f"one of {', '.join(sorted(names))}", got=unknown[0])
     if flags["measured"] is None:
-        raise InputError("--measured or --synthetic", expected="one of the two flags", got="neither")
-    title = flags["title"] or folder.resolve().name
-    return Answers(**{**flags, "title": title, "device": flags["device"] or "single_joint", "targets": targets})
+        where = "--measured or --synthetic"
+        raise InputError(where, expected="one of the two flags", got="neither")
+    title, device = flags["title"] or folder.resolve().name, flags["device"] or "single_joint"
+    free = parse_joints(flags["free"])
+    return Answers(**{**flags, "title": title, "device": device, "free": free, "targets": targets})
 
 
 def _can_ask() -> bool:
@@ -134,16 +138,19 @@ def _asked_columns(tables: list[Table], targets: dict[str, Target]) -> dict[str,
 
 
 def _write(folder: Path, tables: list[Table], answers: Answers) -> None:
-    runs = []
+    runs: list[dict[str, Any]] = []
+    sensor: dict[str, float | None] = {}
     for table in tables:
         frame = mapped(table.frame, answers.targets, str(table.path))
-        joints = free_joints(list(frame.columns), str(table.path))
+        joints = free_joints(list(frame.columns), str(table.path), answers.free)
         use = "validate" if table.path.name in answers.validate else "fit"
         runs.append({"file": table.path.name, "free_joints": list(joints), "use": use})
         write_table(folder / table.path.name, frame)
+        for unit in ("rad", "m"):
+            if any(f"position_{joint}_{unit}" in frame for joint in joints):
+                sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
     device = _portable(answers.device)
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
-    sensor = {"noise_rad": answers.noise, "resolution_rad": answers.resolution}
     known = {key: value for key, value in sensor.items() if value is not None}
     content = {"campaign": head, **({"sensor": known} if known else {}), "runs": runs}
     write_text(folder / "campaign.toml", tomli_w.dumps(content))
