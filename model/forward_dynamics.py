@@ -13,13 +13,15 @@ from dataclasses import dataclass
 import sympy as sp
 
 from model.algebra import velocity_symbol
+from model.body import Inertials
+from model.composite import mass_matrix
 from model.device import BASE, LINK_UNITS, STANDARD, Device
 from model.exact import rational_vector
 from model.inertial import barycentric, standard_ids
 from model.kinematics import base_poses, constant_vector, poses
+from model.newton_euler import inverse_dynamics
 from model.quantity import Normal, Quantity
 from model.quaternion import orientation
-from model.recursive import Inertials, inverse_dynamics, mass_matrix
 from model.spatial import Mat, Scalar, Vec, add, apply, cross, dot, plus, times, transpose
 from model.tape import Tape
 
