@@ -6,7 +6,6 @@ import ctypes
 import functools
 
 import numpy as np
-from scipy.optimize import root
 
 from support.errors import NumericalError
 from virtual_device.compiled import Array, Doubles, doubles, library
@@ -70,17 +69,13 @@ class Arm:
     def rest(self, free: tuple[int, ...], posture: Array) -> Array:
         """Position at which the free joints balance without torque, the others at ``posture``, shape (6,)."""
         index, q = list(free), np.array(posture, dtype=float)
-
-        def residual(x: Array) -> Array:
-            q[index] = x
-            return self.static_torque(q)[index]
-
-        found = root(residual, q[index], tol=1e-12)
-        if not found.success:
-            msg = f"joints {free} have no rest near {posture}: {found.message}"
-            raise NumericalError(msg)
-        q[index] = found.x
-        return q
+        for _ in range(30):
+            excess = self.static_torque(q)[index]
+            if np.max(np.abs(excess)) < 1e-14:
+                return q
+            q[index] -= np.linalg.solve(self.stiffness(q)[np.ix_(index, index)], excess)
+        msg = f"joints {free} have no rest near {posture}: {excess} N m remain"
+        raise NumericalError(msg)
 
     def locked_joint(self, joint: int, posture: Array) -> dict[str, float]:
         """Parameters of one free joint with the others locked at ``posture``, as `virtual_device.joint` takes them.
