@@ -44,6 +44,7 @@ def read_signals(table: Table, joints: tuple[int, ...], constants: Mapping[int, 
         Torque per ampere (force per ampere) of the joints whose drive is recorded in amperes [N m/A] ([N/A]);
         u = constant · current where the table has no torque.
     """
+    t = table.time()
     prismatic = tuple(_slides(table, joint) for joint in joints)
     inputs = [_input(table, joint, slides, constants) for joint, slides in zip(joints, prismatic, strict=True)]
     units = ["m" if slides else "rad" for slides in prismatic]
@@ -52,7 +53,7 @@ def read_signals(table: Table, joints: tuple[int, ...], constants: Mapping[int, 
     measured = all(name in table.columns for name in velocities)
     used = {"time_s", *positions, *(velocities if measured else ()), *(name for name, _ in inputs)}
     return Signals(
-        t=table.time(),
+        t=t,
         u=np.stack([values for _, values in inputs], axis=1),
         y=np.stack([table.numbers(name) for name in positions], axis=1),
         v=np.stack([table.numbers(name) for name in velocities], axis=1) if measured else None,

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from measurement.columns import KNOWN
+from measurement.table import Table
 from support.errors import InputError
 
 TORQUE = re.compile(r"(?:torque_(\d+)_Nm|force_(\d+)_N|current_(\d+)_A)")
@@ -40,17 +41,17 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
     return targets
 
 
-def mapped(frame: pd.DataFrame, targets: Mapping[str, Target], file: str) -> pd.DataFrame:
-    """Return ``frame`` with the mapped columns renamed and multiplied by their factors."""
-    missing = [column for column in targets if column not in frame]
+def mapped(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
+    """Return the table with the mapped columns renamed and multiplied by their factors."""
+    missing = [column for column in targets if column not in table.columns]
     if missing:
-        got = ", ".join(map(str, frame.columns))
-        raise InputError(file, expected=f"a column {missing[0]} (named in --map)", got=got)
-    scaled = {column: frame[column] * target.factor for column, target in targets.items() if target.factor != 1}
-    renamed = frame.assign(**scaled).rename(columns={column: target.name for column, target in targets.items()})
+        got = ", ".join(table.columns)
+        raise InputError(table.header, expected=f"a column {missing[0]} (named in --map)", got=got)
+    scaled = {column: target.factor * table.numbers(column) for column, target in targets.items() if target.factor != 1}
+    renamed = table.frame.assign(**scaled).rename(columns={column: target.name for column, target in targets.items()})
     doubled = renamed.columns[renamed.columns.duplicated()]
     if len(doubled):
-        raise InputError(file, expected=f"one column {doubled[0]} after --map", got="two")
+        raise InputError(table.header, expected=f"one column {doubled[0]} after --map", got="two")
     return renamed
 
 

@@ -141,7 +141,7 @@ def _write(folder: Path, tables: list[Table], answers: Answers) -> None:
     runs: list[dict[str, Any]] = []
     sensor: dict[str, float | None] = {}
     for table in tables:
-        frame = mapped(table.frame, answers.targets, str(table.path))
+        frame = mapped(table, answers.targets)
         joints = free_joints(list(frame.columns), str(table.path), answers.free)
         use = "validate" if table.path.name in answers.validate else "fit"
         runs.append({"file": table.path.name, "free_joints": list(joints), "use": use})

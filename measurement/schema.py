@@ -108,8 +108,8 @@ PARAMETER_IDS = ("inertia", "gravity_cos", "gravity_sin", "Kp", "Ks", "epos", *F
 
 def did_you_mean(name: str, known: Mapping[str, Any] | tuple[str, ...]) -> str:
     """Suggest the nearest of ``known``, or list them all."""
-    near = get_close_matches(name, list(known), n=1, cutoff=0.6)
-    return f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
+    near = get_close_matches(name, list(known), n=2, cutoff=0.6)
+    return f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(known)}"
 
 
 def check_table(

@@ -65,8 +65,11 @@ class Table:
 
     def loosely(self, column: str) -> Array:
         """Return a column as numbers, NaN where a cell holds none, shape (n_t,)."""
-        values = pd.to_numeric(self.frame[column], errors="coerce")
-        return np.asarray(values.to_numpy(dtype=np.float64, na_value=np.nan), dtype=np.float64)
+        cells = self.frame[column].to_numpy(dtype=object, na_value=np.nan)
+        try:
+            return cells.astype(np.float64)
+        except (TypeError, ValueError):
+            return np.array([_number(cell) for cell in cells], dtype=np.float64)
 
     def time(self) -> Array:
         """Return ``time_s``, which must increase from row to row, shape (n_t,)."""
@@ -108,15 +111,22 @@ def _read_frame(path: Path) -> pd.DataFrame:
             return pd.read_parquet(path)
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
+            # cells stay text until they are asked for: Python's float() keeps the last bit, and a bad cell can be shown
             return pd.read_csv(
-                path, encoding="utf-8-sig", skip_blank_lines=False, skipinitialspace=True,
-                index_col=False, float_precision="round_trip", low_memory=False,
-            )  # fmt: skip
+                path, encoding="utf-8-sig", skip_blank_lines=False, skipinitialspace=True, index_col=False, dtype=str
+            )
     except pd.errors.EmptyDataError:
         raise InputError(str(path), expected=f"a header and at least {LEAST_ROWS} rows", got="an empty file") from None
     except broken as error:
         kind = "Parquet" if path.suffix == ".parquet" else "CSV with a header line"
         raise InputError(str(path), expected=f"a table in {kind}", got=" ".join(str(error).split())) from None
+
+
+def _number(cell: object) -> float:
+    try:
+        return float(cell)  # type: ignore[arg-type] # whatever float() refuses is no number
+    except (TypeError, ValueError):
+        return float("nan")
 
 
 def _neighbours(path: Path) -> list[str]:

@@ -52,7 +52,8 @@ class TomlSource:
 
     def where(self, section: str, key: str = "", occurrence: int | None = None) -> str:
         """Name file, line (where it can be told) and key for an error message."""
-        line = self.line(section, key, occurrence or 0) or self.line(section, "", occurrence or 0)
+        nth = occurrence or 0
+        line = self.line(section, key, nth) or (self.line(section, "", nth) if section else self.line(key))
         name = section if occurrence is None else f"{section}[{occurrence}]"
         place = f"{self.path}, line {line}" if line else str(self.path)
         return f"{place}, {'.'.join(part for part in (name, key) if part)}"

@@ -1,0 +1,161 @@
+"""Every fault ends in one InputError of one line that names file, line or key, expected and got."""
+
+import re
+
+import pytest
+
+from measurement.reading import read_campaign
+from support.errors import InputError
+
+
+def fault(folder, pattern: str) -> InputError:
+    with pytest.raises(InputError) as caught:
+        read_campaign(folder.path)
+    text = str(caught.value)
+    assert re.search(pattern, text), text
+    assert "\n" not in text
+    assert caught.value.exit_code == 2
+    assert str(folder.path) in text
+    return caught.value
+
+
+TOML_FAULTS = [
+    ("measured = false", "measured = false false", r"campaign\.toml, line 4: expected valid TOML"),
+    ('use = "validate"\n', 'use = "valid', r"campaign\.toml, line 21: expected valid TOML"),
+    ("free_joints = [4]", "fee_joints = [4]", r"line 15, runs\[0\]\.fee_joints: .*did you mean free_joints"),
+    (
+        "free_joints = [4]",
+        "free_joints = 4",
+        r"line 15, runs\[0\]\.free_joints: expected distinct joint numbers.*got 4",
+    ),
+    ("free_joints = [4]", "free_joints = [4, 4]", r"line 15, runs\[0\]\.free_joints"),
+    ("free_joints = [4]", "free_joints = [-1]", r"line 15, runs\[0\]\.free_joints"),
+    ("free_joints = [4]", "free_joints = []", r"line 15, runs\[0\]\.free_joints"),
+    ("free_joints = [4]", "free_joints = [true]", r"line 15, runs\[0\]\.free_joints"),
+    ("free_joints = [4]", "free_joints = [3, 4]", r"line 15, .*one free joint for single_joint, got \[3, 4\]"),
+    ("free_joints = [4]\n", "", r"line 13, runs\[0\]\.free_joints: .*got no such key"),
+    ('use = "fit"', 'use = "fitt"', r'line 16, runs\[0\]\.use: expected "fit", "validate" or "excluded", got \'fitt\''),
+    ('use = "fit"', 'use = "excluded"', r"line 13, runs\[0\]\.reason: expected a reason .* got none"),
+    ('use = "fit"', 'use = "excluded"\nreason = "broken"', r'at least one run with use = "fit"'),
+    ("free_joints = [4]", "free_joints = [3]", r"a column torque_3_Nm"),
+    ('file = "b.csv"', 'file = "a.csv"', r"line 19, runs\[1\]\.file: expected each table once, got 'a\.csv' again"),
+    ('file = "b.csv"', 'file = "c.csv"', r"c\.csv: expected a table of a run, got no such file"),
+    ('file = "b.csv"', 'file = "campaign.toml"', r"expected a file that ends in \.csv"),
+    ('"single_joint"', '"freedom6"', r"line 3, campaign\.device: .*got 'freedom6'; did you mean freedom6s"),
+    ('"single_joint"', '"nowhere.toml"', r"line 3, campaign\.device: .*got no file .*nowhere\.toml"),
+    ('device = "single_joint"\n', "", r"campaign\.device: .*got no such key"),
+    ("measured = false\n", "", r"campaign\.measured: expected true .*got no such key"),
+    ("measured = false", "measured = 0", r"line 4, campaign\.measured: .*got 0"),
+    ("measured = false", 'measured = false\nhold = "cubic"', r'line 5, campaign\.hold: expected "zero" or "linear"'),
+    ("[campaign]", "[campagne]", r"line 1, campagne: .*did you mean campaign"),
+    ("[sensor]", "[sensors]", r"line 6, sensors: .*did you mean sensor"),
+    ("noise_rad = 2e-4", "noise_rad = -2e-4", r"line 7, sensor\.noise_rad: expected a positive number"),
+    ("noise_rad = 2e-4", "noise_rad = nan", r"line 7, sensor\.noise_rad"),
+    ("noise_rad = 2e-4", "noise = 2e-4", r"line 7, sensor\.noise: .*did you mean noise_m or noise_rad"),
+    ("inertia =", "inetria =", r"line 11, joint\.4\.parameters\.inetria: .*did you mean inertia"),
+    ("initial = 2.2e-4", "initial = 3", r"line 11, joint\.4\.parameters\.inertia: .*got initial 3 outside"),
+    ("lower = 2e-5", "lower = 2", r"line 11, .*expected lower < upper"),
+    ("initial = 2.2e-4", "inital = 2.2e-4", r"inertia\.inital: .*did you mean initial"),
+    ("{ initial = 2.2e-4, lower = 2e-5, upper = 2e-3 }", "2.2e-4", r"inertia: expected a table, got 0\.00022; write"),
+    ("[joint.4.parameters]", "[joint.four.parameters]", r"joint\.four: expected a joint number"),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "pattern"), TOML_FAULTS, ids=[f"{k}" for k in range(len(TOML_FAULTS))])
+def test_fault_in_campaign_toml(folder, old, new, pattern):
+    folder.replace(old, new)
+    fault(folder, pattern)
+
+
+def test_missing_folder(tmp_path):
+    with pytest.raises(InputError, match="nowhere: expected the folder of a campaign, got no such folder"):
+        read_campaign(tmp_path / "nowhere")
+
+
+def test_missing_campaign_toml(folder):
+    folder.toml.unlink()
+    fault(folder, r"campaign\.toml: .*got no such file; make it with python -m measurement\.new")
+
+
+def test_joint_beyond_the_device(folder):
+    folder.replace('"single_joint"', '"freedom6s"')
+    folder.replace("free_joints = [4]", "free_joints = [6]")
+    fault(folder, r"line 15, runs\[0\]\.free_joints: expected joints of freedom6s, 0 to 5, got \[6\]")
+
+
+def test_posture_of_the_wrong_length(folder):
+    folder.replace('"single_joint"', '"freedom6s"')
+    folder.replace('use = "fit"', 'use = "fit"\nlocked_positions_rad = [0.0, 1.0]')
+    fault(folder, r"line 17, runs\[0\]\.locked_positions_rad: expected 6 numbers.*got 2")
+
+
+def test_validation_run_of_a_joint_without_fit_run(folder):
+    folder.frame.rename(columns=lambda name: name.replace("4", "3")).to_csv(folder.path / "b.csv", index=False)
+    text = folder.toml.read_text()
+    head, _, tail = text.rpartition("free_joints = [4]")
+    folder.toml.write_text(head + "free_joints = [3]" + tail)
+    fault(folder, r'line 21, runs\[1\]\.use: expected a run with use = "fit" for joint 3')
+
+
+TABLE_FAULTS = [
+    (1, "time_s,torque_4,position_4_rad", r"a\.csv, line 1: expected a column torque_4_Nm, .*did you mean 'torque_4'"),
+    (1, "time_s,torque_4_Nm,angle", r"a\.csv, line 1: expected a column position_4_rad, got none; it has time_s"),
+    (1, "time_s,torque_4_Nm,torque_4_Nm", r"a\.csv, line 1: expected one column torque_4_Nm, got two"),
+    (7, "0.025,,0.1", r"a\.csv, line 7, torque_4_Nm: expected a finite number, got an empty or NaN cell"),
+    (7, "0.025,NaN,0.1", r"a\.csv, line 7, torque_4_Nm: .*NaN"),
+    (7, "0.025,inf,0.1", r"a\.csv, line 7, torque_4_Nm: .*got 'inf'"),
+    (7, "0.025,0.1,abc", r"a\.csv, line 7, position_4_rad: expected a finite number, got 'abc'"),
+    (7, "0.015,0.1,0.1", r"a\.csv, line 7, time_s: expected time that increases .*got 0\.015 s after 0\.02 s"),
+    (7, "0.02,0.1,0.1", r"a\.csv, line 7, time_s: expected time that increases .*got 0\.02 s after 0\.02 s"),
+    (7, "", r"a\.csv, line 7, time_s: .*empty"),
+]
+
+
+@pytest.mark.parametrize(("line", "text", "pattern"), TABLE_FAULTS, ids=[f"{k}" for k in range(len(TABLE_FAULTS))])
+def test_fault_in_a_table(folder, line, text, pattern):
+    folder.line(line, text)
+    fault(folder, pattern)
+
+
+def test_too_many_cells_in_a_line(folder):
+    folder.line(9, "0.035,0.1,0.2,0.3,0.4")
+    fault(folder, r"a\.csv: expected a table in CSV")
+
+
+@pytest.mark.parametrize(
+    ("content", "pattern"),
+    [
+        (b"", r"a\.csv: expected a header and at least 8 rows, got an empty file"),
+        (b"time_s,torque_4_Nm,position_4_rad\n", r"a\.csv: expected at least 8 rows, got 0"),
+        (b"time_s,torque_4_Nm,position_4_rad\n0,1,2\n1,2,3\n", r"a\.csv: expected at least 8 rows, got 2"),
+        (b"time_s;torque_4_Nm;position_4_rad\n" + b"0;1;2\n" * 9, r"columns separated by commas, got semicolons"),
+        (b"\xff\xfe\x00\x01\x9a", r"a\.csv: expected a table in CSV"),
+    ],
+)
+def test_table_that_is_none(folder, content, pattern):
+    (folder.path / "a.csv").write_bytes(content)
+    fault(folder, pattern)
+
+
+@pytest.mark.parametrize("suffix", [".csv.gz", ".parquet"])
+def test_broken_archives(folder, suffix):
+    (folder.path / f"a{suffix}").write_bytes(b"\x1f\x8b\x08 broken")
+    folder.replace('"a.csv"', f'"a{suffix}"')
+    fault(folder, rf"a{re.escape(suffix)}: expected a table in")
+
+
+def test_parquet_rows_are_counted_from_one(folder):
+    folder.frame.loc[5, "torque_4_Nm"] = float("nan")
+    folder.frame.to_parquet(folder.path / "a.parquet")
+    folder.replace('"a.csv"', '"a.parquet"')
+    fault(folder, r"a\.parquet, row 6, torque_4_Nm")
+
+
+def test_current_without_torque_constant(folder):
+    folder.frame.rename(columns={"torque_4_Nm": "current_4_A"}).to_csv(folder.path / "a.csv", index=False)
+    fault(folder, r"got current_4_A; give torque_constant_Nm_per_A under \[joint\.4\]")
+
+
+def test_position_in_two_units(folder):
+    folder.frame.assign(position_4_m=0.0).to_csv(folder.path / "a.csv", index=False)
+    fault(folder, r"expected one position of joint 4")

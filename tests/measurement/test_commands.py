@@ -1,0 +1,135 @@
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from measurement import check, new
+from measurement.reading import read_campaign
+
+
+@pytest.fixture
+def tables(tmp_path):
+    """Two tables with somebody's own column names, in degrees and milliseconds."""
+    folder = tmp_path / "tables"
+    folder.mkdir()
+    t = np.arange(200) * 5.0
+    for name, gain in (("one.csv", 1.0), ("two.csv", 2.0)):
+        frame = pd.DataFrame({"ms": t, "tau": gain * np.cos(0.02 * t), "deg": 10 * gain * np.sin(0.02 * t)})
+        frame.to_csv(folder / name, index=False)
+    return folder
+
+
+MAPS = ["--map", "ms=time_s*0.001", "--map", "tau=torque_2_Nm", "--map", "deg=position_2_rad*0.017453292519943295"]
+
+
+def run_new(*arguments: object, answers: str | None = None):
+    return CliRunner().invoke(new.main, [str(part) for part in arguments], input=answers)
+
+
+def test_new_from_flags(tables, tmp_path):
+    out = tmp_path / "made"
+    flags = ["--synthetic", "--title", "Mine", "--noise", "1e-4", "--validate", "two.csv", *MAPS]
+    result = run_new(tables, "--out", out, *flags)
+    assert result.exit_code == 0, result.output
+    campaign = read_campaign(out)
+    assert (campaign.title, campaign.label, campaign.joints) == ("Mine", "synthetic", (2,))
+    assert [run.use for run in campaign.runs] == ["fit", "validate"]
+    assert campaign.noise_given
+    original = pd.read_csv(tables / "one.csv")
+    np.testing.assert_allclose(campaign.runs[0].y[:, 0], np.deg2rad(original["deg"]), rtol=1e-15)
+    np.testing.assert_allclose(campaign.runs[0].t, original["ms"] / 1000, rtol=1e-15)
+    assert (tables / "one.csv").read_text().startswith("ms,tau,deg")
+
+
+def test_new_asks_where_flags_are_absent(tables, tmp_path, monkeypatch):
+    monkeypatch.setattr(new, "_can_ask", lambda: True)
+    answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ntorque_2_Nm\nposition_2_rad*0.0174533\n"
+    result = run_new(tables, "--out", tmp_path / "made", answers=answers)
+    assert result.exit_code == 0, result.output
+    campaign = read_campaign(tmp_path / "made")
+    assert (campaign.title, campaign.device, campaign.measured) == ("Asked", "single_joint", True)
+    assert [run.use for run in campaign.runs] == ["fit", "validate"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (MAPS, "--measured or --synthetic: expected one of the two flags, got neither"),
+        (["--measured"], "expected columns time_s, torque_<j>_Nm, position_<j>_rad, got ms, tau, deg"),
+        (["--measured", *MAPS, "--validate", "three.csv"], "--validate: expected one of one.csv, two.csv"),
+        (["--measured", *MAPS, "--map", "x=position_1_rad"], "a column x (named in --map)"),
+        (["--measured", "--map", "tau=torque"], "--map: expected COLUMN=NAME"),
+        (["--measured", "--map", "tau=torque_2_Nm*x"], "--map: expected a number as the factor"),
+        (["--measured", *MAPS, "--device", "robot"], "device: expected a built-in device"),
+        (["--measured", *MAPS, "--free", "3"], "expected columns time_s"),
+    ],
+)
+def test_new_refuses_and_writes_nothing(tables, tmp_path, arguments, message):
+    result = run_new(tables, "--out", tmp_path / "made", *arguments)
+    assert result.exit_code == 2
+    assert message in result.output
+    assert result.output.strip().count("\n") == 0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["tables"]
+
+
+def test_new_does_not_overwrite(tables, folder):
+    before = folder.toml.read_bytes()
+    result = run_new(tables, "--out", folder.path, "--measured", *MAPS)
+    assert result.exit_code == 2
+    assert "expected a new or empty folder" in result.output
+    assert folder.toml.read_bytes() == before
+
+
+def test_new_with_tables_that_hold_other_joints_too(tables, tmp_path):
+    for path in tables.iterdir():
+        pd.read_csv(path).assign(torque_0_Nm=0.0, position_0_rad=0.1).to_csv(path, index=False)
+    result = run_new(tables, "--out", tmp_path / "made", "--measured", *MAPS, "--free", "2")
+    assert result.exit_code == 0, result.output
+    assert read_campaign(tmp_path / "made").joints == (2,)
+
+
+def run_check(*arguments: object):
+    return CliRunner().invoke(check.main, [str(part) for part in arguments])
+
+
+def test_check_prints_runs_and_remarks(folder):
+    folder.replace('use = "validate"', 'use = "excluded"\nreason = "the cable slipped"')
+    result = run_check(folder.path)
+    assert result.exit_code == 0, result.output
+    assert "A test" in result.stdout
+    assert "synthetic data" in result.stdout
+    assert "no validation run for 4" in result.stdout
+    assert "excluded: the cable slipped" in result.stdout
+    row = next(line for line in result.stdout.splitlines() if line.startswith("a.csv"))
+    assert row.split()[:6] == ["a.csv", "4", "fit", "40", "0.195", "200"]
+    assert "0.0002" in row
+
+
+def test_check_warns_on_stderr_in_one_line(folder):
+    folder.frame.assign(temperature=20.5).to_csv(folder.path / "a.csv", index=False)
+    result = run_check(folder.path)
+    assert result.exit_code == 0
+    assert result.stderr.startswith("warning: ")
+    assert result.stderr.count("\n") == 1
+
+
+def test_check_refuses_bad_input_in_one_line(folder):
+    folder.line(7, "0.025,NaN,0.1")
+    result = run_check(folder.path)
+    assert result.exit_code == 2
+    assert result.stdout == ""
+    assert result.stderr.startswith("error: ")
+    assert result.stderr.count("\n") == 1
+
+
+def test_check_sees_position_control_in_the_real_tendon_joint(shared):
+    result = run_check(shared / "dvrk_mtm_joint4")
+    assert result.exit_code == 0
+    assert "recorded under position control" in result.stdout
+
+
+def test_check_of_the_real_arm_finds_open_loop_and_the_encoder_step(shared):
+    result = run_check(shared / "dfki_double_pendulum_a0")
+    assert result.exit_code == 0
+    assert "position control" not in result.stdout
+    assert "~0.00038" in result.stdout
