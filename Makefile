@@ -1,6 +1,8 @@
-# Five verbs, one line each. `support/bootstrap.py` needs only the standard library: it installs what is missing
-# into the interpreter in use (or into .venv where that one is externally managed) and then runs the command.
-PYTHON ?= python3
+# Verbs, one line each. `support/bootstrap.py` needs only the standard library: it installs what is missing into the
+# interpreter in use (or into .venv where that one is externally managed) and then runs the command.
+NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
+NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
+PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
 .PHONY: fmu check test bench docs blind calibrate
 
@@ -8,6 +10,6 @@ fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
 test: ; $(RUN) --dev -m pytest -n 2 --dist worksteal
 bench: ; $(RUN) --dev -m benchmarks.run
-docs: ; $(RUN) -m docs.build
+docs: ; $(RUN) --dev -m docs.build
 blind: ; $(RUN) -m discrepancy.blind
 calibrate: ; $(RUN) -m uq.calibrate

@@ -1,8 +1,8 @@
 """An effect of the catalogue: what it adds to the equation of a joint, as formulas in the standard symbols.
 
-The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle), ``w`` (torque that reaches the joint, as
-built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far), ``y`` (reading as built so far), and
-every parameter and state by its id.
+The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle), ``w`` (torque that reaches the
+joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far), ``y`` (reading as built
+so far), and every parameter and state by its id.
 """
 
 from __future__ import annotations
@@ -36,12 +36,13 @@ class Effect:
     id, title, formula
         Fixed id, name in words, formula as a reader writes it.
     lives_in
-        The variable in which the effect lives: ``position``, ``velocity``, ``torque``, ``time``, ``reversal``, ``frequency``, ``cycle``.
+        The variable in which the effect lives: ``position``, ``velocity``, ``torque``, ``time``, ``reversal``,
+        ``frequency``, ``cycle``.
     side
         ``torque``, ``input``, ``output``, ``friction``, ``time`` or ``random``.
     parameters
-        Amplitude first: the quantity that is zero in the base model (its ``initial`` is a typical size, its bounds hold 0
-        or reach close to it); the rest are shape parameters.
+        Amplitude first: the quantity that is zero in the base model (its ``initial`` is a typical size, its bounds hold
+        0 or reach close to it); the rest are shape parameters.
     shapes
         Grid of shape parameters at which the signature is taken: tuples ``(id, values)``.
     neutral

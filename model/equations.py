@@ -71,7 +71,8 @@ class Equations:
     states, inputs, outputs, parameters
         In the order of the arrays x (n_x,), u (n_u,), y (n_y,), p (n_p,).
     definitions
-        Intermediate quantities, each an expression of what stands before it; rhs, rates, outputs and mass_matrix use them.
+        Intermediate quantities, each an expression of what stands before it, for use in rhs, rates, outputs and
+        mass_matrix.
     rhs
         f, shape (n_x,). Where ``mass_matrix`` is given, the entries of the velocities hold h instead.
     rates
@@ -104,9 +105,10 @@ class Equations:
         """Check lengths, names and that nothing undefined is used."""
         n = len(self.states)
         if len(self.rhs) != n or len(self.rates) != n:
-            msg = f"{self.name}: {n} states need {n} right-hand sides and rates, got {len(self.rhs)} and {len(self.rates)}"
+            msg = f"{self.name}: {n} states, but {len(self.rhs)} right-hand sides and {len(self.rates)} rates"
             raise ValueError(msg)
-        known = {TIME, *(x.symbol for x in (*self.states, *self.inputs, *self.parameters))}
+        named: tuple[State | Input | Quantity, ...] = (*self.states, *self.inputs, *self.parameters)
+        known = {TIME, *(x.symbol for x in named)}
         if len(known) != 1 + n + len(self.inputs) + len(self.parameters):
             msg = f"{self.name}: two quantities share a name"
             raise ValueError(msg)
@@ -142,11 +144,17 @@ class Equations:
     @property
     def digest(self) -> str:
         """Sixteen hex digits that change with any formula (not with first guesses or bounds)."""
-        text = repr((
-            self.name, self.joints, [s.id for s in self.states], [u.id for u in self.inputs],
-            [q.id for q in self.parameters], [sp.srepr(d) for _, d in self.definitions],
-            [sp.srepr(sp.sympify(e)) for e in (*self.rhs, *self.rates)],
-            [(o.id, sp.srepr(sp.sympify(o.expression))) for o in self.outputs],
-            [[sp.srepr(sp.sympify(e)) for e in row] for row in self.mass_matrix or ()],
-        ))
+        text = repr(
+            (
+                self.name,
+                self.joints,
+                [s.id for s in self.states],
+                [u.id for u in self.inputs],
+                [q.id for q in self.parameters],
+                [sp.srepr(d) for _, d in self.definitions],
+                [sp.srepr(sp.sympify(e)) for e in (*self.rhs, *self.rates)],
+                [(o.id, sp.srepr(sp.sympify(o.expression))) for o in self.outputs],
+                [[sp.srepr(sp.sympify(e)) for e in row] for row in self.mass_matrix or ()],
+            )
+        )
         return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -83,8 +83,8 @@ def joint_equations(
     Parameters
     ----------
     parameters
-        The parameters of the locked joint, by default all of `model.parameters.TABLE`. ``gravity_cos`` and ``gravity_sin`` may
-        be left out where gravity does no work.
+        The parameters of the locked joint, by default all of `model.parameters.TABLE`. ``gravity_cos`` and
+        ``gravity_sin`` may be left out where gravity does no work.
     effects
         Deterministic effects to add, in order along the torque path. Random ones do not enter the equation.
     """
@@ -93,10 +93,18 @@ def joint_equations(
     effects = [e for e in effects if not e.random]
     terms = _with_effects(effects, p["Kp"])
     friction = lugre(
-        sym.v, sym.z,
-        LuGreParameters(sigma0=p["sigma0"], sigma1=p["sigma1"], sigma2=p["sigma2"] * terms.viscous_level, vs=p["vs"],
-                        Fs=p["Fs"] * terms.coulomb_level, Fc=p["Fc"] * terms.coulomb_level),
-        level=terms.friction_level, lagged=terms.stribeck_velocity,
+        sym.v,
+        sym.z,
+        LuGreParameters(
+            sigma0=p["sigma0"],
+            sigma1=p["sigma1"],
+            sigma2=p["sigma2"] * terms.viscous_level,
+            vs=p["vs"],
+            Fs=p["Fs"] * terms.coulomb_level,
+            Fc=p["Fc"] * terms.coulomb_level,
+        ),
+        level=terms.friction_level,
+        lagged=terms.stribeck_velocity,
     )
     m = terms.inertia_factor
     inertia = p["inertia"] * m
@@ -114,12 +122,15 @@ def joint_equations(
         states=(
             State(id="q", unit=rad, description="position", structured=f"{name}.position"),
             State(id="v", unit=f"{rad}/s", description="velocity", structured=f"{name}.velocity"),
-            State(id="z", unit=rad, description="bristle deflection", nominal=1e-3, structured=f"{name}.friction.bristle"),
+            State(
+                id="z", unit=rad, description="bristle deflection", nominal=1e-3, structured=f"{name}.friction.bristle"
+            ),
             *(s.state for s in terms.states),
         ),
         inputs=(Input(id="tau", unit=nm, description="commanded torque", structured=f"{name}.torque"),),
-        outputs=(Output(id="y", unit=rad, description="position reading", expression=terms.y,
-                        structured=f"{name}.reading"),),
+        outputs=(
+            Output(id="y", unit=rad, description="position reading", expression=terms.y, structured=f"{name}.reading"),
+        ),
         parameters=(*quantities, *(x for e in effects for x in e.parameters)),
         rhs=tuple(sp.sympify(f) * terms.time_rate for f in rhs),
         rates=tuple(sp.sympify(r) * terms.time_rate for r in rates),

@@ -33,7 +33,9 @@ class LuGreParameters:
     Fc: sp.Expr
 
 
-def lugre(v: sp.Expr, z: sp.Expr, p: LuGreParameters, *, level: sp.Expr = sp.S.One, lagged: sp.Expr | None = None) -> LuGre:
+def lugre(
+    v: sp.Expr, z: sp.Expr, p: LuGreParameters, *, level: sp.Expr = sp.S.One, lagged: sp.Expr | None = None
+) -> LuGre:
     """Write LuGre friction at joint speed ``v`` and bristle deflection ``z``.
 
     Parameters

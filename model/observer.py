@@ -1,6 +1,7 @@
 """Output injection: the equations of an observer that the measured position pulls, for homotopy in the gain L.
 
-q̇ = v + 2L·(y_meas − y),  v̇ = f_v + L²·(y_meas − y);  both error poles of a double integrator lie at −L. L = 0 gives the model back.
+q̇ = v + 2L·(y_meas − y),  v̇ = f_v + L²·(y_meas − y);  both error poles of a double integrator lie at −L.
+L = 0 gives the model back.
 """
 
 from __future__ import annotations
@@ -19,7 +20,9 @@ def with_observer(equations: Equations) -> Equations:
     n = len(equations.joints)
     gain = Input(id=GAIN, unit="1/s", description="observer gain L; 0 simulates freely", structured="observer.gain")
     measured = tuple(
-        Input(id=f"measured_{o.id}", unit=o.unit, description=f"measured {o.description}", structured=f"observer.{o.id}")
+        Input(
+            id=f"measured_{o.id}", unit=o.unit, description=f"measured {o.description}", structured=f"observer.{o.id}"
+        )
         for o in equations.outputs[:n]
     )
     L = gain.symbol

@@ -9,7 +9,10 @@ import jinja2
 from markupsafe import Markup
 
 _ENVIRONMENT = jinja2.Environment(
-    loader=jinja2.PackageLoader("report", "templates"), autoescape=True, trim_blocks=True, lstrip_blocks=True,
+    loader=jinja2.PackageLoader("report", "templates"),
+    autoescape=True,
+    trim_blocks=True,
+    lstrip_blocks=True,
     undefined=jinja2.StrictUndefined,
 )
 
@@ -44,7 +47,9 @@ class Section:
     folded: bool = False
 
 
-def render_page(*, title: str, lead: str, sections: Sequence[Section], synthetic: bool | None, footer: Sequence[str] = ()) -> str:
+def render_page(
+    *, title: str, lead: str, sections: Sequence[Section], synthetic: bool | None, footer: Sequence[str] = ()
+) -> str:
     """Render a page.
 
     Parameters

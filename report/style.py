@@ -14,15 +14,23 @@ from matplotlib.figure import Figure
 
 MEASURED, SIMULATED, RESIDUAL, BAND, ACCENT = "#1f2933", "#0b7285", "#c92a2a", "#99e9f2", "#e8590c"
 _RC: dict[str, Any] = {
-    "font.size": 9, "axes.spines.top": False, "axes.spines.right": False, "axes.grid": True, "grid.color": "#e9ecef",
-    "grid.linewidth": 0.6, "axes.edgecolor": "#868e96", "legend.frameon": False, "lines.linewidth": 1.1, "figure.dpi": 110,
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e9ecef",
+    "grid.linewidth": 0.6,
+    "axes.edgecolor": "#868e96",
+    "legend.frameon": False,
+    "lines.linewidth": 1.1,
+    "figure.dpi": 110,
 }
 
 
 @contextmanager
 def style() -> Iterator[None]:
     """Apply the house style inside the block."""
-    with mpl.rc_context(_RC):
+    with mpl.rc_context(_RC):  # type: ignore[arg-type] # the stubs know the keys only as literals
         yield
 
 

@@ -43,21 +43,37 @@ def parse_joints(text: str | None) -> tuple[int, ...] | None:
     try:
         joints = tuple(int(part) for part in text.split(","))
     except ValueError:
-        raise InputError("--joints", expected="joint numbers separated by commas, as in 4,5,3", got=repr(text)) from None
+        raise InputError(
+            "--joints", expected="joint numbers separated by commas, as in 4,5,3", got=repr(text)
+        ) from None
     return joints
 
 
 def common_options(function: Callable[P, T]) -> Callable[P, T]:
     """Add the options of every command: --out, --joints, --seed, --workers, --scheduler, --quiet."""
     options = [
-        click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path("artifacts"),
-                     show_default=True, help="Folder for everything that is written."),
+        click.option(
+            "--out",
+            type=click.Path(path_type=Path, file_okay=False),
+            default=Path("artifacts"),
+            show_default=True,
+            help="Folder for everything that is written.",
+        ),
         click.option("--joints", default=None, metavar="4,5,3", help="Only these joints."),
         click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same result, bit for bit."),
-        click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores",
-                     help="Processes on this machine."),
-        click.option("--scheduler", default=None, metavar="tcp://HOST:PORT",
-                     help="A running Dask scheduler to use instead of processes here."),
+        click.option(
+            "--workers",
+            type=click.IntRange(min=1),
+            default=os.cpu_count() or 1,
+            show_default="cores",
+            help="Processes on this machine.",
+        ),
+        click.option(
+            "--scheduler",
+            default=None,
+            metavar="tcp://HOST:PORT",
+            help="A running Dask scheduler to use instead of processes here.",
+        ),
         click.option("--quiet", is_flag=True, help="No progress on stderr."),
     ]
     for option in reversed(options):
@@ -65,6 +81,8 @@ def common_options(function: Callable[P, T]) -> Callable[P, T]:
     return function
 
 
-def progress(iterable: Iterable[T] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False) -> "tqdm[T]":
+def progress(
+    iterable: Iterable[T] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False
+) -> tqdm[T]:
     """Progress bar on stderr; silent under --quiet."""
-    return tqdm(iterable, total=total, desc=title, disable=quiet, file=sys.stderr, dynamic_ncols=True, leave=False)
+    return tqdm(iterable, total=total, desc=title, disable=quiet, file=sys.stderr, dynamic_ncols=True, leave=False)  # type: ignore[return-value] # the stub allows an iterable of nothing

@@ -1,1 +1,5 @@
 """Posterior sampling, diagnostics and predictive checks."""
+
+from support.environment import ready
+
+ready()

@@ -83,8 +83,10 @@ class CompiledKernel:
         flags = (linear,) * self._sizes[1] if isinstance(linear, bool) else linear
         return sum(1 << j for j, flag in enumerate(flags) if flag)
 
-    def simulate(self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None) -> Array:
-        """Outputs y (n_t, n_y) at times t (n_t,) for inputs u (n_t, n_u), parameters p (n_p,), initial state x0 (n_x,).
+    def simulate(
+        self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
+    ) -> Array:
+        """Return outputs y (n_t, n_y) at times t (n_t,) for inputs u (n_t, n_u), parameters p (n_p,), start x0 (n_x,).
 
         Rows after the state has left the finite numbers are NaN.
         """
@@ -92,15 +94,22 @@ class CompiledKernel:
         y = np.full((times.size, self._sizes[3]), np.nan)
         end = np.empty(self._sizes[0])
         _load(self.path).hk_simulate(
-            times.size, times.ctypes.data, inputs.ctypes.data, self.linear_bits(linear), parameters.ctypes.data,
-            start.ctypes.data, step or self.kernel.step, y.ctypes.data, end.ctypes.data,
+            times.size,
+            times.ctypes.data,
+            inputs.ctypes.data,
+            self.linear_bits(linear),
+            parameters.ctypes.data,
+            start.ctypes.data,
+            step or self.kernel.step,
+            y.ctypes.data,
+            end.ctypes.data,
         )
         return y
 
     def simulate_tangent(
         self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
     ) -> tuple[Array, Array]:
-        """As `simulate`, and dy (n_t, n_y, n_c): derivatives along ``kernel.columns``, parameters then initial states."""
+        """As `simulate`, with dy (n_t, n_y, n_c), the derivatives along ``kernel.columns``."""
         times, inputs, parameters, start = self._prepared(t, u, p, x0)
         columns = len(self.kernel.columns)
         if not columns:
@@ -110,17 +119,34 @@ class CompiledKernel:
         dy = np.full((times.size, self._sizes[3], columns), np.nan)
         end = np.empty(self._sizes[0])
         _load(self.path).hk_simulate_tangent(
-            times.size, times.ctypes.data, inputs.ctypes.data, self.linear_bits(linear), parameters.ctypes.data,
-            start.ctypes.data, step or self.kernel.step, y.ctypes.data, dy.ctypes.data, end.ctypes.data,
+            times.size,
+            times.ctypes.data,
+            inputs.ctypes.data,
+            self.linear_bits(linear),
+            parameters.ctypes.data,
+            start.ctypes.data,
+            step or self.kernel.step,
+            y.ctypes.data,
+            dy.ctypes.data,
+            end.ctypes.data,
         )
         return y, dy
 
     def simulate_many(
-        self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None, threads: int = 1
+        self,
+        t: Any,
+        u: Any,
+        p: Any,
+        x0: Any,
+        *,
+        linear: bool | tuple[bool, ...] = False,
+        step: float | None = None,
+        threads: int = 1,
     ) -> Array:
-        """Outputs (n_sets, n_t, n_y) for parameter sets p (n_sets, n_p) and initial states x0 (n_sets, n_x); NaN where a set blew up.
+        """Return outputs (n_sets, n_t, n_y) for parameter sets p (n_sets, n_p) and initial states x0 (n_sets, n_x).
 
-        Sets run side by side in SIMD lanes and in ``threads``; every set has the same bits as `simulate` gives it.
+        A set that blew up is NaN throughout. Sets run side by side in SIMD lanes and in ``threads``; every set has
+        the same bits as `simulate` gives it.
         """
         nx, nu, np_, ny = self._sizes
         times, parameters = _array(t), _array(p)
@@ -134,8 +160,17 @@ class CompiledKernel:
 
         def run(first: int, last: int) -> None:
             library.hk_simulate_lanes(
-                int(first), int(last), times.size, times.ctypes.data, inputs.ctypes.data, bits, parameters.ctypes.data,
-                start.ctypes.data, h, y.ctypes.data, done.ctypes.data,
+                int(first),
+                int(last),
+                times.size,
+                times.ctypes.data,
+                inputs.ctypes.data,
+                bits,
+                parameters.ctypes.data,
+                start.ctypes.data,
+                h,
+                y.ctypes.data,
+                done.ctypes.data,
             )
 
         if threads == 1:
@@ -155,7 +190,7 @@ class CompiledKernel:
         return f
 
     def output(self, t: float, x: Any, u: Any, p: Any) -> Array:
-        """Outputs (n_y,) at one point."""
+        """Return outputs (n_y,) at one point."""
         nx, nu, np_, ny = self._sizes
         x, u, p = _shaped("x", x, (nx,)), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
         y = np.empty(ny)

@@ -14,7 +14,17 @@ from pathlib import Path
 from support.errors import NumericalError
 from support.files import cache_folder
 
-FLAGS = ("-std=gnu11", "-O3", "-ffp-contract=off", "-fno-math-errno", "-fno-sanitize=undefined", "-fvisibility=hidden", "-g0", "-s", "-w")
+FLAGS = (
+    "-std=gnu11",
+    "-O3",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fno-sanitize=undefined",
+    "-fvisibility=hidden",
+    "-g0",
+    "-s",
+    "-w",
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,13 +43,21 @@ def available() -> bool:
 
 def _invoke(arguments: list[str]) -> None:
     environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder("zig")), **os.environ}
-    done = subprocess.run([sys.executable, "-m", "ziglang", "cc", *arguments], capture_output=True, text=True, env=environment, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "ziglang", "cc", *arguments],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
     if done.returncode != 0:
         msg = f"the C compiler failed: {done.stderr.strip()[-800:]}"
         raise NumericalError(msg)
 
 
-def compile_shared(sources: dict[str, str], *, main: tuple[str, ...], triple: str | None = None, flags: tuple[str, ...] = ()) -> Path:
+def compile_shared(
+    sources: dict[str, str], *, main: tuple[str, ...], triple: str | None = None, flags: tuple[str, ...] = ()
+) -> Path:
     """Compile C sources to a shared library and return its path in the cache.
 
     Parameters
@@ -63,7 +81,18 @@ def compile_shared(sources: dict[str, str], *, main: tuple[str, ...], triple: st
         for name, text in sources.items():
             (Path(folder) / name).write_text(text, encoding="utf-8")
         built = Path(folder) / f"built{suffix}"
-        _invoke([*target, *FLAGS, *flags, "-shared", "-fPIC", *(str(Path(folder) / name) for name in main), "-o", str(built)])
+        _invoke(
+            [
+                *target,
+                *FLAGS,
+                *flags,
+                "-shared",
+                "-fPIC",
+                *(str(Path(folder) / name) for name in main),
+                "-o",
+                str(built),
+            ]
+        )
         built.replace(library)
     return library
 

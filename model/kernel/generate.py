@@ -1,4 +1,4 @@
-"""C source of a kernel, generated from `Equations`: functions of the physics, around which the fixed stepper is included."""
+"""C source of a kernel, generated from `Equations`: functions of the physics, then the fixed stepper."""
 
 from __future__ import annotations
 
@@ -44,7 +44,9 @@ def _names(equations: Equations, state: str) -> dict[str, str]:
     return names
 
 
-def _needed(definitions: Sequence[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]) -> list[tuple[sp.Symbol, sp.Expr]]:
+def _needed(
+    definitions: Sequence[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]
+) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Those of the definitions that the expressions use, directly or through others, in order."""
     wanted: set[sp.Symbol] = set().union(*(sp.sympify(e).free_symbols for e in expressions), set())
     kept = []
@@ -56,10 +58,13 @@ def _needed(definitions: Sequence[tuple[sp.Symbol, sp.Expr]], expressions: Itera
 
 
 def _body(equations: Equations, targets: Sequence[str], expressions: Sequence[sp.Expr], state: str = "x[{}]") -> str:
-    """Assignments ``target = expression;`` with common subexpressions taken out."""
+    """Write assignments ``target = expression;`` with common subexpressions taken out."""
     check_functions(expressions)
     printer = CPrinter(_names(equations, state))
-    lines = [f"real {printer.doprint(s)} = K(0.0) + {printer.doprint(e)};" for s, e in _needed(equations.definitions, expressions)]
+    lines = [
+        f"real {printer.doprint(s)} = K(0.0) + {printer.doprint(e)};"
+        for s, e in _needed(equations.definitions, expressions)
+    ]
     common, reduced = sp.cse([sp.sympify(e) for e in expressions], symbols=sp.numbered_symbols("e_"), order="none")
     lines += [f"real {s.name} = K(0.0) + {printer.doprint(e)};" for s, e in common]
     lines += [f"{target} = K(0.0) + {printer.doprint(e)};" for target, e in zip(targets, reduced, strict=True)]
@@ -149,16 +154,26 @@ def _tangent_function(e: Equations, head: str, target: str, expressions: Sequenc
 def _tangent(e: Equations) -> str:
     width = "1 + HK_NC"
     arguments = f"(real t, real X[HK_NX][{width}], const real *u, const real *p, real"
-    return "\n".join((
-        _tangent_function(e, f"static inline void hk_eval_tangent{arguments} F[HK_NX][{width}])", "F", e.rhs),
-        _tangent_function(
-            e, f"static inline void hk_out_tangent{arguments} Y[HK_NY][{width}])", "Y", [o.expression for o in e.outputs]
-        ),
-    ))
+    return "\n".join(
+        (
+            _tangent_function(e, f"static inline void hk_eval_tangent{arguments} F[HK_NX][{width}])", "F", e.rhs),
+            _tangent_function(
+                e,
+                f"static inline void hk_out_tangent{arguments} Y[HK_NY][{width}])",
+                "Y",
+                [o.expression for o in e.outputs],
+            ),
+        )
+    )
 
 
 def _include_stepper(kind: str, width: str) -> str:
-    definitions = {"HK_W": f"({width})", "HK_FN(name)": f"hk_{kind}_##name", "HK_EVAL": f"hk_eval_{kind}", "HK_OUT": f"hk_out_{kind}"}
+    definitions = {
+        "HK_W": f"({width})",
+        "HK_FN(name)": f"hk_{kind}_##name",
+        "HK_EVAL": f"hk_eval_{kind}",
+        "HK_OUT": f"hk_out_{kind}",
+    }
     before = "\n".join(f"#define {k} {v}" for k, v in definitions.items())
     after = "\n".join(f"#undef {k.partition('(')[0]}" for k in definitions)
     return f"{before}\n{template('stepper.h')}\n{after}"
@@ -187,22 +202,30 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
     head = "\n".join(f"#define HK_{k} {v}" for k, v in sizes.items())
     stiff = ", ".join("0" if r == 0 else "1" for r in rates)
     arguments = "(real t, const real *x, const real *u, const real *p"
+    rate_targets = [f"a[{i}]" for i in range(len(rates))]
     parts = [
         f"/* {e.title}: generated, do not edit. */",
-        template("real.h"), head,
+        template("real.h"),
+        head,
         f"#ifndef HK_LANES\n#define HK_NC {len(columns)}\n#endif" if tangent else "",
         f"static const int hk_stiff[HK_NX] = {{{stiff}}};",
-        f"static inline void hk_rates{arguments}, real *a) {{\n{_body(e, [f'a[{i}]' for i in range(len(rates))], rates)}\n}}",
-        f"static inline real hk_coupling{arguments}) {{\n    real c;\n{_body(e, ['c'], [_coupling(e)])}\n    return c;\n}}",
+        f"static inline void hk_rates{arguments}, real *a) {{\n{_body(e, rate_targets, rates)}\n}}",
+        f"static inline real hk_coupling{arguments}) {{\n{_body(e, ['real c'], [_coupling(e)])}\n    return c;\n}}",
         _plain(e),
         f"#ifdef HK_NC{_indent(_tangent(e))}\n#endif" if tangent else "",
-        template("weights.h"), _include_stepper("plain", "1"),
+        template("weights.h"),
+        _include_stepper("plain", "1"),
         f"#ifdef HK_NC\n{_include_stepper('tangent', '1 + HK_NC')}\n#endif" if tangent else "",
         template("interface.c"),
     ]
     source = "\n".join(parts) + "\n"
-    return Kernel(equations=e, source=source, digest=hashlib.sha256(f"{step!r}{source}".encode()).hexdigest()[:16],
-                  columns=columns, step=step)
+    return Kernel(
+        equations=e,
+        source=source,
+        digest=hashlib.sha256(f"{step!r}{source}".encode()).hexdigest()[:16],
+        columns=columns,
+        step=step,
+    )
 
 
 def _indent(text: str) -> str:

@@ -19,7 +19,7 @@ def differentiate(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
     return derivative.replace(DiracDelta, lambda *_: sp.S.Zero)
 
 
-class CPrinter(C99CodePrinter):  # type: ignore[misc] # SymPy is untyped
+class CPrinter(C99CodePrinter):
     """Expressions in the arithmetic of ``real.h``: branch-free, the same text for scalars and lanes."""
 
     def __init__(self, names: dict[str, str]) -> None:
@@ -89,7 +89,7 @@ class CPrinter(C99CodePrinter):  # type: ignore[misc] # SymPy is untyped
         return text
 
 
-class PythonPrinter(PythonCodePrinter):  # type: ignore[misc] # SymPy is untyped
+class PythonPrinter(PythonCodePrinter):
     """Expressions for the plain-Python fallback, with ``math`` and the two helpers ``sign`` and ``step``."""
 
     def __init__(self, names: dict[str, str]) -> None:
