@@ -12,6 +12,8 @@ from measurement.run import Array, Run
 
 PERIODIC = 0.5
 """Least share of the torque's variance on one line for a run to count as periodic."""
+FEW_TURNS = 0.95
+"""The same where the run has fewer than two cycles, so that a drift is not taken for one."""
 SLIVER = 0.1
 """A piece at either end shorter than this share of a cycle joins its neighbour."""
 
@@ -54,7 +56,8 @@ def find_cycles(run: Run, column: int = 0) -> Cycles:
         return nothing
     omega = _refined(t, u, _strongest_line(t, u))
     (a, b, _), share = _line(t, u, omega)
-    if share < PERIODIC or omega * t[-1] < 4 * np.pi:
+    turns_in_all = omega * t[-1] / (2 * np.pi)
+    if turns_in_all < 1 or share < (PERIODIC if turns_in_all > 2 else FEW_TURNS):
         return Cycles(omega=omega, share=share, index=nothing.index)
     turns = (omega * t + np.arctan2(-b, a)) / (2 * np.pi)
     return Cycles(omega=omega, share=share, index=_numbered(turns))

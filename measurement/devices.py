@@ -5,20 +5,21 @@ from __future__ import annotations
 import tomllib
 from importlib.resources import files
 from pathlib import Path
+from xml.etree import ElementTree
 
 from measurement.schema import did_you_mean
 from measurement.warning import warn
 from support.errors import InputError
 
 SINGLE_JOINT = "single_joint"
-BUILT_IN_JOINTS = {"freedom6s": 6, "double_pendulum": 2}
+SUFFIXES = (".toml", ".urdf")
 
 
 def device_names() -> tuple[str, ...]:
-    """Names of the built-in devices: the TOML files of ``model/devices``, and those that are always there."""
+    """Names of the built-in devices: the TOML files of ``model/devices``, and ``single_joint``."""
     folder = files("model") / "devices"
     found = {item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")}
-    return tuple(sorted(found | {SINGLE_JOINT, *BUILT_IN_JOINTS}))
+    return tuple(sorted(found | {SINGLE_JOINT}))
 
 
 def resolve_device(device: str, folder: Path, where: str) -> str:
@@ -28,9 +29,9 @@ def resolve_device(device: str, folder: Path, where: str) -> str:
     """
     if device in device_names():
         return device
-    if not device.endswith((".toml", ".urdf")):
+    if not device.endswith(SUFFIXES):
         todo = did_you_mean(device, device_names())
-        raise InputError(where, expected="a built-in device or a file *.toml", got=repr(device), todo=todo)
+        raise InputError(where, expected="a built-in device or a file *.toml, *.urdf", got=repr(device), todo=todo)
     path = folder / device
     if path.is_file():
         return str(path)
@@ -45,11 +46,21 @@ def joint_count(device: str) -> int | None:
     """Return the number of joints; None for ``single_joint`` and where the device file does not list its joints."""
     if device == SINGLE_JOINT:
         return None
-    if device in BUILT_IN_JOINTS:
-        return BUILT_IN_JOINTS[device]
-    source = Path(device) if device.endswith(".toml") else files("model") / "devices" / f"{device}.toml"
+    is_file = device.endswith(SUFFIXES)
+    source = Path(device) if is_file else files("model") / "devices" / f"{device}.toml"
     try:
-        joints = tomllib.loads(source.read_text(encoding="utf-8")).get("joints")
-    except (OSError, ValueError):
+        text = source.read_text(encoding="utf-8")
+        return _urdf_joints(text) if device.endswith(".urdf") else _toml_joints(text)
+    except (OSError, ValueError, ElementTree.ParseError):
         return None
-    return len(joints) if isinstance(joints, list | dict) else None
+
+
+def _toml_joints(text: str) -> int | None:
+    joints = tomllib.loads(text).get("joints")
+    return len(joints) if isinstance(joints, list) else None
+
+
+def _urdf_joints(text: str) -> int:
+    joints = ElementTree.fromstring(text).findall("joint")
+    moving = ("revolute", "continuous", "prismatic")
+    return sum(joint.get("type") in moving and joint.find("mimic") is None for joint in joints)

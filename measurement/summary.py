@@ -101,5 +101,14 @@ def table_text(rows: tuple[Row, ...]) -> str:
     cells = [HEADER, *(row.cells for row in rows)]
     widths = [max(len(line[k]) for line in cells) for k in range(len(HEADER))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]
-    remarks = [f"  {row.cells[0]}, joint {row.cells[1]}: {remark}" for row in rows for remark in row.remarks]
-    return "\n".join([*lines, *(["", "Remarks"] if remarks else []), *dict.fromkeys(remarks)])
+    return "\n".join([*lines, *_remark_lines(rows)])
+
+
+def _remark_lines(rows: tuple[Row, ...]) -> list[str]:
+    """Lay out the remarks, one line for all joints of a run that share it."""
+    joints: dict[tuple[str, str], list[str]] = {}
+    for row in rows:
+        for remark in row.remarks:
+            joints.setdefault((row.cells[0], remark), []).append(row.cells[1].split()[0])
+    lines = [f"  {file}, joint {', '.join(names)}: {remark}" for (file, remark), names in joints.items()]
+    return ["", "Remarks", *lines] if lines else []

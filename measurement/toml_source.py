@@ -44,7 +44,8 @@ class TomlSource:
             if header:
                 current = re.sub(r"[\s\"']", "", header.group(1))
                 seen += current == section
-                if not key and current == section and seen == occurrence + 1:
+                below = occurrence == 0 and current.startswith(f"{section}.")
+                if not key and (below or (current == section and seen == occurrence + 1)):
                     return number
             elif key and current == section and (not section or seen == occurrence + 1) and _assigns(content, key):
                 return number

@@ -50,6 +50,12 @@ def test_amplitudes_that_scatter_from_cycle_to_cycle_are_told_apart():
     np.testing.assert_allclose(found, gains[:20], rtol=2e-3)
 
 
+def test_a_run_of_one_and_a_half_cycles():
+    cycles = find_cycles(run(np.cos(0.5 * T)))
+    assert cycles.count == 2
+    assert T[np.argmax(cycles.index)] == pytest.approx(4 * np.pi, abs=0.01)
+
+
 def test_uneven_rows():
     t = np.cumsum(0.005 * np.random.default_rng(0).uniform(0.5, 1.5, 4000))
     t -= t[0]

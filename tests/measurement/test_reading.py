@@ -7,6 +7,7 @@ import pytest
 
 from measurement.reading import embedded_campaign, read_campaign
 from measurement.warning import CampaignWarning
+from support.errors import InputError
 
 
 def test_fields_of_a_campaign(folder):
@@ -126,6 +127,15 @@ def test_device_file_beside_the_campaign(folder):
     (folder.path / "mine.toml").write_text("title = 'mine'\n")
     folder.replace('"single_joint"', '"mine.toml"')
     assert read_campaign(folder.path).device == str(folder.path / "mine.toml")
+
+
+def test_joints_of_a_urdf_are_counted(folder):
+    joints = "".join(f'<joint name="j{k}" type="{kind}"/>' for k, kind in enumerate(["revolute", "fixed", "prismatic"]))
+    (folder.path / "arm.urdf").write_text(f'<robot name="arm">{joints}</robot>')
+    folder.replace('"single_joint"', '"arm.urdf"')
+    folder.replace("free_joints = [4]", "free_joints = [2]")
+    with pytest.raises(InputError, match=r"line 10, joint\.4: expected a joint of .*arm\.urdf, 0 to 1, got 4"):
+        read_campaign(folder.path)
 
 
 def test_missing_device_file_with_a_built_in_namesake(folder):
