@@ -45,6 +45,26 @@ class Echelon:
                 _subtract(combination, -factor, origin)
         return left, combination
 
+    @property
+    def columns(self) -> frozenset[int]:
+        """The columns in which some row is not zero."""
+        return frozenset(column for row, _ in self._rows.values() for column in row)
+
+    def reduced(self) -> dict[int, Row]:
+        """Return the reduced row echelon form: pivot column → row with 1 there and 0 in the other pivots' columns."""
+        result: dict[int, Row] = {}
+        for pivot in sorted(self._rows, reverse=True):
+            row = dict(self._rows[pivot][0])
+            for other, lower in result.items():
+                if other in row:
+                    _subtract(row, row[other], lower)
+            result[pivot] = row
+        return dict(sorted(result.items()))
+
+    def copy(self) -> Echelon:
+        """Return an independent copy."""
+        return Echelon(dict(self._rows), self.rank)
+
     def spans(self, row: Mapping[int, Fraction]) -> bool:
         """Tell whether the row is a combination of those added."""
         return not self.reduce(row)[0]

@@ -1,6 +1,7 @@
 """URDF in: the same device that a TOML file would give.
 
-Joints are numbered in the order of the file, without fixed and mimicking ones; a mimicking joint becomes a passive link.
+Joints are numbered in the order of the file, without fixed and mimicking ones; a mimicking joint becomes a passive
+link.
 The root link stands still. Friction and damping of the file, where given, become first guesses.
 """
 
@@ -44,7 +45,7 @@ def load_urdf(path: Path) -> Device:
     return parse_device(table, str(path))
 
 
-def _parse(path: Path) -> Any:  # noqa: ANN401 (yourdfpy is untyped)
+def _parse(path: Path) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # trimesh's and lxml's own deprecations are not the user's concern
         from yourdfpy import URDF  # noqa: PLC0415 (slow to import, needed for URDF files alone)
@@ -75,7 +76,7 @@ def _downwards(joints: list[Any], root: str) -> list[Any]:
     return result
 
 
-def _joint(joint: Any) -> dict[str, Any]:  # noqa: ANN401 (yourdfpy is untyped)
+def _joint(joint: Any) -> dict[str, Any]:
     entry: dict[str, Any] = {"name": joint.name, "prismatic": joint.type == "prismatic"}
     limit, dynamics = joint.limit, joint.dynamics
     if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
@@ -90,9 +91,9 @@ def _joint(joint: Any) -> dict[str, Any]:  # noqa: ANN401 (yourdfpy is untyped)
     return entry | {"parameters": guesses}
 
 
-def _link(joint: Any, link: Any, root: str, numbers: dict[str, int], path: Path) -> dict[str, Any]:  # noqa: ANN401
+def _link(joint: Any, link: Any, root: str, numbers: dict[str, int], path: Path) -> dict[str, Any]:
     if joint.type not in MOTIONS:
-        raise InputError(f"{path}: joint {joint.name}", expected=" or ".join(MOTIONS), got=repr(joint.type))
+        raise InputError(where=f"{path}: joint {joint.name}", expected=" or ".join(MOTIONS), got=repr(joint.type))
     origin = np.eye(4) if joint.origin is None else joint.origin
     entry = {
         "name": _identifier(link.name),
@@ -108,17 +109,17 @@ def _link(joint: Any, link: Any, root: str, numbers: dict[str, int], path: Path)
     return entry | _inertial(link)
 
 
-def _moved_by(joint: Any, numbers: dict[str, int], path: Path) -> dict[str, float]:  # noqa: ANN401
+def _moved_by(joint: Any, numbers: dict[str, int], path: Path) -> dict[str, float]:
     if joint.mimic is None:
         return {str(numbers[joint.name]): 1}
     if joint.mimic.joint not in numbers or joint.mimic.offset:
         got = f"{joint.mimic.joint} with offset {joint.mimic.offset}"
-        raise InputError(f"{path}: joint {joint.name}, mimic", expected="a moving joint and no offset", got=got)
+        raise InputError(where=f"{path}: joint {joint.name}, mimic", expected="a moving joint and no offset", got=got)
     multiplier = float(joint.mimic.multiplier)
     return {str(numbers[joint.mimic.joint]): int(multiplier) if multiplier.is_integer() else multiplier}
 
 
-def _inertial(link: Any) -> dict[str, Any]:  # noqa: ANN401
+def _inertial(link: Any) -> dict[str, Any]:
     if link.inertial is None or not link.inertial.mass:
         return {}
     origin = np.eye(4) if link.inertial.origin is None else link.inertial.origin
