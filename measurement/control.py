@@ -7,7 +7,7 @@ import numpy as np
 from measurement.noise import contrasts, robust_std
 from measurement.run import Array, Run
 
-STEADY = 0.75
+STEADY = 0.9
 """Share of moving rows at one speed, from which a motion counts as a prescribed sweep."""
 LINKED = 0.3
 """Correlation of the torque's and the position's noise, from which the torque counts as made from the position."""
