@@ -88,7 +88,7 @@ def _unidentifiable(device: Device, order: LockingOrder) -> list[Data]:
         {
             "what": [f"Kp of joint {j}" for j, joint in enumerate(device.joints) if _free_gain(joint.parameters)]
             or ["the common factor of Kp, inertia, gravity, spring and friction of each joint"],
-            "why": "Commands are torques and measurements are positions: multiplying Kp, inertia, gravity, spring and friction "
+            "why": "Commands are torques, measurements are positions: multiplying Kp, inertia, gravity, spring and friction "
             "of a joint by one factor leaves its motion as it is. Kp is fixed, or held by a prior.",
         }
     ]
