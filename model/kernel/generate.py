@@ -71,7 +71,7 @@ def _body(equations: Equations, targets: Sequence[str], expressions: Sequence[sp
     return "\n".join(f"    {line}" for line in lines)
 
 
-def _coupling(equations: Equations) -> sp.Expr:
+def coupling(equations: Equations) -> sp.Expr:
     """Σ |Jᵢⱼ·Jⱼᵢ| over pairs of states plus Σ (Jᵢᵢ + aᵢ)²: the square of the stiffness that the rates leave [1/s²]."""
     if equations.mass_matrix is not None:
         return sp.S.Zero
@@ -210,7 +210,7 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
         f"#ifndef HK_LANES\n#define HK_NC {len(columns)}\n#endif" if tangent else "",
         f"static const int hk_stiff[HK_NX] = {{{stiff}}};",
         f"static inline void hk_rates{arguments}, real *a) {{\n{_body(e, rate_targets, rates)}\n}}",
-        f"static inline real hk_coupling{arguments}) {{\n{_body(e, ['real c'], [_coupling(e)])}\n    return c;\n}}",
+        f"static inline real hk_coupling{arguments}) {{\n{_body(e, ['real c'], [coupling(e)])}\n    return c;\n}}",
         _plain(e),
         f"#ifdef HK_NC{_indent(_tangent(e))}\n#endif" if tangent else "",
         template("weights.h"),
