@@ -1,0 +1,31 @@
+"""Archives that are the same bytes for the same content: entries sorted, one fixed date, one fixed mode."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+import zlib
+from collections.abc import Mapping
+
+EPOCH = (1980, 1, 1, 0, 0, 0)
+"""The earliest date that a zip archive can hold."""
+_FIRST = "modelDescription.xml"
+
+
+def pack(files: Mapping[str, bytes]) -> bytes:
+    """Return a zip archive of ``files`` (name within the archive to content), the model description first."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED, compresslevel=zlib.Z_BEST_COMPRESSION) as archive:
+        for name in sorted(files, key=lambda name: (name != _FIRST, name)):
+            entry = zipfile.ZipInfo(name, date_time=EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, files[name])
+    return stream.getvalue()
+
+
+def unpack(data: bytes) -> dict[str, bytes]:
+    """Return name to content of every file in a zip archive."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return {entry.filename: archive.read(entry) for entry in archive.infolist() if not entry.is_dir()}

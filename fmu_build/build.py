@@ -1,0 +1,105 @@
+"""Equations in, FMU file out."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from fmu_build.archive import pack
+from fmu_build.platforms import PLATFORMS, Platform, this_platform
+from fmu_build.python_fmu import python_files
+from fmu_build.variables import Interface, interface_of
+from model.equations import Equations
+from model.kernel.generate import DEFAULT_STEP, generate
+from model.observer import with_observer
+from support.files import write_bytes
+
+Kind = Literal["python", "native"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fmu:
+    """An FMU on disk.
+
+    Parameters
+    ----------
+    path
+        The archive.
+    digest
+        Sixteen hex digits of its content.
+    equations
+        What it was built from (without observer).
+    kind
+        ``python`` or ``native``.
+    step
+        Longest internal step [s].
+    identification
+        Whether it takes the measured position and gives sensitivities.
+    """
+
+    path: Path
+    digest: str
+    equations: Equations
+    kind: Kind
+    step: float
+    identification: bool = False
+
+
+def interface_for(
+    equations: Equations,
+    *,
+    kind: Kind,
+    identification: bool = False,
+    values: Mapping[str, float] | None = None,
+    step: float = DEFAULT_STEP,
+) -> Interface:
+    """Return the interface of the FMU of ``equations``; ``values`` are start values by id of parameter or state."""
+    kernel = generate(with_observer(equations) if identification else equations, step=step)
+    return interface_of(
+        kernel,
+        identifier=f"{equations.name}_identification" if identification else equations.name,
+        identification=identification,
+        derivatives=kind == "native",
+        values=dict(values or {}),
+    )
+
+
+def build_fmu(
+    equations: Equations,
+    out: Path,
+    *,
+    kind: Kind = "python",
+    identification: bool = False,
+    values: Mapping[str, float] | None = None,
+    provenance: Mapping[str, str] | None = None,
+    platforms: tuple[Platform, ...] | None = None,
+) -> Fmu:
+    """Build the FMU of ``equations`` at ``out`` and return it.
+
+    Parameters
+    ----------
+    kind
+        ``python`` (pythonfmu, the kernel compiled inside) or ``native``.
+    identification
+        Take also the measured positions, their and the torques' slopes and the observer gain; give also the sensitivities.
+    values
+        Start values by id of parameter or state; the first guesses where absent.
+    provenance
+        A sentence on where a parameter's value comes from, by id, for the documentation.
+    platforms
+        For which to carry binaries; all where None, this machine's alone for identification.
+    """
+    interface = interface_for(equations, kind=kind, identification=identification, values=values)
+    if platforms is None:
+        platforms = this_platform() if identification else PLATFORMS
+    text = f"{equations.title}; torque in, position out"
+    files, _ = python_files(interface, platforms=platforms, text=text)
+    data = pack(files)
+    write_bytes(out, data)
+    return Fmu(
+        path=out, digest=hashlib.sha256(data).hexdigest()[:16], equations=equations, kind=kind, step=interface.kernel.step,
+        identification=identification,
+    )  # fmt: skip

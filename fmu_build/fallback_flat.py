@@ -1,0 +1,88 @@
+"""The flat-buffer functions in plain Python; stands behind `fallback_stepper.py` and the generated functions in the FMU."""
+
+# ruff: noqa: F821 # all names but its own come from the text before this one, which fmu_build/fallback.py puts together
+
+
+def blocks(v):
+    """Return the inputs, slopes, parameters and the state of the buffer."""
+    return v[HF_U : HF_U + NU], v[HF_SLOPE : HF_SLOPE + NU], v[HF_P : HF_P + NP], v[HF_X : HF_X + NX]
+
+
+def widened(v, x):
+    """Return the states with their sensitivities."""
+    return [[x[i], *v[HF_S + i * NC : HF_S + (i + 1) * NC]] for i in range(NX)]
+
+
+def safely(function, v, *arguments):
+    """Whether ``function`` did its work without leaving the numbers."""
+    try:
+        return function(v, *arguments)
+    except (ArithmeticError, ValueError):
+        return False
+
+
+def put_outputs(v, t, X, u, p):
+    """Write the outputs (and their sensitivities where X has columns) to the buffer."""
+    y = outputs(t, X, u, p) if len(X[0]) == 1 else outputs_tangent(t, X, u, p)
+    for i, row in enumerate(y):
+        v[HF_Y + i] = row[0]
+        for c in range(len(row) - 1):
+            v[HF_DY + i * NC + c] = row[1 + c]
+
+
+def run(v, t, dt, f, X):
+    """Advance X and write everything back."""
+    u, slope, p, _ = blocks(v)
+    X = advance(f, X, t, dt, u, slope, p, HF_STEP)
+    for i, row in enumerate(X):
+        v[HF_X + i] = row[0]
+        for c in range(len(row) - 1):
+            v[HF_S + i * NC + c] = row[1 + c]
+    if not finite(X):
+        return False
+    put_outputs(v, t + dt, X, [a + dt * b for a, b in zip(u, slope)], p)
+    return True
+
+
+def plain_step(v, t, dt):
+    """Advance the states."""
+    return run(v, t, dt, evaluate, [[x] for x in blocks(v)[3]])
+
+
+def tangent_step(v, t, dt):
+    """Advance the states and their sensitivities."""
+    return run(v, t, dt, evaluate_tangent, widened(v, blocks(v)[3]))
+
+
+def plain_output(v, t):
+    """Write the outputs."""
+    u, _, p, x = blocks(v)
+    put_outputs(v, t, [[value] for value in x], u, p)
+    return True
+
+
+def tangent_output(v, t):
+    """Write the outputs and their sensitivities."""
+    u, _, p, x = blocks(v)
+    put_outputs(v, t, widened(v, x), u, p)
+    return True
+
+
+def hf_step(v, t, dt):
+    """See ``hf_step`` in flat.c."""
+    return safely(plain_step, v, t, dt)
+
+
+def hf_output(v, t):
+    """See ``hf_output`` in flat.c."""
+    return safely(plain_output, v, t)
+
+
+def hf_step_tangent(v, t, dt):
+    """See ``hf_step_tangent`` in flat.c."""
+    return safely(tangent_step, v, t, dt)
+
+
+def hf_output_tangent(v, t):
+    """See ``hf_output_tangent`` in flat.c."""
+    return safely(tangent_output, v, t)

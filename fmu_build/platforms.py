@@ -1,0 +1,45 @@
+"""The platforms that an FMU carries binaries for."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Platform:
+    """One platform.
+
+    Parameters
+    ----------
+    triple
+        The compiler's name of it.
+    fmi2
+        Folders below ``binaries`` where FMI 2.0 hosts look; two names for one place where hosts differ.
+    python
+        ``sys.platform`` and machine as Python names them.
+    suffix
+        Of a shared library.
+    """
+
+    triple: str
+    fmi2: tuple[str, ...]
+    python: str
+    suffix: str
+
+
+PLATFORMS = (
+    Platform(triple="x86_64-linux-gnu.2.17", fmi2=("linux64",), python="linux-x86_64", suffix=".so"),
+    Platform(triple="aarch64-linux-gnu.2.17", fmi2=("aarch64-linux",), python="linux-aarch64", suffix=".so"),
+    Platform(triple="x86_64-windows-gnu", fmi2=("win64",), python="win32-x86_64", suffix=".dll"),
+    Platform(triple="x86_64-macos.11.0", fmi2=("darwin64",), python="darwin-x86_64", suffix=".dylib"),
+    Platform(triple="aarch64-macos.11.0", fmi2=("aarch64-darwin",), python="darwin-aarch64", suffix=".dylib"),
+)
+_MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
+
+
+def this_platform() -> tuple[Platform, ...]:
+    """Return the platform of this machine, or nothing where there is no binary for it."""
+    machine = _MACHINES.get(platform.machine().lower(), platform.machine().lower())
+    return tuple(p for p in PLATFORMS if p.python == f"{sys.platform}-{machine}")

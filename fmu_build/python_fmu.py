@@ -1,0 +1,89 @@
+"""The Python packaging: pythonfmu builds the archive, the kernel rides along compiled, and the description is ours."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from pythonfmu.builder import FmuBuilder
+
+from fmu_build.archive import unpack
+from fmu_build.description import model_description
+from fmu_build.fallback import fallback_source
+from fmu_build.flat import flat_source, functions, text_of
+from fmu_build.identity import guid_of
+from fmu_build.platforms import Platform
+from fmu_build.variables import LARGEST, SENSITIVITY_SWITCH, Interface
+from model.kernel.compiler import compile_shared
+
+
+def plan_of(interface: Interface, module: str) -> dict[str, object]:
+    """Return what the slave reads from ``plan.json``."""
+    start, at = interface.start, interface.offsets
+    minimum, maximum = [LARGEST] * len(start), [-LARGEST] * len(start)
+    for v in interface.variables:
+        if v.settable:
+            minimum[v.reference], maximum[v.reference] = max(v.minimum, -LARGEST), min(v.maximum, LARGEST)
+    inputs = {u.symbol for u in interface.equations.inputs}
+    defined = {s: f for s, f in interface.equations.definitions if f.free_symbols & inputs}
+    feedthrough = any(o.expression.free_symbols & (inputs | set(defined)) for o in interface.equations.outputs)
+    return {
+        "identifier": interface.identifier,
+        "module": module,
+        "functions": functions(interface.kernel),
+        "start": start,
+        "minimum": minimum,
+        "maximum": maximum,
+        "stale_from": 0 if feedthrough or interface.identification else at["x"],
+        "orderings": interface.orderings,
+        "switch": SENSITIVITY_SWITCH if interface.identification else "",
+        "variables": [(v.name, v.reference, v.causality, v.variability, v.initial) for v in interface.variables],
+    }
+
+
+def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[str, bytes]:
+    """Return the compiled kernels by their name below ``resources``."""
+    source = {"kernel.c": flat_source(interface.kernel)}
+    return {
+        f"kernel/{p.python}{p.suffix}": compile_shared(source, main=("kernel.c",), triple=p.triple).read_bytes()
+        for p in platforms
+    }
+
+
+def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
+    """Return the files of the Python FMU, and its GUID."""
+    slave, fallback = text_of("slave.py"), fallback_source(interface)
+    plan = json.dumps(plan_of(interface, "?"))
+    digest = hashlib.sha256(repr((slave, fallback, plan, flat_source(interface.kernel))).encode()).hexdigest()[:16]
+    module = f"{interface.identifier}_{digest}"
+    guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)
+    resources = {
+        "plan.json": json.dumps(plan_of(interface, module)).encode(),
+        "fallback.py": fallback.encode(),
+        **kernel_files(interface, platforms),
+    }
+    files = _built(module, slave, resources)
+    files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
+    return files, guid
+
+
+def _built(module: str, slave: str, resources: dict[str, bytes]) -> dict[str, bytes]:
+    """Let pythonfmu build the archive and return its files."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "source"
+        for path, content in resources.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(content)
+        script = folder / f"{module}.py"
+        script.write_text(slave, encoding="utf-8")
+        known = list(sys.path)
+        try:
+            others = sorted(path for path in folder.iterdir() if path != script)
+            built = FmuBuilder.build_FMU(script, dest=Path(name) / "built.fmu", project_files=others)
+        finally:
+            sys.path[:] = known
+            sys.modules.pop(module, None)
+        return {k.replace("\\", "/"): v for k, v in unpack(built.read_bytes()).items() if "__pycache__" not in k}

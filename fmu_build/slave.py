@@ -1,0 +1,181 @@
+"""The slave inside a Python FMU: FMI calls on one flat buffer, stepped by the compiled kernel beside this file.
+
+This file is copied into the FMU under a name that holds the digest of the FMU's content, so that two FMUs in one process never
+share a module. It needs the standard library and pythonfmu only. `plan.json` tells it everything else.
+
+pythonfmu turns a Python exception into fmi2Fatal and drops the instance; a False of `do_step` becomes fmi2Discard. So nothing
+here raises: what is wrong goes to the logger as an error, at once, and no step is done until it is put right.
+"""
+
+import ctypes
+import importlib.util
+import json
+import platform
+import sys
+from array import array
+from functools import partial
+from pathlib import Path
+
+from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
+from pythonfmu.enums import Fmi2Status
+
+HERE = Path(__file__).resolve().parent
+PLAN = json.loads((HERE / "plan.json").read_text(encoding="utf-8"))
+MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
+
+
+def load_kernel():
+    """Return the kernel: the compiled library for this platform, else the same formulas in plain Python."""
+    machine = MACHINES.get(platform.machine().lower(), platform.machine().lower())
+    for path in sorted((HERE / "kernel").glob(f"{sys.platform}-{machine}*")):
+        try:
+            library = ctypes.CDLL(str(path))
+        except OSError:
+            continue
+        for name in PLAN["functions"]:
+            getattr(library, name).argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double][
+                : 3 if "step" in name else 2
+            ]
+        return library
+    spec = importlib.util.spec_from_file_location(f"{PLAN['module']}_fallback", HERE / "fallback.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+KERNEL = load_kernel()
+COMPILED = isinstance(KERNEL, ctypes.CDLL)
+
+
+class Slave(Fmi2Slave):
+    """One instance: a buffer, the time, and whether the outputs still hold."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.modelName = PLAN["identifier"]
+        self._values = array("d", PLAN["start"])
+        self._buffer = ctypes.c_void_p(self._values.buffer_info()[0]) if COMPILED else self._values
+        self._time = 0.0
+        self._stale = True
+        self._unchecked = True
+        self._faults = {}
+        self._minimum, self._maximum = PLAN["minimum"], PLAN["maximum"]
+        self._stale_from = PLAN["stale_from"]
+        self._use_tangent(False)
+        self._register()
+
+    def _use_tangent(self, on):
+        self._tangent = bool(on)
+        suffix = "_tangent" if on else ""
+        self._step = getattr(KERNEL, f"hf_step{suffix}")
+        self._output = getattr(KERNEL, f"hf_output{suffix}")
+        self._stale = True
+
+    def _register(self):
+        values = self._values
+        for name, vr, causality, variability, initial in PLAN["variables"]:
+            variable = Real(
+                name,
+                causality=Fmi2Causality[causality],
+                variability=Fmi2Variability[variability],
+                initial=Fmi2Initial[initial] if initial else None,
+                getter=partial(self._get, vr),
+                setter=partial(values.__setitem__, vr),
+            )
+            variable.value_reference = vr
+            self.vars[vr] = variable
+        if PLAN["switch"]:
+            switch = Boolean(
+                PLAN["switch"],
+                causality=Fmi2Causality.parameter,
+                variability=Fmi2Variability.fixed,
+                getter=lambda: self._tangent,
+                setter=self._use_tangent,
+            )
+            switch.value_reference = len(values)
+            self.vars[len(values)] = switch
+
+    def _get(self, vr):
+        return self.get_real([vr])[0]
+
+    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+        self._time = start_time
+
+    def exit_initialization_mode(self):
+        self._consistent()
+
+    def get_real(self, vrs):
+        if self._stale:
+            self._output(self._buffer, self._time)
+            self._stale = False
+        values = self._values
+        try:
+            return [values[vr] for vr in vrs]
+        except IndexError:
+            self._error(f"value references {vrs}: expected 0..{len(values) - 1}")
+            return [values[vr] if 0 <= vr < len(values) else float("nan") for vr in vrs]
+
+    def set_real(self, vrs, new):
+        values, minimum, maximum = self._values, self._minimum, self._maximum
+        for vr, value in zip(vrs, new):
+            if not (0 <= vr < len(minimum) and minimum[vr] <= value <= maximum[vr]):
+                self._refuse(vr, value)
+                continue
+            values[vr] = value
+            if vr >= self._stale_from:
+                self._stale = self._unchecked = True
+            if self._faults:
+                self._faults.pop(vr, None)
+
+    def set_boolean(self, vrs, new):
+        for vr, value in zip(vrs, new):
+            if vr in self.vars and isinstance(self.vars[vr], Boolean):
+                self._use_tangent(value)
+            else:
+                self._refuse(vr, value)
+
+    def _refuse(self, vr, value):
+        if vr in self.vars and vr < len(self._minimum) and self._minimum[vr] <= self._maximum[vr]:
+            text = f"{self.vars[vr].name}: expected {self._minimum[vr]} <= value <= {self._maximum[vr]}, got {value}"
+        else:
+            text = f"value reference {vr}: expected an input, a state or a parameter; got the value {value}"
+        self._faults[vr] = text
+        self._unchecked = True
+        self._error(text)
+
+    def _consistent(self):
+        """Whether all values make sense together; says so in the log where they do not."""
+        faults = list(self._faults.values())
+        for a, b in PLAN["orderings"]:
+            if self._values[a] < self._values[b]:
+                names = self.vars[a].name, self.vars[b].name
+                faults.append(f"{names[0]} = {self._values[a]}: expected at least {names[1]} = {self._values[b]}")
+        for text in faults:
+            self._error(f"no step is done: {text}")
+        self._unchecked = bool(faults)
+        return not faults
+
+    def _error(self, text):
+        self.log(text, Fmi2Status.error)
+
+    def do_step(self, current_time, step_size):
+        if self._unchecked and not self._consistent():
+            return False
+        if not 0.0 < step_size < float("inf"):
+            self._error(f"communication step: expected a positive number of seconds, got {step_size}")
+            return False
+        self._time = current_time + step_size
+        if self._step(self._buffer, current_time, step_size):
+            self._stale = False
+            return True
+        self._error(f"the state left the finite numbers between t = {current_time} s and {self._time} s")
+        return False
+
+    def _get_fmu_state(self):
+        return {"values": self._values.tolist(), "time": self._time, "tangent": self._tangent}
+
+    def _set_fmu_state(self, state):
+        self._values[:] = array("d", state["values"])
+        self._time = state["time"]
+        self._use_tangent(state["tangent"])
+        self._faults = {}

@@ -1,0 +1,74 @@
+"""Units of the FMI description: SI exponents and factor of a unit text, and the units people read it in."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
+"""Base units of FMI 2.0, in the schema's order."""
+
+_DERIVED: dict[str, tuple[float, dict[str, int]]] = {
+    "N": (1.0, {"kg": 1, "m": 1, "s": -2}),
+    "J": (1.0, {"kg": 1, "m": 2, "s": -2}),
+    "W": (1.0, {"kg": 1, "m": 2, "s": -3}),
+    "V": (1.0, {"kg": 1, "m": 2, "s": -3, "A": -1}),
+    "Hz": (1.0, {"s": -1}),
+    "g": (1e-3, {"kg": 1}),
+    "mm": (1e-3, {"m": 1}),
+    "ms": (1e-3, {"s": 1}),
+    "deg": (math.pi / 180, {"rad": 1}),
+}
+
+_DISPLAY = {
+    "rad": ("deg", 180 / math.pi),
+    "rad/s": ("deg/s", 180 / math.pi),
+    "rad/s^2": ("deg/s^2", 180 / math.pi),
+    "m": ("mm", 1e3),
+    "m/s": ("mm/s", 1e3),
+    "s": ("ms", 1e3),
+    "kg": ("g", 1e3),
+    "N m": ("mN m", 1e3),
+    "N m/rad": ("N m/deg", math.pi / 180),
+    "kg m^2": ("g m^2", 1e3),
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unit:
+    """value in SI = factor · value in this unit; exponents of `BASE`."""
+
+    name: str
+    factor: float
+    exponents: tuple[tuple[str, int], ...]
+
+    @property
+    def display(self) -> tuple[str, float] | None:
+        """Name and factor of the display unit: value in display unit = factor · value in this unit."""
+        return _DISPLAY.get(self.name)
+
+
+def parse_unit(text: str) -> Unit:
+    """Read ``N m s/rad``: factors separated by spaces, everything behind the slash divides.
+
+    >>> parse_unit("N m/rad").exponents
+    (('kg', 1), ('m', 2), ('s', -2), ('rad', -1))
+    """
+    total, factor = dict.fromkeys(BASE, 0), 1.0
+    above, _, below = text.partition("/")
+    for part, sign in ((above, 1), (below, -1)):
+        for token in part.split():
+            symbol, _, power = token.strip("()").partition("^")
+            if symbol == "1":
+                continue
+            scale, exponents = _DERIVED.get(symbol, (1.0, {symbol: 1}))
+            n = sign * int(power or 1)
+            factor *= scale**n
+            for base, exponent in exponents.items():
+                if base not in total:
+                    msg = (
+                        f"unit {text!r}: {base!r} is neither one of {', '.join(BASE)} nor one of {', '.join(_DERIVED)}"
+                    )
+                    raise ValueError(msg)
+                total[base] += n * exponent
+    return Unit(name=text, factor=factor, exponents=tuple((b, n) for b, n in total.items() if n))

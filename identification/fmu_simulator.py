@@ -1,0 +1,113 @@
+"""The FMU behind the `Simulator` protocol: what fits and samplers run by default."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from fmu_build.build import Fmu, interface_for
+from fmu_build.variables import SENSITIVITY_SWITCH
+from identification.fmu_slave import FmuSlave
+from identification.simulator import Trajectory, initial_state, observer_hold, observer_inputs
+from measurement.run import Array, Run
+from model.equations import Equations
+
+
+@lru_cache(maxsize=64)
+def _opened(path: Path, digest: str) -> FmuSlave:  # noqa: ARG001 # the digest keeps a rebuilt file apart from its predecessor
+    return FmuSlave(path)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class References:
+    """Value references of an identification FMU, in the order of the arrays."""
+
+    inputs: tuple[int, ...]
+    slopes: tuple[int, ...]
+    states: tuple[int, ...]
+    parameters: tuple[int, ...]
+    outputs: tuple[int, ...]
+    sensitivities: tuple[int, ...]
+    switch: int
+
+
+def _references(slave: FmuSlave, equations: Equations) -> References:
+    interface = interface_for(equations, kind="python", identification=True)
+
+    def of_role(role: str) -> tuple[int, ...]:
+        return tuple(slave.references[v.name] for v in interface.of_role(role))
+
+    return References(
+        inputs=of_role("input"), slopes=of_role("slope"), states=of_role("state"), parameters=of_role("parameter"),
+        outputs=of_role("output"), sensitivities=of_role("sensitivity"), switch=slave.references[SENSITIVITY_SWITCH],
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class FmuSimulator:
+    """Runs an identification FMU through fmpy and the compiled loop; crosses process boundaries and reopens there.
+
+    Parameters
+    ----------
+    path, digest
+        The FMU, built with ``identification=True``, and the digest of its content.
+    equations
+        The equations without observer, with the bounds and first guesses of the fit.
+    references
+        Value references of its variables.
+    """
+
+    path: Path
+    digest: str
+    equations: Equations
+    references: References
+
+    @classmethod
+    def of(cls, fmu: Fmu | Path, equations: Equations) -> FmuSimulator:
+        """Open ``fmu``, which was built from ``equations`` up to bounds, priors and first guesses."""
+        path = fmu if isinstance(fmu, Path) else fmu.path
+        digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+        slave = _opened(path, digest)
+        if SENSITIVITY_SWITCH not in slave.references:
+            msg = f"{path}: fits need an FMU that was built with identification=True"
+            raise ValueError(msg)
+        return cls(path, digest, equations, _references(slave, equations))
+
+    def simulate(
+        self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
+    ) -> Trajectory:
+        """See `identification.simulator.Simulator`."""
+        e, at = self.equations, self.references
+        state = initial_state(e, run) if x0 is None else np.asarray(x0, dtype=float)
+        inputs, table = _drive(at, run, gain)
+        varying = np.any(table != table[0], axis=0)
+        start = dict(zip(at.parameters, np.asarray(theta, dtype=float), strict=True))
+        start |= dict(zip(at.states, state, strict=True))
+        start |= {r: value for r, value, moves in zip(inputs, table[0], varying, strict=True) if not moves}
+        moving = [r for r, moves in zip(inputs, varying, strict=True) if moves]
+        outputs = at.outputs + at.sensitivities if sensitivities else at.outputs
+        slave = _opened(self.path, self.digest)
+        with slave.lock:
+            slave.initialise(start, switches={at.switch: sensitivities})
+            result = slave.run(run.t, moving, table[:, varying], outputs)
+        if not sensitivities:
+            return Trajectory(t=run.t, y=result)
+        n_y, n_p = len(e.outputs), len(e.parameters)
+        dy = result[:, n_y:].reshape(run.t.size, n_y, -1)
+        return Trajectory(t=run.t, y=result[:, :n_y].copy(), dy_dtheta=dy[..., :n_p], dy_dx0=dy[..., n_p:])
+
+
+def _drive(at: References, run: Run, gain: float) -> tuple[tuple[int, ...], Array]:
+    """Return references and values of all inputs and slopes, shape (n_t, n_inputs + n_slopes)."""
+    u = observer_inputs(run, gain)
+    if gain == 0.0:
+        n = len(run.free_joints)
+        u[:, n : 2 * n] = run.y[0]  # without gain the measured position does nothing: it need not be set at every row
+    linear = np.array(observer_hold(run))[: len(at.slopes)]
+    slopes = np.zeros((run.t.size, len(at.slopes)))
+    slopes[:-1] = np.where(linear, np.diff(u[:, : len(at.slopes)], axis=0) / np.diff(run.t)[:, None], 0.0)
+    return at.inputs + at.slopes, np.column_stack((u, slopes))
