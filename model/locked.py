@@ -141,7 +141,7 @@ class _Table:
         self.expressions: dict[str, sp.Expr] = {}
         self._ids = pi_ids(device)
         self._mean, self._covariance = pi_prior(device)
-        self._echelon = Echelon()
+        self._echelon, self._first = Echelon(), 0
         self._single = len(self.ring.free) == 1
 
     def read(self, name: str, form: LinearForm, entry: tuple[int, ...]) -> None:
@@ -155,6 +155,8 @@ class _Table:
         """Return φ: of one joint by its own coefficients, of several by those of the potential."""
         n = len(self.ring.free)
         if self._single:
+            self._echelon = Echelon()  # a slide's constant force is a multiple of its mass, and still has its own name
+            self._first = len(self.coefficients)
             self.read("gravity", self.lagrangian.gravity(0), (0,))
             return sp.Matrix([self.expressions["gravity"]])
         self.read("V", self.lagrangian.potential, ())
@@ -167,7 +169,7 @@ class _Table:
             return self.coefficients[-1].symbol
         return sp.Add(
             *(
-                sp.Rational(factor.numerator, factor.denominator) * self.coefficients[number].symbol
+                sp.Rational(factor.numerator, factor.denominator) * self.coefficients[self._first + number].symbol
                 for number, factor in combination.items()
             )
         )

@@ -136,7 +136,7 @@ class _Builder:
             contains=self.contains(free),
             new=self.new(free),
             coefficients=tuple(coefficient.id for coefficient in dynamics.coefficients),
-            rank_home=len(dynamics.coefficients),
+            rank_home=span([coefficient.exact for coefficient in dynamics.coefficients]).rank,
             rank_any=span(self.rows(free)).rank,
             new_combinations=gain,
         )

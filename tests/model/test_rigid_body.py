@@ -16,7 +16,7 @@ from model.composite import mass_matrix
 from model.device import Device
 from model.device_file import load_device
 from model.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, forward_dynamics
-from model.inertial import pi_prior, standard_initial, to_pi
+from model.inertial import pi_jacobian, pi_prior, standard_initial, to_pi, to_standard
 from model.kinematics import base_poses
 from model.newton_euler import inverse_dynamics
 from model.numbers import Numbers
@@ -87,7 +87,9 @@ def pinocchio_model(device):
             continue
         placement = pin.SE3(pin.rpy.rpyToMatrix(*link.rpy), np.array(link.origin))
         (j,) = link.moved_by
-        joint = model.addJoint(frames[link.parent], pin.JointModelRevoluteUnaligned(np.array(link.axis)), placement, link.name)
+        joint = model.addJoint(
+            frames[link.parent], pin.JointModelRevoluteUnaligned(np.array(link.axis)), placement, link.name
+        )
         m, x, y, z, xx, yy, zz, xy, xz, yz = link.inertial.initial
         inertia = pin.Inertia(m, np.array([x, y, z]), np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
         model.appendBodyToJoint(joint, inertia, pin.SE3.Identity())
@@ -135,7 +137,10 @@ def test_lagrange_recursion_and_tape_are_one_model(name):
     pi, tape = pi_prior(device)[0], compiled_tape(device)
     for q, v in zip(*states(device, 3, 2), strict=True):
         M, bias = lagrange(device, pi, q, v)
-        for other_M, other_bias in (numeric(device, pi, q, v), tape(q, v, standard_initial(device), np.zeros(3), np.zeros(3))[:2]):
+        for other_M, other_bias in (
+            numeric(device, pi, q, v),
+            tape(q, v, standard_initial(device), np.zeros(3), np.zeros(3))[:2],
+        ):
             np.testing.assert_allclose(np.array(other_M, dtype=float), M, rtol=0, atol=1e-12 * np.abs(M).max())
             np.testing.assert_allclose(np.array(other_bias, dtype=float), bias, rtol=0, atol=1e-11 * np.abs(bias).max())
 
@@ -219,11 +224,13 @@ def test_quaternion_turns_as_the_rotation_matrix():
     q = np.array([0.4, -0.7, 0.3, 0.9, -0.2, 1.1])
     w, x, y, z = compiled_tape(device)(q, np.zeros(6), standard_initial(device), np.zeros(3), np.zeros(3))[4]
     R, _ = base_poses(device, Numbers(q))[device.tip]
-    expected = np.array([
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ])
+    expected = np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
     np.testing.assert_allclose(np.array(R, dtype=float), expected, atol=1e-12)
 
 
@@ -234,10 +241,12 @@ def test_published_double_pendulum():
     q = np.array([0.4, -0.9])
     M, _ = numeric(device, pi_prior(device)[0], q, np.zeros(2))
     c2 = np.cos(q[1])
-    expected = np.array([
-        [I1 + I2 + m2 * l1**2 + 2 * m2 * l1 * r2 * c2 + gr**2 * Ir + Ir, I2 + m2 * l1 * r2 * c2 - gr * Ir],
-        [I2 + m2 * l1 * r2 * c2 - gr * Ir, I2 + gr**2 * Ir],
-    ])
+    expected = np.array(
+        [
+            [I1 + I2 + m2 * l1**2 + 2 * m2 * l1 * r2 * c2 + gr**2 * Ir + Ir, I2 + m2 * l1 * r2 * c2 - gr * Ir],
+            [I2 + m2 * l1 * r2 * c2 - gr * Ir, I2 + gr**2 * Ir],
+        ]
+    )
     np.testing.assert_allclose(M, expected, rtol=1e-4)  # the file rounds the inertias about the centroids
 
 
@@ -247,11 +256,11 @@ def test_tape_is_small():
 
 
 def test_to_pi_and_back():
-    from model.inertial import pi_jacobian, to_standard
-
     device = load_device("freedom6s")
     standard = standard_initial(device) + 1e-3
     np.testing.assert_allclose(to_standard(device, to_pi(device, standard)), standard, rtol=1e-12, atol=1e-15)
     J, h = pi_jacobian(device, standard), 1e-6
-    numericJ = np.array([(to_pi(device, standard + h * e) - to_pi(device, standard - h * e)) / (2 * h) for e in np.eye(standard.size)]).T
+    numericJ = np.array(
+        [(to_pi(device, standard + h * e) - to_pi(device, standard - h * e)) / (2 * h) for e in np.eye(standard.size)]
+    ).T
     np.testing.assert_allclose(J, numericJ, atol=1e-9)

@@ -1,0 +1,69 @@
+"""The locking plan: the paper's order and table for the Freedom 6S, ranks exact and numeric, files and exit codes."""
+
+import json
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+from model.base_parameters import base_parameters, equation_forms, full_lagrangian, numeric_rank, rows, span
+from model.device_file import load_device
+from model.locking_order import locking_order
+from model.plan import main
+
+
+def test_table_one_of_the_paper_is_derived():
+    order = locking_order(load_device("freedom6s"))
+    assert [stage.free for stage in order.stages] == [(4,), (5,), (3,), (2,), (1,), (0,), (0, 1)]
+
+
+def test_serial_part_has_the_known_counts():
+    device = load_device("freedom6s")
+    links = tuple(replace(link, inertial=None) if link.name == "3" else link for link in device.links)
+    order = locking_order(replace(device, links=links))
+    assert [len(stage.new) for stage in order.stages] == [4, 8, 10, 10, 4, 14, 4]
+    assert order.stages[-1].new == {"link2_I12", "link2_I13", "link4_I12", "link4_I13"}
+
+
+def test_the_tests_reach_everything_the_full_model_needs():
+    order = locking_order(load_device("freedom6s"))
+    assert frozenset().union(*(stage.contains for stage in order.stages)) == order.needed
+    assert order.reached_any == order.full.rank
+    assert order.reached_home < order.full.rank
+    assert sum(stage.new_combinations for stage in order.stages) == order.full.rank
+
+
+@pytest.mark.parametrize("name", ["freedom6s", "arm6", "double_pendulum", "single_joint"])
+def test_exact_rank_is_the_numeric_rank(name):
+    device = load_device(name)
+    joints = tuple(range(len(device.joints)))
+    lagrangian = full_lagrangian(device)
+    for free in [joints, *((j,) for j in joints)]:
+        assert span(rows(equation_forms(lagrangian, free))).rank == numeric_rank(device, free)[0]
+
+
+def test_base_parameters_span_the_equations():
+    lagrangian = full_lagrangian(load_device("freedom6s"))
+    everything = rows(equation_forms(lagrangian, tuple(range(6))))
+    found = span([p.factors for p in base_parameters(span(everything))])
+    assert all(found.spans(row) for row in everything)
+    assert all(p.factors[p.leading] == 1 for p in base_parameters(span(everything)))
+
+
+def test_command_writes_plan_and_page(tmp_path):
+    result = CliRunner().invoke(main, ["freedom6s", "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    plan = json.loads((tmp_path / "locking_plan.json").read_text())
+    assert plan["locking_order"] == [[4], [5], [3], [2], [1], [0], [0, 1]]
+    assert plan["base_parameters"]["rank_exact"] == plan["base_parameters"]["rank_numeric"]
+    assert plan["largest_stage"] < plan["unknowns_at_once"] / 3
+    assert any("Kp" in entry["why"] for entry in plan["unidentifiable"])
+    page = (tmp_path / "locking_plan.html").read_text()
+    assert "4, 5, 3, 2, 1, 0, 0+1" in page
+    assert "link2_I13" in page
+
+
+def test_command_refuses_an_unknown_device(tmp_path):
+    result = CliRunner().invoke(main, ["nope", "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert not list(tmp_path.iterdir())
