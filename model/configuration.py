@@ -11,16 +11,22 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.algebra import position_symbol, velocity_symbol
-from model.device import Device, Guess
-from model.equations import Equations, Input, Output, State
+from model.algebra import velocity_symbol
+from model.device import Device
+from model.equations import Equations
 from model.joint import joint_equations
+from model.joint_parts import (
+    INERTIAL,
+    joint_friction,
+    joint_inputs,
+    joint_outputs,
+    joint_quantities,
+    joint_states,
+    net_torque,
+)
 from model.locked import Coefficient, LockedDynamics, locked_motion
-from model.lugre import LuGre, LuGreParameters, lugre
-from model.parameters import TABLE, Row
 from model.quantity import Normal, Quantity
 
-INERTIAL = ("inertia", "gravity_cos", "gravity_sin")
 SPREAD = 5.0
 """Bounds of an inertial coefficient lie this many standard deviations of its prior from its first guess."""
 RATIO = 20.0
@@ -48,7 +54,7 @@ def _single(device: Device, motion: LockedDynamics) -> Equations:
 
 
 def inertial_quantity(c: Coefficient, *, structured: str = "") -> Quantity:
-    """Return a coefficient as a parameter: a moment of inertia is positive, all others lie within `SPREAD` of the guess."""
+    """Return a coefficient as a parameter: a moment of inertia is positive, others lie within `SPREAD` of the guess."""
     positive = c.initial > 0 and (c.id == "inertia" or (c.id[0] == "M" and c.id[1:].endswith("_1") and _diagonal(c.id)))
     width = SPREAD * c.prior_std + 1e-12
     return Quantity(
@@ -72,88 +78,6 @@ def _diagonal(id: str) -> bool:
     return len(digits) % 2 == 0 and digits[:half] == digits[half:]
 
 
-def joint_quantities(device: Device, joint: int, *, suffix: str = "", prefix: str = "") -> tuple[Quantity, ...]:
-    """Return drive, spring and friction parameters of one joint: the device's guesses, the table's defaults for the rest."""
-    given, slides = device.joints[joint].parameters, device.joints[joint].prismatic
-    return tuple(_quantity(row, given.get(row.id), slides, suffix, prefix) for row in TABLE if row.id not in INERTIAL)
-
-
-def _quantity(row: Row, guess: Guess | None, slides: bool, suffix: str, prefix: str) -> Quantity:
-    if guess is None:
-        guess = Guess(initial=row.initial, lower=row.lower, upper=row.upper, fixed=row.fixed)
-    return Quantity(
-        id=row.id + suffix,
-        unit=row.prismatic_unit if slides else row.unit,
-        description=row.description,
-        initial=guess.initial,
-        lower=max(guess.lower, row.lower),
-        upper=min(guess.upper, row.upper),
-        prior=Normal(mean=guess.initial, std=guess.std) if guess.std else None,
-        fixed=guess.fixed,
-        scale=row.scale,
-        structured=prefix + row.structured,
-    )
-
-
-def joint_states(device: Device, joints: Sequence[int]) -> tuple[State, ...]:
-    """Return positions, velocities and bristle deflections, joint by joint within each."""
-    units = {j: "m" if device.joints[j].prismatic else "rad" for j in joints}
-    return (
-        *(_state(f"q{j}", units[j], f"position of joint {j}", f"joint{j}.position") for j in joints),
-        *(_state(f"v{j}", f"{units[j]}/s", f"velocity of joint {j}", f"joint{j}.velocity") for j in joints),
-        *(_bristle(j, units[j]) for j in joints),
-    )
-
-
-def _state(id: str, unit: str, description: str, structured: str) -> State:
-    return State(id=id, unit=unit, description=description, structured=structured)
-
-
-def _bristle(j: int, unit: str) -> State:
-    name = f"joint{j}.friction.bristle"
-    return State(id=f"z{j}", unit=unit, description=f"bristle deflection of joint {j}", nominal=1e-3, structured=name)
-
-
-def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
-    """Return the commanded torques (forces)."""
-    result = []
-    for j in joints:
-        what, unit = ("force", "N") if device.joints[j].prismatic else ("torque", "N m")
-        text = f"commanded {what} of joint {j}"
-        result.append(Input(id=f"tau{j}", unit=unit, description=text, structured=f"joint{j}.torque"))
-    return tuple(result)
-
-
-def joint_outputs(device: Device, joints: Sequence[int]) -> tuple[Output, ...]:
-    """Return the position readings."""
-    return tuple(
-        Output(
-            id=f"y{j}",
-            unit="m" if device.joints[j].prismatic else "rad",
-            description=f"position reading of joint {j}",
-            expression=position_symbol(j),
-            structured=f"joint{j}.reading",
-        )
-        for j in joints
-    )
-
-
-def joint_friction(joint: int) -> LuGre:
-    """Return LuGre friction of one of several joints, its parameters' ids ending in ``_<joint>``."""
-    p = {id: _symbol(f"{id}_{joint}") for id in ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")}
-    return lugre(velocity_symbol(joint), _symbol(f"z{joint}"), LuGreParameters(**p))
-
-
-def net_torque(joint: int) -> sp.Expr:
-    """Return Kp·τ − Ks·(q − epos) − friction of one of several joints."""
-    Kp, tau, Ks, epos = (_symbol(name) for name in (f"Kp_{joint}", f"tau{joint}", f"Ks_{joint}", f"epos_{joint}"))
-    return Kp * tau - Ks * (position_symbol(joint) - epos) - joint_friction(joint).force
-
-
-def _symbol(name: str) -> sp.Symbol:
-    return sp.Symbol(name, real=True)
-
-
 def coupled_equations(device: Device, motion: LockedDynamics) -> Equations:
     """Return the equations of several free joints, solved for the accelerations."""
     joints, M = motion.joints, sp.Matrix(motion.mass_matrix)
@@ -163,7 +87,8 @@ def coupled_equations(device: Device, motion: LockedDynamics) -> Equations:
     acceleration = [(adjugate[i, :] * h)[0] * inverse_det for i in range(len(joints))]
     friction = [joint_friction(j) for j in joints]
     damping = [
-        (_symbol(f"sigma1_{j}") + _symbol(f"sigma2_{j}")) * adjugate[i, i] * inverse_det for i, j in enumerate(joints)
+        (sp.Symbol(f"sigma1_{j}", real=True) + sp.Symbol(f"sigma2_{j}", real=True)) * adjugate[i, i] * inverse_det
+        for i, j in enumerate(joints)
     ]
     quantities = [inertial_quantity(c) for c in motion.coefficients]
     for j in joints:

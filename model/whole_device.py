@@ -1,11 +1,14 @@
-"""All joints free: the equations of the whole device, with friction, springs, gains, a force on the handle and its pose."""
+"""The equations of the whole device: all joints free, friction, springs, gains, handle force in, handle pose out."""
 
 from __future__ import annotations
 
 import sympy as sp
 
 from model.algebra import velocity_symbol
-from model.configuration import (
+from model.device import Device
+from model.equations import Equations, Input, Output
+from model.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, ForwardDynamics, forward_dynamics
+from model.joint_parts import (
     joint_friction,
     joint_inputs,
     joint_outputs,
@@ -13,16 +16,13 @@ from model.configuration import (
     joint_states,
     net_torque,
 )
-from model.device import Device
-from model.equations import Equations, Input, Output
-from model.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, ForwardDynamics, forward_dynamics
 
 
 def full_equations(device: Device) -> Equations:
     """Return M(q)·v̇ = Kp·τ − C·v − φ − springs − friction + Jᵀ·(handle force, handle torque) of all joints.
 
     Outputs: positions, velocities, torques at the joints Kp·τ, control point in the base frame [m], orientation of the
-    handle as a unit quaternion. Parameters: masses, centroids and inertias of the links, rotors, then those of each joint.
+    handle as a unit quaternion. Parameters: mass, centroid and inertia of each link, rotors, then those of each joint.
     """
     joints = tuple(range(len(device.joints)))
     body = forward_dynamics(device)
