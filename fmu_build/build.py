@@ -84,7 +84,7 @@ def build_fmu(
     kind
         ``python`` (pythonfmu, the kernel compiled inside) or ``native``.
     identification
-        Take also the measured positions, their and the torques' slopes and the observer gain; give also the sensitivities.
+        Take also the measured positions, slopes and the observer gain; give also the sensitivities.
     values
         Start values by id of parameter or state; the first guesses where absent.
     provenance
@@ -100,6 +100,10 @@ def build_fmu(
     data = pack(files)
     write_bytes(out, data)
     return Fmu(
-        path=out, digest=hashlib.sha256(data).hexdigest()[:16], equations=equations, kind=kind, step=interface.kernel.step,
+        path=out,
+        digest=hashlib.sha256(data).hexdigest()[:16],
+        equations=equations,
+        kind=kind,
+        step=interface.kernel.step,
         identification=identification,
-    )  # fmt: skip
+    )

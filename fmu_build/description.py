@@ -30,9 +30,16 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
         Description of the model.
     """
     root = Element(
-        "fmiModelDescription", fmiVersion="2.0", modelName=interface.identifier, guid=guid, description=text,
-        license=LICENCE, generationTool=TOOL, variableNamingConvention="structured", numberOfEventIndicators="0",
-    )  # fmt: skip
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=interface.identifier,
+        guid=guid,
+        description=text,
+        license=LICENCE,
+        generationTool=TOOL,
+        variableNamingConvention="structured",
+        numberOfEventIndicators="0",
+    )
     _kinds(root, interface, python)
     _units(root, {v.unit for v in interface.variables})
     categories = SubElement(root, "LogCategories")
@@ -44,10 +51,15 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
         _scalar(variables, variable, interface)
     if interface.identification:
         switch = SubElement(
-            variables, "ScalarVariable", name=SENSITIVITY_SWITCH, valueReference=str(interface.offsets["end"]),
-            causality="parameter", variability="fixed", initial="exact",
+            variables,
+            "ScalarVariable",
+            name=SENSITIVITY_SWITCH,
+            valueReference=str(interface.offsets["end"]),
+            causality="parameter",
+            variability="fixed",
+            initial="exact",
             description="whether the sensitivities are computed",
-        )  # fmt: skip
+        )
         SubElement(switch, "Boolean", start="false")
     _structure(root, interface)
     ElementTree.indent(root)
@@ -75,9 +87,14 @@ def _kinds(root: Element, interface: Interface, python: bool) -> None:
     together = SubElement(
         root,
         "CoSimulation",
-        {**common, "canHandleVariableCommunicationStepSize": "true", "canInterpolateInputs": "false" if python else "true",
-         "maxOutputDerivativeOrder": "0", "canRunAsynchronuously": "false"},
-    )  # fmt: skip
+        {
+            **common,
+            "canHandleVariableCommunicationStepSize": "true",
+            "canInterpolateInputs": "false" if python else "true",
+            "maxOutputDerivativeOrder": "0",
+            "canRunAsynchronuously": "false",
+        },
+    )
     if not python:
         SubElement(SubElement(together, "SourceFiles"), "File", name="all.c")
 
@@ -98,9 +115,12 @@ def _units(root: Element, names: Iterable[str]) -> None:
 
 def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
     attributes = {
-        "name": v.name, "valueReference": str(v.reference), "description": v.description,
-        "causality": v.causality, "variability": v.variability,
-    }  # fmt: skip
+        "name": v.name,
+        "valueReference": str(v.reference),
+        "description": v.description,
+        "causality": v.causality,
+        "variability": v.variability,
+    }
     if v.initial:
         attributes["initial"] = v.initial
     node = SubElement(parent, "ScalarVariable", attributes)
@@ -174,9 +194,8 @@ class Uses:
         """Return the references on which ``v`` depends; of parameters only where asked."""
         names = {s.name for s in self._symbols(v)}
         return {
-            r.reference for id, r in self._references.items()
-            if id in names and (parameters or r.role != "parameter")
-        }  # fmt: skip
+            r.reference for id, r in self._references.items() if id in names and (parameters or r.role != "parameter")
+        }
 
     def _symbols(self, v: Variable) -> set[sp.Symbol]:
         e, n = self.interface.equations, len(self.interface.equations.joints)
@@ -189,4 +208,4 @@ class Uses:
                 return self._resolve(sp.sympify(e.rhs[i]).free_symbols)
             rows = set().union(*(sp.sympify(f).free_symbols for f in e.rhs[n : 2 * n]))
             return self._resolve(rows) | self._matrix
-        return {s for q in (*e.states, *e.inputs, *e.parameters) for s in (q.symbol,)}
+        return {q.symbol for quantities in (e.states, e.inputs, e.parameters) for q in quantities}

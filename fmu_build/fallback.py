@@ -18,7 +18,8 @@ def fallback_source(interface: Interface) -> str:
     kernel = interface.kernel
     e = kernel.equations
     parts = [
-        text_of("fallback_stepper.py"), _layout(kernel),
+        text_of("fallback_stepper.py"),
+        _layout(kernel),
         _function(e, "rates", [sp.sympify(r) for r in e.rates], wide=False),
         _function(e, "coupling_of", [coupling(e)], wide=False),
         "def coupling(t, x, u, p):\n    return coupling_of(t, x, u, p)[0]\n",
@@ -27,7 +28,7 @@ def fallback_source(interface: Interface) -> str:
         "def outputs(t, X, u, p):\n    return [[y] for y in outputs_of(t, X, u, p)]\n",
         *(_tangents(e) if kernel.columns else ()),
         text_of("fallback_flat.py"),
-    ]  # fmt: skip
+    ]
     return "\n\n".join(parts)
 
 
@@ -67,19 +68,28 @@ def _evaluate(e: Equations) -> str:
     n, nx = len(e.joints), len(e.states)
     expressions = [sp.sympify(f) for f in e.rhs]
     if e.mass_matrix is None:
-        return "\n".join((
-            _function(e, "rhs", expressions), "",
-            "def evaluate(t, X, u, p):", "    return [[f] for f in rhs(t, X, u, p)]", "",
-        ))  # fmt: skip
+        return "\n".join(
+            (
+                _function(e, "rhs", expressions),
+                "",
+                "def evaluate(t, X, u, p):",
+                "    return [[f] for f in rhs(t, X, u, p)]",
+                "",
+            )
+        )
     matrix = [sp.sympify(e.mass_matrix[i][j]) for i in range(n) for j in range(n)]
-    return "\n".join((
-        _function(e, "rhs", [*expressions, *matrix]), "",
-        "def evaluate(t, X, u, p):",
-        "    f = rhs(t, X, u, p)",
-        f"    M = [f[{nx} + {n} * i : {nx} + {n} * (i + 1)] for i in range({n})]",
-        f"    f[{n}:{2 * n}] = solve(M, f[{n}:{2 * n}])",
-        f"    return [[value] for value in f[:{nx}]]", "",
-    ))  # fmt: skip
+    return "\n".join(
+        (
+            _function(e, "rhs", [*expressions, *matrix]),
+            "",
+            "def evaluate(t, X, u, p):",
+            "    f = rhs(t, X, u, p)",
+            f"    M = [f[{nx} + {n} * i : {nx} + {n} * (i + 1)] for i in range({n})]",
+            f"    f[{n}:{2 * n}] = solve(M, f[{n}:{2 * n}])",
+            f"    return [[value] for value in f[:{nx}]]",
+            "",
+        )
+    )
 
 
 def _tangents(e: Equations) -> tuple[str, ...]:
@@ -92,15 +102,20 @@ def _tangents(e: Equations) -> tuple[str, ...]:
 
 def _tangent(e: Equations, name: str, values: Sequence[sp.Expr]) -> str:
     n, nx, n_p = len(values), len(e.states), len(e.parameters)
-    jacobian = [differentiate(f, x.symbol) for f in values for x in (*e.states, *e.parameters)]
-    return "\n".join((
-        _function(e, f"{name}_parts", [*values, *jacobian]), "",
-        f"def {name}_tangent(t, X, u, p):",
-        f"    f = {name}_parts(t, X, u, p)",
-        "    rows = []",
-        f"    for i in range({n}):",
-        f"        J = f[{n} + {nx + n_p} * i : {n} + {nx + n_p} * (i + 1)]",
-        f"        row = [sum(J[k] * X[k][c] for k in range({nx})) for c in range(1, {nx + n_p} + 1)]",
-        f"        rows.append([f[i], *(row[c] + (J[{nx} + c] if c < {n_p} else 0.0) for c in range(len(row)))])",
-        "    return rows", "",
-    ))  # fmt: skip
+    symbols = [*(x.symbol for x in e.states), *(x.symbol for x in e.parameters)]
+    jacobian = [differentiate(f, symbol) for f in values for symbol in symbols]
+    return "\n".join(
+        (
+            _function(e, f"{name}_parts", [*values, *jacobian]),
+            "",
+            f"def {name}_tangent(t, X, u, p):",
+            f"    f = {name}_parts(t, X, u, p)",
+            "    rows = []",
+            f"    for i in range({n}):",
+            f"        J = f[{n} + {nx + n_p} * i : {n} + {nx + n_p} * (i + 1)]",
+            f"        row = [sum(J[k] * X[k][c] for k in range({nx})) for c in range(1, {nx + n_p} + 1)]",
+            f"        rows.append([f[i], *(row[c] + (J[{nx} + c] if c < {n_p} else 0.0) for c in range(len(row)))])",
+            "    return rows",
+            "",
+        )
+    )

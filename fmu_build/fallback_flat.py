@@ -1,6 +1,8 @@
-"""The flat-buffer functions in plain Python; stands behind `fallback_stepper.py` and the generated functions in the FMU."""
+"""The flat-buffer functions in plain Python; in the FMU they stand behind the stepper and the generated functions."""
 
-# ruff: noqa: F821 # all names but its own come from the text before this one, which fmu_build/fallback.py puts together
+# A text that is put together with generated functions and checked as a whole by the tests, hence:
+# mypy: ignore-errors
+# ruff: noqa: ANN001, ANN002, ANN201, B905, F821 # untyped numbers and lists of them; names from the generated part
 
 
 def blocks(v):

@@ -1,9 +1,13 @@
 """The kernel's stepper in plain Python, for platforms that the FMU carries no binary for.
 
-Exponential Runge-Kutta of order four (Cox and Matthews 2002, eqs. 26-29) with diagonal linear part, as `model/kernel/stepper.h`
-has it: row i of X is state i followed by its sensitivities. Generated functions stand behind this text in the FMU: ``rates``,
-``coupling``, ``evaluate``, ``outputs``, ``evaluate_tangent``, ``outputs_tangent``, and the layout.
+Exponential Runge-Kutta of order four (Cox and Matthews 2002, eqs. 26-29) with diagonal linear part, as the C kernel's
+`stepper.h` has it: row i of X is state i followed by its sensitivities. Generated functions stand behind this text in
+the FMU: ``rates``, ``coupling``, ``evaluate``, ``outputs``, ``evaluate_tangent``, ``outputs_tangent``, and the layout.
 """
+
+# A text that is put together with generated functions and checked as a whole by the tests, hence:
+# mypy: ignore-errors
+# ruff: noqa: ANN001, ANN201, ANN202, B905, F821, PLR0913, PLR0917 # untyped numbers and lists of them; names from the generated part
 
 import math
 
@@ -47,7 +51,7 @@ def relax(t, X, u, p, F, h):
     """Return the larger of the relaxation rates at the start of a sub-step and at its predicted end."""
     x = [row[0] for row in X]
     ahead = [x[i] + h * F[i][0] for i in range(len(x))]
-    return [max(a, b) for a, b in zip(rates(t, x, u, p), rates(t + h, ahead, u, p))]  # noqa: F821 # generated behind this text
+    return [max(a, b) for a, b in zip(rates(t, x, u, p), rates(t + h, ahead, u, p))]
 
 
 def substep(f, X, t, u, slope, p, h):
@@ -79,7 +83,7 @@ def substep(f, X, t, u, slope, p, h):
 
 def parts_of(t, x, u, p, h):
     """Return the number of sub-steps such that h times the root of the coupling is at most about 1."""
-    c = coupling(t, x, u, p)  # noqa: F821 # generated behind this text
+    c = coupling(t, x, u, p)
     n = min(math.sqrt(c if 0.0 <= c < 1e30 else 0.0) * h + 0.5, MAX_SUBSTEPS)
     return max(round(n), 1)
 

@@ -7,7 +7,7 @@ import uuid
 
 
 def guid_of(*parts: bytes | str) -> str:
-    """Return a GUID in braces that is the same for the same content (a hash of it, in the form of RFC 9562 version 8)."""
+    """Return a GUID in braces, the same for the same content: a hash of it in the form of RFC 9562, version 8."""
     digest = hashlib.sha256()
     for part in parts:
         data = part.encode() if isinstance(part, str) else part

@@ -62,7 +62,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)
     resources = {
         "plan.json": json.dumps(plan_of(interface, module)).encode(),
-        "fallback.py": fallback.encode(),
+        f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, platforms),
     }
     files = _built(module, slave, resources)

@@ -1,20 +1,23 @@
 """The slave inside a Python FMU: FMI calls on one flat buffer, stepped by the compiled kernel beside this file.
 
-This file is copied into the FMU under a name that holds the digest of the FMU's content, so that two FMUs in one process never
-share a module. It needs the standard library and pythonfmu only. `plan.json` tells it everything else.
+This file is copied into the FMU under a name that holds the digest of the FMU's content, so that two FMUs in one
+process never share a module. It needs the standard library and pythonfmu only. `plan.json` tells it everything else.
 
-pythonfmu turns a Python exception into fmi2Fatal and drops the instance; a False of `do_step` becomes fmi2Discard. So nothing
-here raises: what is wrong goes to the logger as an error, at once, and no step is done until it is put right.
+pythonfmu turns a Python exception into fmi2Fatal and drops the instance; a False of `do_step` becomes fmi2Discard. So
+nothing here raises: what is wrong goes to the logger as an error, at once, and no step is done until it is put right.
 """
 
+from __future__ import annotations
+
 import ctypes
-import importlib.util
+import importlib
 import json
 import platform
 import sys
 from array import array
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
 from pythonfmu.enums import Fmi2Status
@@ -24,7 +27,7 @@ PLAN = json.loads((HERE / "plan.json").read_text(encoding="utf-8"))
 MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 
 
-def load_kernel():
+def load_kernel() -> Any:
     """Return the kernel: the compiled library for this platform, else the same formulas in plain Python."""
     machine = MACHINES.get(platform.machine().lower(), platform.machine().lower())
     for path in sorted((HERE / "kernel").glob(f"{sys.platform}-{machine}*")):
@@ -37,10 +40,7 @@ def load_kernel():
                 : 3 if "step" in name else 2
             ]
         return library
-    spec = importlib.util.spec_from_file_location(f"{PLAN['module']}_fallback", HERE / "fallback.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return importlib.import_module(f"{PLAN['module']}_fallback")
 
 
 KERNEL = load_kernel()
@@ -50,7 +50,8 @@ COMPILED = isinstance(KERNEL, ctypes.CDLL)
 class Slave(Fmi2Slave):
     """One instance: a buffer, the time, and whether the outputs still hold."""
 
-    def __init__(self, **kwargs):
+    def __init__(self, **kwargs: Any) -> None:
+        """Make the buffer with its start values."""
         super().__init__(**kwargs)
         self.modelName = PLAN["identifier"]
         self._values = array("d", PLAN["start"])
@@ -58,20 +59,20 @@ class Slave(Fmi2Slave):
         self._time = 0.0
         self._stale = True
         self._unchecked = True
-        self._faults = {}
+        self._faults: dict[int, str] = {}
         self._minimum, self._maximum = PLAN["minimum"], PLAN["maximum"]
         self._stale_from = PLAN["stale_from"]
         self._use_tangent(False)
         self._register()
 
-    def _use_tangent(self, on):
+    def _use_tangent(self, on: bool) -> None:
         self._tangent = bool(on)
         suffix = "_tangent" if on else ""
         self._step = getattr(KERNEL, f"hf_step{suffix}")
         self._output = getattr(KERNEL, f"hf_output{suffix}")
         self._stale = True
 
-    def _register(self):
+    def _register(self) -> None:
         values = self._values
         for name, vr, causality, variability, initial in PLAN["variables"]:
             variable = Real(
@@ -95,16 +96,19 @@ class Slave(Fmi2Slave):
             switch.value_reference = len(values)
             self.vars[len(values)] = switch
 
-    def _get(self, vr):
+    def _get(self, vr: int) -> float:
         return self.get_real([vr])[0]
 
-    def setup_experiment(self, start_time, stop_time=None, tolerance=None):
+    def setup_experiment(self, start_time: float, *_: Any) -> None:
+        """Take the start time."""
         self._time = start_time
 
-    def exit_initialization_mode(self):
+    def exit_initialization_mode(self) -> None:
+        """Say what does not make sense before the first step does."""
         self._consistent()
 
-    def get_real(self, vrs):
+    def get_real(self, vrs: list[int]) -> list[float]:
+        """Return values, the outputs brought up to date."""
         if self._stale:
             self._output(self._buffer, self._time)
             self._stale = False
@@ -115,9 +119,10 @@ class Slave(Fmi2Slave):
             self._error(f"value references {vrs}: expected 0..{len(values) - 1}")
             return [values[vr] if 0 <= vr < len(values) else float("nan") for vr in vrs]
 
-    def set_real(self, vrs, new):
+    def set_real(self, vrs: list[int], new: list[float]) -> None:
+        """Set values that lie within their range; refuse others."""
         values, minimum, maximum = self._values, self._minimum, self._maximum
-        for vr, value in zip(vrs, new):
+        for vr, value in zip(vrs, new, strict=True):
             if not (0 <= vr < len(minimum) and minimum[vr] <= value <= maximum[vr]):
                 self._refuse(vr, value)
                 continue
@@ -127,14 +132,15 @@ class Slave(Fmi2Slave):
             if self._faults:
                 self._faults.pop(vr, None)
 
-    def set_boolean(self, vrs, new):
-        for vr, value in zip(vrs, new):
+    def set_boolean(self, vrs: list[int], new: list[bool]) -> None:
+        """Switch the sensitivities."""
+        for vr, value in zip(vrs, new, strict=True):
             if vr in self.vars and isinstance(self.vars[vr], Boolean):
                 self._use_tangent(value)
             else:
                 self._refuse(vr, value)
 
-    def _refuse(self, vr, value):
+    def _refuse(self, vr: int, value: float) -> None:
         if vr in self.vars and vr < len(self._minimum) and self._minimum[vr] <= self._maximum[vr]:
             text = f"{self.vars[vr].name}: expected {self._minimum[vr]} <= value <= {self._maximum[vr]}, got {value}"
         else:
@@ -143,7 +149,7 @@ class Slave(Fmi2Slave):
         self._unchecked = True
         self._error(text)
 
-    def _consistent(self):
+    def _consistent(self) -> bool:
         """Whether all values make sense together; says so in the log where they do not."""
         faults = list(self._faults.values())
         for a, b in PLAN["orderings"]:
@@ -155,10 +161,11 @@ class Slave(Fmi2Slave):
         self._unchecked = bool(faults)
         return not faults
 
-    def _error(self, text):
+    def _error(self, text: str) -> None:
         self.log(text, Fmi2Status.error)
 
-    def do_step(self, current_time, step_size):
+    def do_step(self, current_time: float, step_size: float) -> bool:
+        """Advance the state; whether it worked."""
         if self._unchecked and not self._consistent():
             return False
         if not 0.0 < step_size < float("inf"):
@@ -171,10 +178,10 @@ class Slave(Fmi2Slave):
         self._error(f"the state left the finite numbers between t = {current_time} s and {self._time} s")
         return False
 
-    def _get_fmu_state(self):
+    def _get_fmu_state(self) -> dict[str, Any]:
         return {"values": self._values.tolist(), "time": self._time, "tangent": self._tangent}
 
-    def _set_fmu_state(self, state):
+    def _set_fmu_state(self, state: dict[str, Any]) -> None:
         self._values[:] = array("d", state["values"])
         self._time = state["time"]
         self._use_tangent(state["tangent"])

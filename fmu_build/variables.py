@@ -1,10 +1,10 @@
 """The variables of an FMU, read off the equations: names, value references, ranges, and the flat buffer they live in.
 
-All real variables of an instance are one array of doubles, and the value reference is the index into it. Blocks, in order:
+All real variables of an instance are one array of doubles; the value reference is the index into it. Blocks, in order:
 
 u (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), slope (n_u), dy (n_y·n_c), S (n_x·n_c)
 
-with n_c = n_p + n_x directions of the sensitivities, or 0. Blocks that a kind of FMU does not show are still there.
+with n_c = n_p + n_x directions of the sensitivities, or 0. Blocks that an FMU does not show are still there.
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ class Interface:
 
     @property
     def orderings(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of references (a, b) with a ≥ b required; a fit minds them itself, and may pass through where they fail."""
+        """Pairs of references (a, b) with a ≥ b required; a fit minds them itself and may pass where they fail."""
         pairs = () if self.identification else self.equations.orderings
         return tuple((self.by_id(a).reference, self.by_id(b).reference) for a, b in pairs)
 
@@ -123,11 +123,16 @@ def block_offsets(kernel: Kernel) -> dict[str, int]:
 
 
 def structured_name(equations: Equations, id: str, structured: str) -> str:
-    """Return the FMI structured name: below ``joint<j>`` where there is one joint and the name does not say so itself."""
+    """Return the FMI structured name: below ``joint<j>`` where there is one joint and the name does not say so."""
     name = structured or id
     if len(equations.joints) != 1 or name.startswith("joint"):
         return name
     return f"joint{equations.joints[0]}.{name}"
+
+
+def sensitivity_name(output: str, column: str) -> str:
+    """Return the name of the derivative of an output along one direction."""
+    return f"sensitivity.{output}.{column}"
 
 
 def interface_of(
@@ -142,26 +147,45 @@ def interface_of(
     if identification:
         variables += [*_slopes(e, at["slope"]), *_sensitivities(kernel, at["dy"])]
     return Interface(
-        kernel=kernel, identifier=identifier, title=e.title, variables=tuple(variables),
-        identification=identification, derivatives=derivatives,
-    )  # fmt: skip
+        kernel=kernel,
+        identifier=identifier,
+        title=e.title,
+        variables=tuple(variables),
+        identification=identification,
+        derivatives=derivatives,
+    )
 
 
 def _inputs(e: Equations, at: int) -> Iterator[Variable]:
     for i, x in enumerate(e.inputs, start=at):
         yield Variable(
-            reference=i, id=x.id, name=structured_name(e, x.id, x.structured), role="input", causality="input",
-            variability="continuous", unit=x.unit, description=x.description, start=0.0,
-        )  # fmt: skip
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="input",
+            causality="input",
+            variability="continuous",
+            unit=x.unit,
+            description=x.description,
+            start=0.0,
+        )
 
 
 def _states(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
     for i, x in enumerate(e.states, start=at):
         yield Variable(
-            reference=i, id=x.id, name=structured_name(e, x.id, x.structured), role="state", causality="local",
-            variability="continuous", unit=x.unit, description=x.description, initial="exact",
-            start=values.get(x.id, x.start), nominal=x.nominal,
-        )  # fmt: skip
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="state",
+            causality="local",
+            variability="continuous",
+            unit=x.unit,
+            description=x.description,
+            initial="exact",
+            start=values.get(x.id, x.start),
+            nominal=x.nominal,
+        )
 
 
 def _parameters(e: Equations, at: int, values: dict[str, float], identification: bool) -> Iterator[Variable]:
@@ -169,14 +193,24 @@ def _parameters(e: Equations, at: int, values: dict[str, float], identification:
         start = float(values.get(x.id, x.initial))
         lower, upper = _range(x, start, identification)
         yield Variable(
-            reference=i, id=x.id, name=structured_name(e, x.id, x.structured), role="parameter", causality="parameter",
-            variability="tunable", unit=x.unit, description=x.description, initial="exact", start=start,
-            minimum=lower, maximum=upper, nominal=abs(start) or 1.0,
-        )  # fmt: skip
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="parameter",
+            causality="parameter",
+            variability="tunable",
+            unit=x.unit,
+            description=x.description,
+            initial="exact",
+            start=start,
+            minimum=lower,
+            maximum=upper,
+            nominal=abs(start) or 1.0,
+        )
 
 
 def _range(x: Quantity, start: float, identification: bool) -> tuple[float, float]:
-    """Bounds that the FMU holds its user to: the quantity's own; fits carry their bounds themselves and need only the sign."""
+    """Bounds that the FMU holds its user to: the quantity's own; a fit minds them itself and needs only the sign."""
     if identification:
         return (1e-300 if x.scale == "log" else -math.inf), math.inf
     return min(x.lower, start), max(x.upper, start)
@@ -185,29 +219,49 @@ def _range(x: Quantity, start: float, identification: bool) -> tuple[float, floa
 def _outputs(e: Equations, at: int) -> Iterator[Variable]:
     for i, x in enumerate(e.outputs, start=at):
         yield Variable(
-            reference=i, id=x.id, name=structured_name(e, x.id, x.structured), role="output", causality="output",
-            variability="continuous", unit=x.unit, description=x.description, initial="calculated",
-        )  # fmt: skip
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="output",
+            causality="output",
+            variability="continuous",
+            unit=x.unit,
+            description=x.description,
+            initial="calculated",
+        )
 
 
 def _derivatives(e: Equations, at: int, states_at: int) -> Iterator[Variable]:
     for i, x in enumerate(e.states):
         unit = x.unit[:-2] + "/s^2" if x.unit.endswith("/s") else f"{x.unit}/s" if x.unit != "1" else "1/s"
         yield Variable(
-            reference=at + i, id=f"der({x.id})", name=f"der({structured_name(e, x.id, x.structured)})", role="derivative",
-            causality="local", variability="continuous", unit=unit, description=f"rate of change of {x.description}",
-            initial="calculated", derivative_of=states_at + i,
-        )  # fmt: skip
+            reference=at + i,
+            id=f"der({x.id})",
+            name=f"der({structured_name(e, x.id, x.structured)})",
+            role="derivative",
+            causality="local",
+            variability="continuous",
+            unit=unit,
+            description=f"rate of change of {x.description}",
+            initial="calculated",
+            derivative_of=states_at + i,
+        )
 
 
 def _slopes(e: Equations, at: int) -> Iterator[Variable]:
     for i, x in enumerate(e.inputs, start=at):
         if x.id != GAIN:
             yield Variable(
-                reference=i, id=f"{x.id}_slope", name=f"{structured_name(e, x.id, x.structured)}_slope", role="slope",
-                causality="input", variability="continuous", unit=f"{x.unit}/s" if "/" not in x.unit else "1",
-                description=f"rate of change of {x.description} during the step; 0 holds it", start=0.0,
-            )  # fmt: skip
+                reference=i,
+                id=f"{x.id}_slope",
+                name=f"{structured_name(e, x.id, x.structured)}_slope",
+                role="slope",
+                causality="input",
+                variability="continuous",
+                unit=f"{x.unit}/s" if "/" not in x.unit else "1",
+                description=f"rate of change of {x.description} during the step; 0 holds it",
+                start=0.0,
+            )
 
 
 def _sensitivities(kernel: Kernel, at: int) -> Iterator[Variable]:
@@ -215,9 +269,13 @@ def _sensitivities(kernel: Kernel, at: int) -> Iterator[Variable]:
     for i, output in enumerate(e.outputs):
         for k, column in enumerate(kernel.columns):
             yield Variable(
-                reference=at + i * len(kernel.columns) + k, id=f"d{output.id}_d{column}",
-                name=f"sensitivity.{output.id}.{column}", role="sensitivity", causality="output",
-                variability="continuous", unit="1",
+                reference=at + i * len(kernel.columns) + k,
+                id=f"d{output.id}_d{column}",
+                name=sensitivity_name(output.id, column),
+                role="sensitivity",
+                causality="output",
+                variability="continuous",
+                unit="1",
                 description=f"derivative of {output.description} with respect to {column}, SI units",
                 initial="calculated",
-            )  # fmt: skip
+            )

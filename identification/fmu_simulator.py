@@ -9,12 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_build.build import Fmu, interface_for
-from fmu_build.variables import SENSITIVITY_SWITCH
+from fmu_build.build import Fmu
+from fmu_build.variables import SENSITIVITY_SWITCH, sensitivity_name, structured_name
 from identification.fmu_slave import FmuSlave
 from identification.simulator import Trajectory, initial_state, observer_hold, observer_inputs
 from measurement.run import Array, Run
 from model.equations import Equations
+from model.kernel.generate import tangent_columns
+from model.observer import with_observer
 
 
 @lru_cache(maxsize=64)
@@ -36,15 +38,21 @@ class References:
 
 
 def _references(slave: FmuSlave, equations: Equations) -> References:
-    interface = interface_for(equations, kind="python", identification=True)
+    e = with_observer(equations)
 
-    def of_role(role: str) -> tuple[int, ...]:
-        return tuple(slave.references[v.name] for v in interface.of_role(role))
+    def of(*names: str) -> tuple[int, ...]:
+        return tuple(slave.references[name] for name in names)
 
+    inputs = [structured_name(e, x.id, x.structured) for x in e.inputs]
     return References(
-        inputs=of_role("input"), slopes=of_role("slope"), states=of_role("state"), parameters=of_role("parameter"),
-        outputs=of_role("output"), sensitivities=of_role("sensitivity"), switch=slave.references[SENSITIVITY_SWITCH],
-    )  # fmt: skip
+        inputs=of(*inputs),
+        slopes=of(*(f"{name}_slope" for name in inputs[:-1])),
+        states=of(*(structured_name(e, x.id, x.structured) for x in e.states)),
+        parameters=of(*(structured_name(e, x.id, x.structured) for x in e.parameters)),
+        outputs=of(*(structured_name(e, x.id, x.structured) for x in e.outputs)),
+        sensitivities=of(*(sensitivity_name(y.id, c) for y in e.outputs for c in tangent_columns(e))),
+        switch=slave.references[SENSITIVITY_SWITCH],
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,8 +13,15 @@ from typing import Any
 
 import fmpy
 import numpy as np
-from fmpy.fmi2 import FMU2Slave, calloc, fmi2CallbackFunctions, fmi2CallbackLoggerTYPE, free
-from fmpy.fmi2 import fmi2CallbackAllocateMemoryTYPE, fmi2CallbackFreeMemoryTYPE
+from fmpy.fmi2 import (
+    FMU2Slave,
+    calloc,
+    fmi2CallbackAllocateMemoryTYPE,
+    fmi2CallbackFreeMemoryTYPE,
+    fmi2CallbackFunctions,
+    fmi2CallbackLoggerTYPE,
+    free,
+)
 from fmpy.model_description import ModelDescription
 
 from measurement.run import Array
@@ -135,9 +142,17 @@ class FmuSlave:
             raise ValueError(msg)
         result = np.full((times.size, out_vr.size), np.nan)
         rows = self._run(
-            *self._functions, self._slave.component, times.size, times.ctypes.data, in_vr.size, in_vr.ctypes.data,
-            table.ctypes.data, out_vr.size, out_vr.ctypes.data, result.ctypes.data,
-        )  # fmt: skip
+            *self._functions,
+            self._slave.component,
+            times.size,
+            times.ctypes.data,
+            in_vr.size,
+            in_vr.ctypes.data,
+            table.ctypes.data,
+            out_vr.size,
+            out_vr.ctypes.data,
+            result.ctypes.data,
+        )
         if rows == 0:
             msg = f"{self.path.name}: {self.messages[-1] if self.messages else 'the FMU refused its first values'}"
             raise NumericalError(msg)

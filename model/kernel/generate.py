@@ -167,6 +167,13 @@ def _tangent(e: Equations) -> str:
     )
 
 
+def tangent_columns(equations: Equations) -> tuple[str, ...]:
+    """Return the directions of the sensitivities: parameters, then initial states; none for implicit equations."""
+    if equations.mass_matrix is not None:
+        return ()
+    return (*(x.id for x in equations.parameters), *(f"{s.id}_0" for s in equations.states))
+
+
 def _include_stepper(kind: str, width: str) -> str:
     definitions = {
         "HK_W": f"({width})",
@@ -198,7 +205,7 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
     tangent = tangent and e.mass_matrix is None
     rates = [sp.sympify(r) for r in e.rates]
     sizes = {"NX": len(e.states), "NU": len(e.inputs), "NP": len(e.parameters), "NY": len(e.outputs)}
-    columns = (*(x.id for x in e.parameters), *(f"{s.id}_0" for s in e.states)) if tangent else ()
+    columns = tangent_columns(e) if tangent else ()
     head = "\n".join(f"#define HK_{k} {v}" for k, v in sizes.items())
     stiff = ", ".join("0" if r == 0 else "1" for r in rates)
     arguments = "(real t, const real *x, const real *u, const real *p"
