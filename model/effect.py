@@ -1,21 +1,26 @@
 """An effect of the catalogue: what it adds to the equation of a joint, as formulas in the standard symbols.
 
-The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle), ``w`` (torque that reaches the
-joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far), ``y`` (reading as built
-so far), and every parameter and state by its id.
+The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle), ``w`` (torque that reaches the joint,
+as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far), ``y`` (reading as built so far),
+and every parameter and state by its id.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import sympy as sp
 
 from model.equations import TIME, State
 from model.quantity import Quantity
+from model.scales import Scales
 
 q, v, z, w, a, y, tau = (sp.Symbol(name, real=True) for name in ("q", "v", "z", "w", "a", "y", "tau"))
 t = TIME
+RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau"})
+SIDES = ("torque", "input", "output", "friction", "time", "random")
+VARIABLES = ("position", "velocity", "torque", "time", "reversal", "frequency", "cycle")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,18 +40,23 @@ class Effect:
     ----------
     id, title, formula
         Fixed id, name in words, formula as a reader writes it.
+    variant
+        Tells forms of one effect apart (``soft`` and ``hard`` saturation); empty where there is one form.
     lives_in
-        The variable in which the effect lives: ``position``, ``velocity``, ``torque``, ``time``, ``reversal``,
-        ``frequency``, ``cycle``.
+        The variable in which the effect lives, one of `VARIABLES`.
     side
-        ``torque``, ``input``, ``output``, ``friction``, ``time`` or ``random``.
+        Where it enters, one of `SIDES`.
     parameters
-        Amplitude first: the quantity that is zero in the base model (its ``initial`` is a typical size, its bounds hold
-        0 or reach close to it); the rest are shape parameters.
+        The first ``amplitudes`` of them are zero in the base model (``initial`` is a small typical size); the rest give
+        the effect its shape. Numbers are multiples of the joint's own scales, as ``relative`` says, until `at` is called.
+    amplitudes
+        How many parameters, from the first on, have to vanish for the effect to vanish.
+    relative, origin
+        For a parameter's id, its scale and its zero in the symbols of `model.scales`; 1 and 0 where absent.
     shapes
-        Grid of shape parameters at which the signature is taken: tuples ``(id, values)``.
-    neutral
-        Values of the parameters at which the effect vanishes.
+        Grid of parameters at which the signature is taken: tuples ``(id, values)``.
+    derived
+        Further numbers that a reader wants: tuples ``(id, unit, expression of the parameters)``.
     rivals
         Ids of effects that are easily mistaken for this one.
     torque
@@ -71,8 +81,12 @@ class Effect:
     lives_in: str
     side: str
     parameters: tuple[Quantity, ...]
-    neutral: dict[str, float] = field(default_factory=dict)
+    variant: str = ""
+    amplitudes: int = 1
+    relative: dict[str, sp.Expr] = field(default_factory=dict)
+    origin: dict[str, sp.Expr] = field(default_factory=dict)
     shapes: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    derived: tuple[tuple[str, str, sp.Expr], ...] = ()
     rivals: tuple[str, ...] = ()
     torque: sp.Expr | None = None
     input: sp.Expr | None = None
@@ -86,7 +100,77 @@ class Effect:
     time_rate: sp.Expr | None = None
     states: tuple[EffectState, ...] = ()
 
+    def __post_init__(self) -> None:
+        """Refuse what cannot be placed or would hide a standard symbol."""
+        names = {x.id for x in self.parameters}
+        problems = [
+            (self.side not in SIDES, f"side {self.side!r} is none of {SIDES}"),
+            (self.lives_in not in VARIABLES, f"lives_in {self.lives_in!r} is none of {VARIABLES}"),
+            (bool(names & RESERVED), f"parameters {sorted(names & RESERVED)} have the names of standard symbols"),
+            (not 1 <= self.amplitudes <= len(self.parameters), "the first parameter has to be an amplitude"),
+            (not {id for id, _ in self.shapes} <= names, "shapes name a parameter that is not there"),
+            (not {*self.relative, *self.origin} <= names, "relative or origin name a parameter that is not there"),
+        ]
+        for wrong, message in problems:
+            if wrong:
+                raise ValueError(f"{self.key}: {message}")  # noqa: EM102 - the message is made above
+
+    @property
+    def key(self) -> str:
+        """Return the id, and the variant behind a colon where there is one."""
+        return f"{self.id}:{self.variant}" if self.variant else self.id
+
     @property
     def random(self) -> bool:
         """Whether the effect is random and enters the likelihood instead of the equation."""
         return self.side == "random"
+
+    @property
+    def neutral(self) -> dict[str, float]:
+        """Values of the parameters at which the effect vanishes."""
+        return {x.id: 0.0 for x in self.parameters[: self.amplitudes]}
+
+    def at(self, scales: Scales) -> Effect:
+        """Return the effect with parameters and shape grids in SI units, for a joint of these scales."""
+        values = scales.values()
+        factor = {id: float(sp.sympify(e).subs(values)) for id, e in self.relative.items()}
+        zero = {id: float(sp.sympify(e).subs(values)) for id, e in self.origin.items()}
+
+        def si(id: str, number: float) -> float:
+            return zero.get(id, 0.0) + factor.get(id, 1.0) * number
+
+        def quantity(x: Quantity) -> Quantity:
+            return x.but(initial=si(x.id, x.initial), lower=si(x.id, x.lower), upper=si(x.id, x.upper))
+
+        return self.but(
+            parameters=tuple(quantity(x) for x in self.parameters),
+            shapes=tuple((id, tuple(si(id, value) for value in grid)) for id, grid in self.shapes),
+            relative={},
+            origin={},
+        )
+
+    def but(self, **changes: Any) -> Effect:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)
+
+
+def parameter(
+    id: str, unit: str, description: str, initial: float, lower: float, upper: float, **more: Any
+) -> Quantity:
+    """Write one row of an effect's parameter table."""
+    return Quantity(id=id, unit=unit, description=description, initial=initial, lower=lower, upper=upper, **more)
+
+
+def reference(id: str, unit: str, description: str) -> Quantity:
+    """Write a fixed scale that a formula refers to; its value is 1 times the scale named in ``relative``."""
+    return Quantity(id=id, unit=unit, description=description, initial=1.0, lower=0.0, upper=1e12, fixed=True)
+
+
+def faded(amplitude: sp.Symbol, least: sp.Expr, full: sp.Expr, without: sp.Expr) -> sp.Expr:
+    """Blend from ``without`` at amplitude 0 to ``full`` at ``least`` and beyond.
+
+    ``full`` is an expression of the amplitude that is singular at 0 (a time constant, a compliance). Below ``least``
+    its deviation is taken at ``least`` and scaled linearly, so that the effect vanishes exactly and has a derivative at 0.
+    """
+    held = sp.Max(amplitude, least)
+    return without + amplitude / held * (full.subs(amplitude, held) - without)

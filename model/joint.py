@@ -14,7 +14,7 @@ from model import effect as sym
 from model.effect import Effect, EffectState
 from model.equations import Equations, Input, Output, State
 from model.lugre import LuGreParameters, lugre
-from model.parameters import joint_parameters
+from model.parameters import joint_parameters, sliding
 from model.quantity import Quantity
 
 
@@ -44,10 +44,10 @@ def _add(terms: _Terms, effect: Effect) -> _Terms:
         terms,
         w=terms.w if effect.input is None else effect.input.subs(known),
         y=terms.y if effect.output is None else effect.output.subs(known),
-        a=terms.a if effect.acceleration is None else effect.acceleration.subs(sym.a, terms.a),
+        a=terms.a if effect.acceleration is None else effect.acceleration.subs({sym.w: terms.w, sym.a: terms.a}),
         torque=terms.torque + (effect.torque if effect.torque is not None else 0),
         friction_level=terms.friction_level * (effect.friction_level or one).subs(sym.w, terms.w),
-        coulomb_level=terms.coulomb_level * (effect.coulomb_level or one),
+        coulomb_level=terms.coulomb_level * (effect.coulomb_level or one).subs(sym.w, terms.w),
         viscous_level=terms.viscous_level * (effect.viscous_level or one),
         stribeck_velocity=effect.stribeck_velocity if effect.stribeck_velocity is not None else terms.stribeck_velocity,
         inertia_factor=terms.inertia_factor * (effect.inertia_factor or one),
@@ -69,6 +69,12 @@ def _with_effects(effects: Sequence[Effect], kp: sp.Symbol) -> _Terms:
     for effect in effects:
         terms = _add(terms, effect)
     return terms
+
+
+def _row(x: Quantity, effect: Effect, prismatic: bool) -> Quantity:
+    """Place an effect's parameter in the joint's table, in the units of a sliding joint where it slides."""
+    unit = sliding(x.unit) if prismatic else x.unit
+    return x.but(unit=unit, structured=x.structured or f"{effect.id}.{x.id}")
 
 
 def joint_equations(
@@ -125,13 +131,19 @@ def joint_equations(
             State(
                 id="z", unit=rad, description="bristle deflection", nominal=1e-3, structured=f"{name}.friction.bristle"
             ),
-            *(s.state for s in terms.states),
+            *(replace(s.state, unit=sliding(s.state.unit) if prismatic else s.state.unit) for s in terms.states),
         ),
         inputs=(Input(id="tau", unit=nm, description="commanded torque", structured=f"{name}.torque"),),
         outputs=(
-            Output(id="y", unit=rad, description="position reading", expression=terms.y, structured=f"{name}.reading"),
+            Output(
+                id="y",
+                unit=rad,
+                description="position reading",
+                expression=terms.y.subs(sym.a, acceleration),
+                structured=f"{name}.reading",
+            ),
         ),
-        parameters=(*quantities, *(x for e in effects for x in e.parameters)),
+        parameters=(*quantities, *(_row(x, e, prismatic) for e in effects for x in e.parameters)),
         rhs=tuple(sp.sympify(f) * terms.time_rate for f in rhs),
         rates=tuple(sp.sympify(r) * terms.time_rate for r in rates),
         orderings=(("Fs", "Fc"),),

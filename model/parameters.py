@@ -169,3 +169,8 @@ def joint_parameters(*, prismatic: bool = False) -> tuple[Quantity, ...]:
         for row in TABLE
         if not (prismatic and row.id == "gravity_sin")
     )
+
+
+def sliding(unit: str) -> str:
+    """Return a revolute joint's unit for a joint that slides: torque becomes force, angle becomes length."""
+    return unit.replace("kg m^2", "kg").replace("N m", "N").replace("rad", "m")

@@ -1,0 +1,21 @@
+"""An amplifier whose gain changes with the torque asked for."""
+
+from model.effect import Effect, parameter, reference, sp, w
+from model.scales import TORQUE
+
+a1, w0 = sp.symbols("gain_curvature gain_reference", real=True)
+
+EFFECT = Effect(
+    id="amplifier_nonlinear_gain",
+    title="amplifier gain that changes with torque",
+    formula="w = τ·(1 + a·(τ/τ₀)²)",
+    lives_in="torque",
+    side="input",
+    parameters=(
+        parameter("gain_curvature", "1", "relative gain at the largest torque", 0.02, -0.6, 3.0),
+        reference("gain_reference", "N m", "largest torque τ₀"),
+    ),
+    relative={"gain_reference": TORQUE},
+    rivals=("amplifier_saturation", "cubic_spring"),
+    input=w * (1 + a1 * (w / w0) ** 2),
+)

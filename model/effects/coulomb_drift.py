@@ -1,0 +1,22 @@
+"""Dry friction that settles while the joint warms up."""
+
+from model.effect import Effect, parameter, sp, t
+from model.scales import DURATION
+
+a1, T = sp.symbols("coulomb_excess coulomb_warm_up", real=True)
+
+EFFECT = Effect(
+    id="coulomb_drift",
+    title="dry friction that settles during a run",
+    formula="Fc, Fs times (1 + a·exp(−t/T))",
+    lives_in="time",
+    side="friction",
+    parameters=(
+        parameter("coulomb_excess", "1", "relative excess of dry friction at the start", 0.02, -0.9, 5.0),
+        parameter("coulomb_warm_up", "s", "time constant of the drift", 0.4, 0.02, 10.0, scale="log"),
+    ),
+    relative={"coulomb_warm_up": DURATION},
+    shapes=(("coulomb_warm_up", (0.08, 0.2, 0.5, 1.5)),),
+    rivals=("viscous_drift", "gain_drift"),
+    coulomb_level=1 + a1 * sp.exp(-t / T),
+)

@@ -1,0 +1,21 @@
+"""An encoder disc that is mounted off its centre."""
+
+from model.effect import Effect, parameter, sp, y
+
+s, c = sp.symbols("eccentricity_sin eccentricity_cos", real=True)
+
+EFFECT = Effect(
+    id="encoder_eccentricity",
+    title="encoder mounted off centre",
+    formula="y = q + e_s·sin(q) + e_c·cos(q)",
+    lives_in="position",
+    side="output",
+    parameters=(
+        parameter("eccentricity_sin", "rad", "sine part", 0.005, -0.5, 0.5),
+        parameter("eccentricity_cos", "rad", "cosine part", 0.005, -0.5, 0.5),
+    ),
+    amplitudes=2,
+    derived=(("eccentricity_amplitude", "rad", sp.sqrt(s**2 + c**2)),),
+    rivals=("asymmetric_spring", "cubic_spring"),
+    output=y + s * sp.sin(y) + c * sp.cos(y),
+)

@@ -1,0 +1,22 @@
+"""Viscous friction that settles while the joint warms up."""
+
+from model.effect import Effect, parameter, sp, t
+from model.scales import DURATION
+
+a1, T = sp.symbols("viscous_excess viscous_warm_up", real=True)
+
+EFFECT = Effect(
+    id="viscous_drift",
+    title="viscous friction that settles during a run",
+    formula="σ2 times (1 + a·exp(−t/T))",
+    lives_in="time",
+    side="friction",
+    parameters=(
+        parameter("viscous_excess", "1", "relative excess of viscous friction at the start", 0.02, -0.9, 5.0),
+        parameter("viscous_warm_up", "s", "time constant of the drift", 0.4, 0.02, 10.0, scale="log"),
+    ),
+    relative={"viscous_warm_up": DURATION},
+    shapes=(("viscous_warm_up", (0.08, 0.2, 0.5, 1.5)),),
+    rivals=("coulomb_drift", "gain_drift"),
+    viscous_level=1 + a1 * sp.exp(-t / T),
+)

@@ -1,0 +1,31 @@
+"""Waves over position, a_s·sin(n·q) + a_c·cos(n·q): shared by the entries that are periodic in position."""
+
+from __future__ import annotations
+
+import numpy as np
+import sympy as sp
+
+from model.effect import parameter
+from model.quantity import Quantity
+
+_q = sp.Symbol("q", real=True)
+COARSE = tuple(float(x) for x in np.arange(0.5, 14.6, 0.5))
+"""Grid of n times half the span of positions; two neighbours differ by half a radian of phase at the ends."""
+FINE = tuple(float(x) for x in np.arange(6.0, 60.1, 0.6))
+
+
+def wave(name: str, over: sp.Expr = _q) -> sp.Expr:
+    """Return ``<name>_sin``·sin(n·x) + ``<name>_cos``·cos(n·x), n = ``<name>_number``, x = ``over``."""
+    s, c, n = sp.symbols(f"{name}_sin {name}_cos {name}_number", real=True)
+    return s * sp.sin(n * over) + c * sp.cos(n * over)
+
+
+def wave_number(id: str, grid: tuple[float, ...]) -> Quantity:
+    """Table row of the wave number n, in units of one over half the span of positions."""
+    return parameter(id, "1/rad", "wave number", grid[len(grid) // 3], 0.5 * grid[0], 1.2 * grid[-1], scale="log")
+
+
+def size(name: str, unit: str) -> tuple[tuple[str, str, sp.Expr], ...]:
+    """Amplitude and phase of the wave, for readers: a·sin(n·x + φ)."""
+    s, c = sp.symbols(f"{name}_sin {name}_cos", real=True)
+    return ((f"{name}_amplitude", unit, sp.sqrt(s**2 + c**2)),)
