@@ -1,0 +1,65 @@
+"""Levenberg–Marquardt under bounds and orderings: each step is a damped linear least-squares problem with inequalities.
+
+Nielsen's damping (1999): the gain ratio of a step sets the next damping. The damping is scaled by the columns of the Jacobian.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.least_squares import step_within, triangle
+from identification.problem import Problem
+from measurement.run import Array
+
+RIDGE = 1e-6
+"""Regularisation of directions that the data do not see, relative to the largest column of the Jacobian, in scaled parameters."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Descent:
+    """Where a minimiser stopped: x (n,), cost ‖r‖², calls of the simulations, and whether it met its tolerance."""
+
+    x: Array
+    cost: float
+    calls: int
+    converged: bool
+
+
+def gauss_newton(
+    problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 1e-10
+) -> Descent:
+    """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` of the cost."""
+    A, b = problem.constraints()
+    now = problem.blocks(x, gain)
+    cost = float(now.residual @ now.residual)
+    damping, growth, calls = 1e-4, 2.0, 1
+    R, c, converged = *triangle(now.jacobian, now.residual), False
+    while calls < iterations and np.isfinite(cost) and not converged:
+        d, predicted = _damped_step(R, c, damping, A, b - A @ x)
+        converged = predicted <= tolerance * cost
+        if converged:
+            break
+        trial = problem.blocks(x + d, gain)
+        calls += 1
+        new = float(trial.residual @ trial.residual)
+        ratio = (cost - new) / predicted if np.isfinite(new) else -1.0
+        if ratio > 1e-4:
+            x, cost, growth = x + d, new, 2.0
+            R, c = triangle(trial.jacobian, trial.residual)
+            damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-12)
+        else:
+            damping, growth = damping * growth, 2.0 * growth
+            converged = damping > 1e12
+    return Descent(x=x, cost=cost, calls=calls, converged=converged)
+
+
+def _damped_step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> tuple[Array, float]:
+    """Return the step and the decrease of the cost that the linear model predicts."""
+    columns = np.linalg.norm(R, axis=0)
+    ridge = np.sqrt(damping * columns**2 + (RIDGE * columns.max()) ** 2)
+    damped, target = triangle(np.vstack((R, np.diag(ridge))), -np.concatenate((c, np.zeros_like(c))))
+    d = step_within(damped, target, A, np.minimum(slack, 0.0))
+    left = c - R @ d
+    return d, float(c @ c - left @ left)

@@ -1,0 +1,71 @@
+"""Initial states of a run as nuisance parameters: the position always, the velocity where the run starts in motion.
+
+x₀ = m + w·δ with δ fitted per run. The position's m is the first sample and its w the sensor's standard deviation; the
+first row of the residual is its prior. The velocity's m and w come from the first samples, with the prior δ ~ N(0, 1).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.simulator import initial_state
+from measurement.run import Array, Run
+from model.equations import Equations
+
+FIRST_ROWS = 7
+MOVING = 6.0
+"""Slope over its standard deviation from which a run counts as started in motion."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Start:
+    """Where a run may start.
+
+    Parameters
+    ----------
+    base
+        Initial state at δ = 0, shape (n_x,).
+    states
+        Indices of the states that are fitted, shape (n_δ,).
+    unit
+        w, shape (n_δ,).
+    prior
+        Which δ have the prior N(0, 1), shape (n_δ,).
+    """
+
+    base: Array
+    states: tuple[int, ...]
+    unit: Array
+    prior: Array
+
+    def at(self, delta: Array) -> Array:
+        """Return the initial state x₀, shape (n_x,)."""
+        x0 = self.base.copy()
+        x0[list(self.states)] += self.unit * delta
+        return x0
+
+
+def first_slopes(run: Run) -> tuple[Array, Array]:
+    """Return the initial velocities by a straight line through the first rows, and their standard deviations [rad/s]."""
+    n = min(FIRST_ROWS, run.t.size)
+    t = run.t[:n] - run.t[:n].mean()
+    spread = float(t @ t)
+    return (t @ run.y[:n]) / spread, run.sensor_std / np.sqrt(spread)
+
+
+def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> Start:
+    """Return the nuisance parameters of ``run``: velocities join where asked for, measured, or seen in the first rows."""
+    n = len(equations.joints)
+    base = np.array(initial_state(equations, run))
+    states, unit, prior = list(range(n)), list(run.sensor_std), [False] * n
+    slope, std = first_slopes(run)
+    moving = np.abs(slope) > MOVING * std
+    if free_velocity or run.v is not None or bool(moving.any()):
+        guess = base[n : 2 * n] if run.v is not None else np.where(moving, slope, 0.0)
+        base[n : 2 * n] = guess
+        states += range(n, 2 * n)
+        unit += list(np.maximum(3.0 * std, 0.3 * np.abs(guess)))
+        prior += [True] * n
+    return Start(base=base, states=tuple(states), unit=np.array(unit), prior=np.array(prior))
