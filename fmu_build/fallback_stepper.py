@@ -89,16 +89,20 @@ def parts_of(t, x, u, p, h):
 
 
 def advance(f, X, t, dt, u, slope, p, h):
-    """Return X after ``dt`` in equal inner steps no longer than ``h``."""
+    """Return X after ``dt`` in equal inner steps no longer than ``h``, each cut as the state on the way asks for."""
     steps = int(dt / h - 1e-6) + 1
     inner = dt / steps
     for k in range(steps):
-        now = [a + k * inner * b for a, b in zip(u, slope)]
-        parts = parts_of(t + k * inner, [row[0] for row in X], now, p, inner)
-        sub = inner / parts
-        for s in range(parts):
-            X = substep(f, X, t + k * inner + s * sub, now, slope, p, sub)
-            now = [a + sub * b for a, b in zip(now, slope)]
+        past = 0.0
+        for s in range(MAX_SUBSTEPS):
+            left, since = inner - past, k * inner + past
+            now = [a + since * b for a, b in zip(u, slope)]
+            sub = inner / parts_of(t + since, [row[0] for row in X], now, p, inner)
+            last = left - sub < 1e-9 * inner or s == MAX_SUBSTEPS - 1
+            X = substep(f, X, t + since, now, slope, p, left if last else sub)
+            if last:
+                break
+            past += sub
     return X
 
 

@@ -61,25 +61,27 @@ static inline void HK_FN(substep)(real X[HK_NX][HK_W], real t, const real *u0, c
         }
 }
 
-/* Advance by dt in equal inner steps no longer than h, each cut into the sub-steps that its lane asks for. */
+/* Advance by dt in equal inner steps no longer than h. Each is cut into sub-steps: the state at the start of a sub-step says
+ * how many of its length would fill the inner step, the last one takes what is left. */
 static inline void HK_FN(advance)(real X[HK_NX][HK_W], double t, double dt, const real *u, const real *slope, const real *p, double h) {
     long steps = (long)(dt / h - 1e-6) + 1;
     double inner = dt / (double)steps;
     for (long k = 0; k < steps; k++) {
-        real x[HK_NX], now[HK_NU];
-        real t0 = K(t + (double)k * inner);
-        HK_FN(column)(X, x);
-        for (int j = 0; j < HK_NU; j++) now[j] = u[j] + ((double)k * inner) * slope[j];
-        real parts = hk_substeps(t0, x, now, p, inner), sub = inner / parts;
-        long most = hk_most(parts);
-        if (most == 1) { HK_FN(substep)(X, t0, now, slope, p, sub); continue; }
-        for (long s = 0; s < most; s++) {
-            real trial[HK_NX][HK_W];
-            mask active = hk_true(K((double)s) < parts);
+        real past = K(0.0);
+        for (int s = 0; s < HK_MAX_SUBSTEPS; s++) {
+            real x[HK_NX], now[HK_NU], trial[HK_NX][HK_W], left = inner - past, since = (double)k * inner + past;
+            mask active = hk_true(left > K(0.0));
+            if (!hk_any(active)) break;
+            HK_FN(column)(X, x);
+            for (int j = 0; j < HK_NU; j++) now[j] = u[j] + since * slope[j];
+            real parts = hk_substeps(t + since, x, now, p, inner), sub = inner / parts;
+            if (s == 0 && hk_most(parts) == 1) { HK_FN(substep)(X, t + since, now, slope, p, sub); break; }
+            mask last = hk_true(left - sub < K(1e-9 * inner)) | hk_true(K((double)s) == K(HK_MAX_SUBSTEPS - 1.0));
+            sub = hk_select(last, left, sub);
             for (int i = 0; i < HK_NX; i++) for (int c = 0; c < HK_W; c++) trial[i][c] = X[i][c];
-            HK_FN(substep)(trial, t0 + (double)s * sub, now, slope, p, sub);
+            HK_FN(substep)(trial, t + since, now, slope, p, sub);
             for (int i = 0; i < HK_NX; i++) for (int c = 0; c < HK_W; c++) X[i][c] = hk_select(active, trial[i][c], X[i][c]);
-            for (int j = 0; j < HK_NU; j++) now[j] = now[j] + sub * slope[j];
+            past = hk_select(last, K(inner), past + sub);
         }
     }
 }
