@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
 from model.base_parameters import base_parameters, numeric_rank
 from model.device import STANDARD, Device, Guess
+from model.excitation import ExcitationPlan
 from model.inertial import pi_ids, standard_ids
 from model.locked import locked_motion
 from model.locking_order import LockingOrder, Stage
+from model.postures import PosturePlan
 
 Data = dict[str, Any]
 
@@ -42,6 +44,52 @@ def plan_summary(device: Device, order: LockingOrder) -> Data:
         "unknowns_at_once": len(order.needed) + sum(per_joint),
         "largest_stage": max(len(stage.new) + _joint_unknowns(stage, order, per_joint) for stage in order.stages),
         "unidentifiable": _unidentifiable(device, order),
+    }
+
+
+def design_summary(excitations: Sequence[ExcitationPlan | str], postures: PosturePlan) -> Data:
+    """Return proposed runs and lock postures as JSON-ready data; a joint without runs has its reason instead."""
+    return {
+        "excitation": [
+            {"joint": joint, "reason": one} if isinstance(one, str) else _excitation(one)
+            for joint, one in enumerate(excitations)
+        ],
+        "postures": {
+            "tests": [
+                {"free_joints": list(test.dynamics.joints), "locked_positions_rad": list(test.dynamics.posture)}
+                for test in postures.chosen
+            ],
+            "coefficient_accuracy": postures.accuracy,
+            "torque_error_first_guesses": postures.error_prior,
+            "torque_error_home": postures.error_home,
+            "torque_error_planned": postures.error_planned,
+        },
+    }
+
+
+def _excitation(plan: ExcitationPlan) -> Data:
+    return {
+        "joint": plan.joint,
+        "runs": [
+            {
+                "amplitude_Nm": run.amplitude,
+                "frequency_rad_s": run.omega,
+                "travel_rad": run.travel,
+                "presliding_share": run.presliding,
+            }
+            for run in plan.chosen
+        ],
+        "expected": [
+            {
+                "id": one.id,
+                "unit": one.unit,
+                "initial": one.initial,
+                "std_before": float(before),
+                "std_after": float(after),
+            }
+            for one, before, after in zip(plan.parameters, plan.std_plain, plan.std_chosen, strict=True)
+        ],
+        "warnings": list(plan.warnings),
     }
 
 
@@ -88,8 +136,8 @@ def _unidentifiable(device: Device, order: LockingOrder) -> list[Data]:
         {
             "what": [f"Kp of joint {j}" for j, joint in enumerate(device.joints) if _free_gain(joint.parameters)]
             or ["the common factor of Kp, inertia, gravity, spring and friction of each joint"],
-            "why": "Commands are torques, measurements are positions: multiplying Kp, inertia, gravity, spring and friction "
-            "of a joint by one factor leaves its motion as it is. Kp is fixed, or held by a prior.",
+            "why": "Commands are torques, measurements are positions: multiplying Kp, inertia, gravity, spring and "
+            "friction of a joint by one factor leaves its motion as it is. Kp is fixed, or held by a prior.",
         }
     ]
     for link in device.massive:

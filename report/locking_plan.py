@@ -77,7 +77,78 @@ def plan_text(plan: Data) -> str:
         "Stays unidentifiable:",
     ]
     lines += [f"- {', '.join(entry['what'])}: {entry['why']}" for entry in plan["unidentifiable"]]
-    return "\n".join(lines)
+    return "\n".join(lines + _design_text(plan))
+
+
+def _design_text(plan: Data) -> list[str]:
+    if "postures" not in plan:
+        return []
+    lines = [
+        "",
+        "Proposed runs, cosines of amplitude [N m] at frequency [rad/s]:",
+        *_columns(RUNS_HEADER, run_rows(plan)),
+    ]
+    lines += [f"joint {one['joint']}: {text}" for one in plan["excitation"] for text in one.get("warnings", [])]
+    lines += ["", "Expected standard errors, plain runs and proposed ones:", *_columns(ERRORS_HEADER, error_rows(plan))]
+    lines += ["", posture_sentence(plan), *_columns(POSTURES_HEADER, posture_rows(plan))]
+    return lines
+
+
+RUNS_HEADER = ["joint", "runs"]
+ERRORS_HEADER = ["joint", "parameter", "first guess", "before", "after", "unit"]
+POSTURES_HEADER = ["free joints", "locked at [rad] (- free)"]
+
+
+def run_rows(plan: Data) -> list[list[str]]:
+    """Return one row per joint: its proposed runs, or why there are none."""
+    return [
+        [
+            str(one["joint"]),
+            one.get("reason")
+            or ", ".join(f"{run['amplitude_Nm']:.3g} at {run['frequency_rad_s']:.3g}" for run in one["runs"]),
+        ]
+        for one in plan["excitation"]
+    ]
+
+
+def error_rows(plan: Data) -> list[list[str]]:
+    """Return one row per joint and parameter: first guess, expected standard error before and after."""
+    return [
+        [
+            str(one["joint"]),
+            p["id"],
+            f"{p['initial']:.3g}",
+            f"{p['std_before']:.2g}",
+            f"{p['std_after']:.2g}",
+            p["unit"],
+        ]
+        for one in plan["excitation"]
+        for p in one.get("expected", [])
+    ]
+
+
+def posture_rows(plan: Data) -> list[list[str]]:
+    """Return one row per proposed test: free joints, positions of the locked ones."""
+    return [
+        [
+            configuration(test["free_joints"]),
+            ", ".join(
+                "-" if j in test["free_joints"] else f"{x:+.3f}" for j, x in enumerate(test["locked_positions_rad"])
+            ),
+        ]
+        for test in plan["postures"]["tests"]
+    ]
+
+
+def posture_sentence(plan: Data) -> str:
+    """Return what the proposed postures buy."""
+    found = plan["postures"]
+    return (
+        f"Expected torque error of the full model (rms over rms, coefficients fitted to "
+        f"{100 * found['coefficient_accuracy']:.2g} %): {100 * found['torque_error_first_guesses']:.2g} % from the "
+        f"first guesses, {100 * found['torque_error_home']:.2g} % after the tests at home, "
+        f"{100 * found['torque_error_planned']:.2g} % with the proposed postures."
+    )
 
 
 def _columns(header: list[str], rows: list[list[str]]) -> list[str]:
@@ -137,6 +208,7 @@ def plan_page(plan: Data) -> str:
                 )
             ],
         ),
+        *_design_sections(plan),
         Section(title="Assumptions of the device file", anchor="assumptions", paragraphs=plan["assumptions"]),
     ]
     lead = (
@@ -148,6 +220,37 @@ def plan_page(plan: Data) -> str:
     return render_page(
         title=f"Locking plan: {plan['title']}", lead=lead, sections=sections, synthetic=None, footer=footer
     )
+
+
+def _design_sections(plan: Data) -> list[Section]:
+    if "postures" not in plan:
+        return []
+    warnings = [f"Joint {one['joint']}: {text}" for one in plan["excitation"] for text in one.get("warnings", [])]
+    return [
+        Section(
+            title="Proposed postures",
+            anchor="postures",
+            paragraphs=[posture_sentence(plan)],
+            tables=[Table(header=POSTURES_HEADER, rows=posture_rows(plan))],
+        ),
+        Section(
+            title="Proposed runs",
+            anchor="runs",
+            paragraphs=warnings,
+            tables=[
+                Table(
+                    header=["joint", "amplitude [N m] at frequency [rad/s]"],
+                    rows=run_rows(plan),
+                    caption="Cosine torques that shrink the expected standard errors most (D-optimal).",
+                ),
+                Table(
+                    header=ERRORS_HEADER,
+                    rows=error_rows(plan),
+                    caption="Standard errors expected of as many runs of one amplitude (before) and of these (after).",
+                ),
+            ],
+        ),
+    ]
 
 
 def _equations(plan: Data) -> Table:

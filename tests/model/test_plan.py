@@ -3,13 +3,20 @@
 import json
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 from model.base_parameters import base_parameters, equation_forms, full_lagrangian, numeric_rank, rows, span
+from model.device import Guess
 from model.device_file import load_device
+from model.excitation import plan_excitation
+from model.inertial import pi_prior
+from model.inertial_belief import LinkBelief
 from model.locking_order import locking_order
 from model.plan import main
+from model.postures import plan_postures, random_motion
+from model.regressor import regressor
 
 
 def test_table_one_of_the_paper_is_derived():
@@ -51,7 +58,7 @@ def test_base_parameters_span_the_equations():
 
 
 def test_command_writes_plan_and_page(tmp_path):
-    result = CliRunner().invoke(main, ["freedom6s", "--out", str(tmp_path)])
+    result = CliRunner().invoke(main, ["freedom6s", "--no-design", "--out", str(tmp_path)])
     assert result.exit_code == 0, result.output
     plan = json.loads((tmp_path / "locking_plan.json").read_text())
     assert plan["locking_order"] == [[4], [5], [3], [2], [1], [0], [0, 1]]
@@ -67,3 +74,51 @@ def test_command_refuses_an_unknown_device(tmp_path):
     result = CliRunner().invoke(main, ["nope", "--out", str(tmp_path)])
     assert result.exit_code == 2
     assert not list(tmp_path.iterdir())
+
+
+def test_postures_close_what_home_leaves_open():
+    device = load_device("freedom6s")
+    plan = plan_postures(device, [stage.free for stage in locking_order(device).stages], extra=8, candidates=16)
+    assert plan.error_planned < 0.1 * plan.error_home < 0.1 * plan.error_prior
+    limits = [joint.position_limits for joint in device.joints]
+    for test in plan.chosen:
+        assert all(lower <= x <= upper for x, (lower, upper) in zip(test.dynamics.posture, limits, strict=True))
+
+
+def test_links_from_planned_tests_give_the_torque_of_the_true_device():
+    """Coefficients without noise: one posture leaves errors, the planned postures do not."""
+    device = load_device("freedom6s")
+    plan = plan_postures(device, [stage.free for stage in locking_order(device).stages], extra=10, candidates=32)
+    mean, covariance = pi_prior(device)
+    truth = mean + 0.2 * np.sqrt(np.diag(covariance)) * np.random.default_rng(7).normal(size=mean.size)
+    belief, errors = LinkBelief.from_device(device), []
+    Y = regressor(device, *random_motion(device, 500, 8))
+    for tests in (plan.home, plan.chosen):
+        for test in tests:
+            belief = belief.update(
+                test.dynamics.coefficients, test.dynamics.linear_map @ truth, np.diag((1e-6 * test.std) ** 2)
+            )
+        wrong = np.mean((Y @ (belief.mean - truth)) ** 2, axis=1) / np.mean((Y @ truth) ** 2, axis=1)
+        errors.append(np.sqrt(wrong.max()))  # of the worst joint
+    assert errors[1] < 0.01 < errors[0]
+
+
+def test_proposed_runs_beat_the_plain_ones():
+    plan = plan_excitation(load_device("freedom6s"), 3, runs=3)
+    volume_plain, volume = (np.prod(std / plan.std_plain) for std in (plan.std_plain, plan.std_chosen))
+    assert volume < volume_plain / 10
+    assert max(run.travel for run in plan.chosen) <= 1.6
+    assert not plan.warnings
+
+
+def test_runs_that_never_leave_presliding_are_named():
+    """Stiction far above the drive: every proposed run stays within a bristle's length."""
+    device = load_device("freedom6s")
+    stiff = dict(device.joints[3].parameters) | {
+        "Fs": Guess(initial=0.5),
+        "Fc": Guess(initial=0.4),
+        "sigma0": Guess(initial=1.0),
+    }
+    joint = replace(device.joints[3], parameters=stiff)
+    device = replace(device, joints=(*device.joints[:3], joint, *device.joints[4:]))
+    assert "never leave presliding" in plan_excitation(device, 3, runs=2).warnings[0]
