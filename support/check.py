@@ -8,8 +8,8 @@ import sys
 import click
 
 CHECKS = {
-    "ruff check": ("-m", "ruff", "check", "--quiet", "."),
-    "ruff format": ("-m", "ruff", "format", "--check", "--quiet", "."),
+    "ruff check": ("-m", "ruff", "check", "--output-format", "concise", "."),
+    "ruff format": ("-m", "ruff", "format", "--check", "--output-format", "concise", "."),
     "mypy": ("-m", "mypy", "--no-error-summary"),
     "import contracts": (
         "-c",
