@@ -1,7 +1,7 @@
 """Forward dynamics of six joints: the tape as C with a 6×6 Cholesky solve, against Pinocchio's ABA on the same arm.
 
-Prints the seconds of the exact derivation, the operations of the tape, and ns per call. Pinocchio is called from Python;
-the binding's overhead is measured apart with an empty model.
+Prints the seconds of the exact derivation, the operations of the tape, and ns per call. Pinocchio runs from Python,
+and the overhead of that is measured apart with an empty model.
 """
 
 from __future__ import annotations
