@@ -141,7 +141,7 @@ LISTED: dict[str, Formula] = {
         "hysteresis_travel": 0.3 * d.time * s.amplitude,
     },
     "tendon_elasticity": lambda s, k, _: _tendon(s, 6.0 * s.Ks / k),
-    "tendon_slack": lambda s, k, _: _tendon(s, 30.0 * s.Ks) | {"tendon_slack": 0.02 * k * s.amplitude},
+    "tendon_slack": lambda s, k, _: _tendon(s, 30.0 * s.Ks / min(1.0, k)) | {"tendon_slack": 0.02 * k * s.amplitude},
     "backlash": lambda s, k, _: {"encoder_play": 0.03 * k * s.amplitude},
     "cogging": lambda s, k, d: {
         "cogging": 0.06 * k * s.torque,

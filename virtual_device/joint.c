@@ -163,8 +163,8 @@ static double fastest(const Joint *j) {
   rate += sqrt((j->sigma0 + j->Ks + j->stop_stiffness + j->hysteresis_stiffness + j->tendon_stiffness) / j->inertia);
   if (j->rotor_inertia > 0) rate += sqrt(j->tendon_stiffness / j->rotor_inertia) + j->tendon_damping / j->rotor_inertia;
   if (j->lock_inertia > 0) rate += 2 * sqrt(j->lock_stiffness / j->lock_inertia) + j->lock_damping / j->lock_inertia;
-  if (j->amplifier_lag > 0) rate += 1 / j->amplifier_lag;
-  if (j->stribeck_lag > 0) rate += 1 / j->stribeck_lag;
+  if (j->amplifier_lag > 0) rate += 0.2 / j->amplifier_lag;
+  if (j->stribeck_lag > 0) rate += 0.2 / j->stribeck_lag;
   return rate;
 }
 

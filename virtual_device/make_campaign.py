@@ -85,7 +85,7 @@ def main(
     joints: str | None,
     *,
     quiet: bool,
-    **settings: Any,  # noqa: ANN401 - the remaining options, of several types
+    **settings: Any,
 ) -> None:
     """Simulate all runs and write the folder."""
     chosen, seed, width = parse_joints(joints), settings["seed"], settings["device_variation"]

@@ -29,6 +29,11 @@ class Sensor:
     coloured: float = 0.0
     correlation_time: float = 0.1
 
+    @property
+    def std(self) -> float:
+        """√(noise² + resolution²/12) [rad]."""
+        return float(np.sqrt(self.noise**2 + self.resolution**2 / 12.0))
+
     def read(self, t: Array, y: Array, rng: np.random.Generator) -> Array:
         """Return readings of the positions y (n,) taken at t (n,)."""
         read = y + self.noise * rng.standard_normal(y.shape)

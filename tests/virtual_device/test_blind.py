@@ -1,0 +1,117 @@
+"""Blind cases: what is asked for is what is hidden, at the size that the label says, and the label lies apart."""
+
+import json
+import tomllib
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from support.errors import InputError
+from virtual_device.arm import Arm
+from virtual_device.blind import make_cases
+from virtual_device.effects import LISTED, UNLISTED
+from virtual_device.inputs import rich
+from virtual_device.joint import integrate
+from virtual_device.plan import NAMED, plan
+from virtual_device.sizing import positions, reach
+from virtual_device.truth import read_truth
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[dict[str, Any]]]:
+    out = tmp_path_factory.mktemp("blind")
+    return out, make_cases(out, 3, 11, kinds=("single",), sizes=("threshold", "nominal"), inputs="table3")
+
+
+def test_the_catalogue_of_disturbances_is_that_of_the_users() -> None:
+    assert len(LISTED) == 33
+    assert not set(LISTED) & set(UNLISTED)
+
+
+def test_a_plan_goes_through_every_effect_and_size_before_one_comes_again() -> None:
+    count = len(NAMED) * 3
+    cases = plan(count, np.random.default_rng(0), ("single",), ("nominal", "small", "threshold"), "mixed")
+    assert Counter((case.effects[0], case.size) for case in cases) == {
+        (name, size): 1 for name in NAMED for size in ("nominal", "small", "threshold")
+    }
+    assert {case.joint for case in cases} == set(range(6))
+    assert {case.device for case in cases} == {"single_joint", "freedom6s"}
+
+
+def test_kinds_hide_what_their_name_says() -> None:
+    cases = plan(
+        63, np.random.default_rng(1), ("none", "pair", "scatter", "scatter_with", "unlisted"), ("small",), "rich"
+    )
+    assert all(case.effects == () for case in cases if case.kind == "none")
+    assert all(len(set(case.effects)) == 2 for case in cases if case.kind == "pair")
+    assert all(case.effects == ("amplitude_scatter",) for case in cases if case.kind == "scatter")
+    assert all(case.effects[1] == "amplitude_scatter" for case in cases if case.kind == "scatter_with")
+    assert all(case.effects[0] in UNLISTED for case in cases if case.kind == "unlisted")
+    assert any(case.coloured > 0 for case in cases)
+
+
+def test_labels_lie_apart_and_describe_what_was_hidden(made: tuple[Path, list[dict[str, Any]]]) -> None:
+    out, _ = made
+    stored = json.loads((out / "labels.json").read_text())["labels"]
+    assert [label["case"] for label in stored] == sorted(path.name for path in (out / "cases").iterdir())
+    for label in stored:
+        folder = out / "cases" / label["case"]
+        text = (folder / "campaign.toml").read_text()
+        assert not any(name in text for name in (*LISTED, *UNLISTED))
+        content = tomllib.loads(text)
+        assert content["campaign"]["measured"] is False
+        assert sum(run["use"] == "validate" for run in content["runs"]) >= 2
+        assert list(label["hidden"]) == label["effects"]
+
+
+def test_a_table_holds_the_labelled_disturbance_and_only_noise_besides(
+    made: tuple[Path, list[dict[str, Any]]],
+) -> None:
+    out, labels = made
+    for label in labels:
+        joint = label["joint"]
+        paths = sorted((out / "cases" / str(label["case"])).glob("*.gz"))
+        table = pd.read_csv(paths[0])
+        parameters = dict(label["base"])
+        for values in label["hidden"].values():
+            parameters |= values
+        t, torque, read = (table[name].to_numpy() for name in ("time_s", f"torque_{joint}_Nm", f"position_{joint}_rad"))
+        reading = integrate(parameters, t, torque, start=(read[:1].mean(), 0.0))[2]
+        late = t > 10.0  # the start is known to the noise only, and forgotten by then
+        std = np.hypot(label["noise"], 1.5e-4 / np.sqrt(12))
+        assert np.std((read - reading)[late]) < 2.0 * std
+
+
+def test_sizes_mean_what_they_say(made: tuple[Path, list[dict[str, Any]]]) -> None:
+    for label in made[1]:
+        (left,), (share,) = label["left_over_noise"].values(), label["share_of_motion"].values()
+        if label["size"] == "threshold":
+            assert 0.05 < left < 0.6
+        else:
+            assert left > 1.0 or share > 0.005
+
+
+def test_what_a_refit_reaches_leaves_nothing_and_cogging_leaves_most() -> None:
+    joint = Arm(read_truth()).locked_joint(4, np.zeros(6))
+    base = reach(joint, rich(4)[:4])
+    spring = positions(joint | {"Ks": joint["Ks"] * 1.001}, base.runs) - base.motion
+    assert base.left(spring) < 0.02 * np.sqrt(np.mean(spring**2))
+    cogging = base.effect({"cogging": 2e-5, "cogging_number": 12.0})
+    assert base.left(cogging) > 0.4 * np.sqrt(np.mean(cogging**2))
+
+
+def test_cases_repeat_and_workers_do_not_matter(tmp_path: Path) -> None:
+    first, second = tmp_path / "a", tmp_path / "b"
+    make_cases(first, 2, 5, kinds=("none",), inputs="table3")
+    make_cases(second, 2, 5, kinds=("none",), inputs="table3", workers=2)
+    files = [{path.relative_to(out): path.read_bytes() for path in out.rglob("*.*")} for out in (first, second)]
+    assert files[0] == files[1]
+
+
+def test_unknown_kinds_are_refused() -> None:
+    with pytest.raises(InputError, match="--kinds"):
+        plan(1, np.random.default_rng(0), ("nothing",), ("nominal",), "rich")

@@ -1,0 +1,179 @@
+"""Make blind cases: campaigns in which something may be hidden, and the answers in a file apart.
+
+``python -m virtual_device.blind --out DIR --cases N --seed S`` writes ``DIR/cases/case_0000/`` and so on, and
+``DIR/labels.json``, which only the scorer opens.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, replace
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from support.command import exit_codes
+from support.files import write_json
+from virtual_device.arm import JOINTS, Arm
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.effects import Scales, Shape
+from virtual_device.inputs import Cosine, rich, table3
+from virtual_device.joint import BASE, rest_position
+from virtual_device.plan import KINDS, RANDOM, SIZES, UPRIGHT, Case, plan
+from virtual_device.sensor import Sensor
+from virtual_device.sizing import Reach, formula, marked_size, reach, threshold_size
+from virtual_device.truth import read_truth
+from virtual_device.variation import vary
+
+WIDTH = 0.2
+"""Spread of the machines around the one of the embedded campaign, itself within ±30 % of its design."""
+TOLD = ("inertia", "Ks", "sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
+"""Parameters of which a campaign of a single joint tells the design value."""
+
+
+def draw_joint(case: Case, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, dict[str, float]]]:
+    """Draw the joint, and what its campaign tells of it (nothing for a joint of the built-in device)."""
+    design, home = Arm(read_truth()), np.zeros(JOINTS)
+    drawn = Arm(vary(read_truth(), WIDTH, rng)).locked_joint(case.joint, home)
+    if case.device != "single_joint":
+        return drawn, {}
+    guess = design.locked_joint(case.joint, home)
+    known = {"Kp": {"fixed": 1.0}} | {name: {"initial": float(f"{guess[name]:.2g}")} for name in TOLD}
+    if case.joint in UPRIGHT:
+        return drawn | {"gravity_cos": 0.0, "gravity_sin": 0.0}, known | {
+            "gravity_cos": {"fixed": 0.0},
+            "gravity_sin": {"fixed": 0.0},
+        }
+    limit = 0.05 if case.joint < 3 else 0.005
+    bounds = {"initial": 0.0, "lower": -limit, "upper": limit}
+    return drawn, known | {"gravity_cos": dict(bounds), "gravity_sin": dict(bounds)}
+
+
+def _tests(case: Case) -> tuple[Cosine, ...]:
+    """Return the runs; Table III keeps two for validation, its brackets included."""
+    if case.inputs == "rich":
+        return rich(case.joint)
+    runs = [replace(run, use="validate", reason="") if run.use == "excluded" else run for run in table3(case.joint)]
+    if sum(run.use == "validate" for run in runs) < 2:
+        fastest = max(k for k, run in enumerate(runs) if run.use == "fit")
+        runs[fastest] = replace(runs[fastest], use="validate")
+    return tuple(runs)
+
+
+def _size(case: Case, base: Reach, name: str, shape: Shape, rng: np.random.Generator) -> tuple[dict[str, float], float]:
+    """Return the parameters of the hidden effect at the size that the case asks for, and that size."""
+    runs = base.runs
+    torque, frequency = max(run.amplitude for run in runs), float(np.median([run.frequency for run in runs]))
+    rest = rest_position(base.parameters)
+    effect = formula(name, Scales.of(base.parameters, torque, frequency, rest), shape)
+    std = Sensor(noise=case.noise).std
+    low = high = 0.0
+    if case.size != "nominal":
+        low = threshold_size(base, effect, float(rng.uniform(0.1, 0.3)) * std)
+    if case.size != "threshold":
+        high = marked_size(base, effect, float(rng.uniform(0.01, 0.05)), 2.0 * std)
+    size = {"nominal": high, "small": float(np.sqrt(low * high)), "threshold": low}[case.size]
+    return effect(size), size
+
+
+def _scatter(case: Case, base: Reach, shape: Shape) -> dict[str, float]:
+    spread = float(np.std(base.motion))
+    least = 0.5 * Sensor(noise=case.noise).std / spread
+    size = {"nominal": case.scatter, "small": float(np.sqrt(case.scatter * least)), "threshold": least}[case.size]
+    return {"scatter": size, "scatter_on_torque": float(shape.variant)}
+
+
+def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
+    """Write one campaign and return its label."""
+    rng = np.random.default_rng(list(seed))
+    parameters, known = draw_joint(case, rng)
+    runs = _tests(case)
+    hidden: dict[str, Mapping[str, float]] = {}
+    label: dict[str, Any] = {"case": folder.name, **asdict(case), "base": {name: parameters[name] for name in BASE}}
+    if case.effects:
+        fixed = ("Kp", "gravity_cos", "gravity_sin") if known and case.joint in UPRIGHT else ("Kp",)
+        base = reach(parameters, runs[:: len(runs) // 2], fixed)
+        label |= {"hidden": hidden, "left_over_noise": {}, "share_of_motion": {}}
+        for name in case.effects:
+            shape = Shape.draw(rng)
+            if name == RANDOM:
+                hidden[name] = _scatter(case, base, shape)
+                continue
+            hidden[name], _ = _size(case, base, name, shape, rng)
+            change = base.effect(hidden[name])
+            label["left_over_noise"][name] = base.left(change) / Sensor(noise=case.noise).std
+            label["share_of_motion"][name] = base.share(change)
+    sensor = Sensor(noise=case.noise, coloured=case.coloured, correlation_time=case.correlation_time)
+    make_joint_campaign(
+        folder, case.joint, parameters, runs, effects=hidden, sensor=sensor, seed=int(rng.integers(2**31)),
+        device=case.device, known=known, title=f"Synthetic blind case {folder.name}",
+    )  # fmt: skip
+    return label
+
+
+def make_cases(
+    out: Path,
+    n: int,
+    seed: int,
+    *,
+    kinds: Sequence[str] = tuple(KINDS),
+    sizes: Sequence[str] = SIZES,
+    inputs: str = "mixed",
+    workers: int = 1,
+) -> list[dict[str, Any]]:
+    """Write ``n`` campaigns below ``out/cases`` and their labels to ``out/labels.json``.
+
+    Parameters
+    ----------
+    kinds
+        Some of ``none``, ``single``, ``pair``, ``scatter``, ``scatter_with`` (an effect together with scatter) and
+        ``unlisted`` (a disturbance outside the catalogue).
+    sizes
+        ``nominal`` (1 to 5 % of the motion, and at least twice the noise after a refit), ``threshold`` (a refit leaves
+        0.1 to 0.3 of the noise), ``small`` (their geometric mean).
+    inputs
+        ``rich``, ``table3`` or ``mixed``.
+    workers
+        Processes; the cases do not depend on it.
+
+    Returns
+    -------
+    list of dict
+        The labels: kind, hidden effects with parameters, size, joint, device, noise; ``left_over_noise`` is what a
+        linear refit leaves of an effect over the noise, ``share_of_motion`` its RMS over that of the motion.
+    """
+    cases = plan(n, np.random.default_rng([seed, 0]), kinds, sizes, inputs)
+    folders = [out / "cases" / f"case_{k:04d}" for k in range(n)]
+    seeds = [(seed, 1, k) for k in range(n)]
+    if workers == 1:
+        labels = [make_case(*job) for job in zip(folders, cases, seeds, strict=True)]
+    else:
+        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+            labels = list(pool.map(make_case, folders, cases, seeds))
+    write_json(out / "labels.json", {"schema": "blind_labels/1", "seed": seed, "labels": labels})
+    return labels
+
+
+@click.command(help=__doc__)
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder to write.")
+@click.option("--cases", "count", type=click.IntRange(min=1), default=40, show_default=True)
+@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--kinds", default=",".join(KINDS), show_default=True)
+@click.option("--sizes", default=",".join(SIZES), show_default=True)
+@click.option("--inputs", type=click.Choice(["rich", "table3", "mixed"]), default="mixed", show_default=True)
+@click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
+@exit_codes
+def main(out: Path, count: int, seed: int, *, kinds: str, sizes: str, inputs: str, workers: int) -> None:
+    """Write the cases."""
+    drawn = {"kinds": kinds.split(","), "sizes": sizes.split(",")}
+    labels = make_cases(out, count, seed, **drawn, inputs=inputs, workers=workers)
+    click.echo(f"{out / 'cases'}: {len(labels)} blind cases; answers in {out / 'labels.json'}")
+
+
+if __name__ == "__main__":
+    main()

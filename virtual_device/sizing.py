@@ -1,0 +1,109 @@
+"""How large a disturbance must be: as a share of the motion, or by what a refit of the joint leaves of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from virtual_device.compiled import Array
+from virtual_device.effects import FORMULAS, Scales, Shape, Values
+from virtual_device.inputs import Cosine
+from virtual_device.joint import BASE, integrate, rest_position
+
+COARSE = 1e-4
+"""Integration step of these estimates [s]."""
+LARGEST = 4.0
+SMALLEST = 1e-4
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reach:
+    """What the joint does undisturbed, and what its own parameters can change.
+
+    Parameters
+    ----------
+    parameters
+        The joint.
+    runs
+        Tests on which the disturbance is judged.
+    motion
+        Undisturbed positions, all runs one after another, shape (n,).
+    basis
+        Orthonormal columns that span ∂position/∂(parameters, starts), shape (n, m).
+    """
+
+    parameters: Mapping[str, float]
+    runs: Sequence[Cosine]
+    motion: Array
+    basis: Array
+
+    def effect(self, values: Mapping[str, float]) -> Array:
+        """Change of the positions by the disturbance ``values``, shape (n,)."""
+        return np.asarray(positions({**self.parameters, **values}, self.runs) - self.motion)
+
+    def share(self, change: Array) -> float:
+        """RMS of a change over the RMS of the motion about its mean."""
+        return float(np.sqrt(np.mean(change**2)) / np.std(self.motion))
+
+    def left(self, change: Array) -> float:
+        """RMS of what a refit leaves of a change, to first order [rad]."""
+        rest = change - self.basis @ (self.basis.T @ change)
+        return float(np.sqrt(np.mean(rest**2)))
+
+
+def positions(parameters: Mapping[str, float], runs: Sequence[Cosine], shift: float = 0.0) -> Array:
+    """Noise-free readings of all runs from rest (moved by ``shift``), one after another, every fourth row."""
+    start = rest_position(parameters) + shift
+    made = [integrate(parameters, run.times(), run.torque(), start=(start, 0.0), max_step=COARSE)[2] for run in runs]
+    return np.concatenate([readings[::4] for readings in made])
+
+
+def reach(parameters: Mapping[str, float], runs: Sequence[Cosine], fixed: Sequence[str] = ("Kp",)) -> Reach:
+    """Differentiate the motion with respect to the parameters that a fit may change, and to the start of each run."""
+    motion, columns = positions(parameters, runs), []
+    for name in BASE:
+        if name not in fixed:
+            step = 1e-3 * abs(parameters[name]) if name not in ("epos", "gravity_cos", "gravity_sin") else 1e-4
+            step *= 0.1 * parameters["Ks"] if name.startswith("gravity") else 1.0
+            columns.append((positions({**parameters, name: parameters[name] + step}, runs) - motion) / step)
+    shifted, first = positions(parameters, runs, 1e-4) - motion, 0
+    for run in runs:
+        last = first + len(run.times()[::4])
+        columns.append(np.where((np.arange(motion.size) >= first) & (np.arange(motion.size) < last), shifted, 0.0))
+        first = last
+    scaled = np.stack([column / (np.linalg.norm(column) or 1.0) for column in columns], axis=1)
+    left, weight, _ = np.linalg.svd(scaled, full_matrices=False)
+    return Reach(parameters=parameters, runs=runs, motion=motion, basis=left[:, weight > 1e-8 * weight[0]])
+
+
+def threshold_size(base: Reach, effect: Callable[[float], Values], target: float) -> float:
+    """Size at which a refit leaves ``target`` [rad] of the disturbance."""
+    return _solve(lambda k: base.left(base.effect(effect(k))), target)
+
+
+def marked_size(base: Reach, effect: Callable[[float], Values], share: float, floor: float) -> float:
+    """Size at which the disturbance is ``share`` of the motion, or larger where a refit would leave less than floor."""
+    size = _solve(lambda k: base.share(base.effect(effect(k))), share)
+    if base.left(base.effect(effect(size))) < floor:
+        size = max(size, threshold_size(base, effect, floor))
+    return size
+
+
+def _solve(measure: Callable[[float], float], target: float) -> float:
+    """Find k with measure(k) = target, for a measure about proportional to k."""
+    size, low, high = 0.5, SMALLEST, LARGEST
+    for _ in range(7):
+        ratio = target / max(measure(size), 1e-15)
+        if abs(np.log(ratio)) < 0.1 or (size == LARGEST and ratio > 1):
+            break
+        low, high = (size, high) if ratio > 1 else (low, size)
+        aimed = size * float(np.clip(ratio, 1e-2, 30.0))
+        size = aimed if low < aimed < high else high if high == LARGEST < aimed else float(np.sqrt(low * high))
+    return size
+
+
+def formula(name: str, scales: Scales, shape: Shape) -> Callable[[float], Values]:
+    """Return the parameters of a disturbance as a function of its size."""
+    return lambda size: FORMULAS[name](scales, size, shape)
