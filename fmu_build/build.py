@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from fmu_build.archive import pack
+from fmu_build.native_fmu import native_files
 from fmu_build.platforms import PLATFORMS, Platform, this_platform
 from fmu_build.python_fmu import python_files
 from fmu_build.variables import Interface, interface_of
@@ -96,7 +97,8 @@ def build_fmu(
     if platforms is None:
         platforms = this_platform() if identification else PLATFORMS
     text = f"{equations.title}; torque in, position out"
-    files, _ = python_files(interface, platforms=platforms, text=text)
+    pack_kind = python_files if kind == "python" else native_files
+    files, _ = pack_kind(interface, platforms=platforms, text=text)
     data = pack(files)
     write_bytes(out, data)
     return Fmu(

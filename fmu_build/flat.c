@@ -1,12 +1,12 @@
 /* The kernel on one flat buffer of doubles; HF_U ... HF_S are the places of the blocks. */
 
-HK_API int hf_output(double *v, double t) {
+HF_API int hf_output(double *v, double t) {
     hk_output(t, v + HF_X, v + HF_U, v + HF_P, v + HF_Y);
     return 1;
 }
 
-/* One communication step: the state, the inputs at its end in the outputs. 0 where the state is no longer finite. */
-HK_API int hf_step(double *v, double t, double dt) {
+/* One communication step: the state, and the outputs at its end. 0 where the state is no longer finite. */
+HF_API int hf_step(double *v, double t, double dt) {
     double end[HK_NU + 1];
     int finite = hk_advance(v + HF_X, t, dt, v + HF_U, v + HF_SLOPE, v + HF_P, HF_STEP);
     for (int j = 0; j < HK_NU; j++) end[j] = v[HF_U + j] + dt * v[HF_SLOPE + j];
@@ -15,14 +15,14 @@ HK_API int hf_step(double *v, double t, double dt) {
 }
 
 #ifdef HK_NC
-HK_API int hf_output_tangent(double *v, double t) {
+HF_API int hf_output_tangent(double *v, double t) {
     double rates[HK_NX * HK_NC];
     hk_output(t, v + HF_X, v + HF_U, v + HF_P, v + HF_Y);
     hk_linearise(t, v + HF_X, v + HF_S, v + HF_U, v + HF_P, rates, v + HF_DY);
     return 1;
 }
 
-HK_API int hf_step_tangent(double *v, double t, double dt) {
+HF_API int hf_step_tangent(double *v, double t, double dt) {
     double rates[HK_NX * HK_NC], end[HK_NU + 1];
     int finite = hk_advance_tangent(v + HF_X, v + HF_S, t, dt, v + HF_U, v + HF_SLOPE, v + HF_P, HF_STEP);
     for (int j = 0; j < HK_NU; j++) end[j] = v[HF_U + j] + dt * v[HF_SLOPE + j];

@@ -3,9 +3,18 @@
 from __future__ import annotations
 
 from importlib import resources
+from pathlib import Path
 
 from fmu_build.variables import block_offsets
+from model.kernel.compiler import compile_shared
 from model.kernel.generate import Kernel
+
+_EXPORT = """#if defined(_WIN32)
+#define HF_API __declspec(dllexport)
+#else
+#define HF_API __attribute__((visibility("default")))
+#endif
+"""
 
 
 def text_of(name: str) -> str:
@@ -20,8 +29,14 @@ def layout(kernel: Kernel) -> str:
 
 
 def flat_source(kernel: Kernel) -> str:
-    """Return the C source of the kernel with ``hf_step`` and ``hf_output``."""
-    return "\n".join((kernel.source, layout(kernel), text_of("flat.c")))
+    """Return the C source of the kernel with ``hf_step`` and ``hf_output``, which alone can be seen from outside."""
+    return "\n".join(("#define HK_API static", kernel.source, layout(kernel), _EXPORT, text_of("flat.c")))
+
+
+def bare_library(source: str, triple: str) -> Path:
+    """Compile one C source to a shared library that depends on no other, and return its path in the cache."""
+    files = {"all.c": source, "bare.c": text_of("bare.c")}
+    return compile_shared(files, main=("all.c", "bare.c"), triple=triple, flags=("-ffreestanding", "-nostdlib"))
 
 
 def functions(kernel: Kernel) -> tuple[str, ...]:

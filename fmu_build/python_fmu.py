@@ -13,23 +13,18 @@ from pythonfmu.builder import FmuBuilder
 from fmu_build.archive import unpack
 from fmu_build.description import model_description
 from fmu_build.fallback import fallback_source
-from fmu_build.flat import flat_source, functions, text_of
+from fmu_build.flat import bare_library, flat_source, functions, text_of
 from fmu_build.identity import guid_of
 from fmu_build.platforms import Platform
 from fmu_build.variables import LARGEST, SENSITIVITY_SWITCH, Interface
-from model.kernel.compiler import compile_shared
 
 
 def plan_of(interface: Interface, module: str) -> dict[str, object]:
     """Return what the slave reads from ``plan.json``."""
-    start, at = interface.start, interface.offsets
+    start = interface.start
     minimum, maximum = [LARGEST] * len(start), [-LARGEST] * len(start)
     for v in interface.variables:
-        if v.settable:
-            minimum[v.reference], maximum[v.reference] = max(v.minimum, -LARGEST), min(v.maximum, LARGEST)
-    inputs = {u.symbol for u in interface.equations.inputs}
-    defined = {s: f for s, f in interface.equations.definitions if f.free_symbols & inputs}
-    feedthrough = any(o.expression.free_symbols & (inputs | set(defined)) for o in interface.equations.outputs)
+        minimum[v.reference], maximum[v.reference] = v.minimum_set, v.maximum_set
     return {
         "identifier": interface.identifier,
         "module": module,
@@ -37,7 +32,7 @@ def plan_of(interface: Interface, module: str) -> dict[str, object]:
         "start": start,
         "minimum": minimum,
         "maximum": maximum,
-        "stale_from": 0 if feedthrough or interface.identification else at["x"],
+        "stale_from": interface.stale_from,
         "orderings": interface.orderings,
         "switch": SENSITIVITY_SWITCH if interface.identification else "",
         "variables": [(v.name, v.reference, v.causality, v.variability, v.initial) for v in interface.variables],
@@ -46,11 +41,8 @@ def plan_of(interface: Interface, module: str) -> dict[str, object]:
 
 def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[str, bytes]:
     """Return the compiled kernels by their name below ``resources``."""
-    source = {"kernel.c": flat_source(interface.kernel)}
-    return {
-        f"kernel/{p.python}{p.suffix}": compile_shared(source, main=("kernel.c",), triple=p.triple).read_bytes()
-        for p in platforms
-    }
+    source = flat_source(interface.kernel)
+    return {f"kernel/{p.python}{p.suffix}": bare_library(source, p.triple).read_bytes() for p in platforms}
 
 
 def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:

@@ -13,6 +13,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+import sympy as sp
+
 from model.equations import Equations
 from model.kernel.generate import Kernel
 from model.observer import GAIN
@@ -46,6 +48,16 @@ class Variable:
     def settable(self) -> bool:
         """Whether a user may set it."""
         return self.role in ("input", "slope", "state", "parameter")
+
+    @property
+    def minimum_set(self) -> float:
+        """Smallest value that may be set; above `maximum_set` where none may."""
+        return max(self.minimum, -LARGEST) if self.settable else LARGEST
+
+    @property
+    def maximum_set(self) -> float:
+        """Largest value that may be set."""
+        return min(self.maximum, LARGEST) if self.settable else -LARGEST
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,6 +114,15 @@ class Interface:
         for i in range(len(self.equations.states) if columns else 0):
             values[self.offsets["S"] + i * columns + parameters + i] = 1.0
         return tuple(values)
+
+    @property
+    def stale_from(self) -> int:
+        """First reference that, when set, leaves the outputs stale: an input only where outputs use inputs."""
+        e = self.equations
+        used: set[sp.Symbol] = {u.symbol for u in e.inputs}
+        used |= {s for s, f in e.definitions if f.free_symbols & used}
+        through = any(sp.sympify(o.expression).free_symbols & used for o in e.outputs)
+        return 0 if through or self.identification else self.offsets["x"]
 
     @property
     def orderings(self) -> tuple[tuple[int, int], ...]:

@@ -57,7 +57,7 @@ def _needed(
     return kept[::-1]
 
 
-def _body(equations: Equations, targets: Sequence[str], expressions: Sequence[sp.Expr], state: str = "x[{}]") -> str:
+def assignments(equations: Equations, targets: Sequence[str], expressions: Sequence[sp.Expr], state: str = "x[{}]") -> str:
     """Write assignments ``target = expression;`` with common subexpressions taken out."""
     check_functions(expressions)
     printer = CPrinter(_names(equations, state))
@@ -117,10 +117,10 @@ def _plain(e: Equations) -> str:
         targets += [f"M[{i}][{j}]" for i, j in lower]
         expressions += [e.mass_matrix[i][j] for i, j in lower]
         setup, finish = f"    real M[{n}][{n}];\n", _solve(n)
-    outputs = _body(e, [f"Y[{i}][0]" for i in range(len(e.outputs))], [o.expression for o in e.outputs], "X[{}][0]")
+    outputs = assignments(e, [f"Y[{i}][0]" for i in range(len(e.outputs))], [o.expression for o in e.outputs], "X[{}][0]")
     return f"""
 static inline void hk_eval_plain(real t, real X[HK_NX][1], const real *u, const real *p, real F[HK_NX][1]) {{
-{setup}{_body(e, targets, expressions, "X[{}][0]")}{finish}
+{setup}{assignments(e, targets, expressions, "X[{}][0]")}{finish}
 }}
 static inline void hk_out_plain(real t, real X[HK_NX][1], const real *u, const real *p, real Y[HK_NY][1]) {{
 {outputs}
@@ -147,7 +147,7 @@ def _tangent_function(e: Equations, head: str, target: str, expressions: Sequenc
                 targets.append(f"real P{i}_{k}")
                 values.append(derivative)
                 products.append(f"    {target}[{i}][{1 + k}] = {target}[{i}][{1 + k}] + P{i}_{k};")
-    body = _body(e, targets, values, "X[{}][0]")
+    body = assignments(e, targets, values, "X[{}][0]")
     return f"{head} {{\n{body}\n" + "\n".join(products) + "\n}"
 
 
@@ -216,8 +216,8 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
         head,
         f"#ifndef HK_LANES\n#define HK_NC {len(columns)}\n#endif" if tangent else "",
         f"static const int hk_stiff[HK_NX] = {{{stiff}}};",
-        f"static inline void hk_rates{arguments}, real *a) {{\n{_body(e, rate_targets, rates)}\n}}",
-        f"static inline real hk_coupling{arguments}) {{\n{_body(e, ['real c'], [coupling(e)])}\n    return c;\n}}",
+        f"static inline void hk_rates{arguments}, real *a) {{\n{assignments(e, rate_targets, rates)}\n}}",
+        f"static inline real hk_coupling{arguments}) {{\n{assignments(e, ['real c'], [coupling(e)])}\n    return c;\n}}",
         _plain(e),
         f"#ifdef HK_NC{_indent(_tangent(e))}\n#endif" if tangent else "",
         template("weights.h"),

@@ -1,5 +1,6 @@
 /* The functions that the outside calls. Lanes give only the vectorised run; the scalar build gives everything. */
-#if defined(_WIN32)
+#ifdef HK_API /* whoever includes this keeps the functions to itself */
+#elif defined(_WIN32)
 #define HK_API __declspec(dllexport)
 #else
 #define HK_API __attribute__((visibility("default")))

@@ -1,0 +1,50 @@
+"""The native packaging: one C source, the kernel with FMI 2.0 around it, compiled for every platform without libraries."""
+
+from __future__ import annotations
+
+from fmu_build.description import model_description
+from fmu_build.fat import universal
+from fmu_build.flat import bare_library, layout, text_of
+from fmu_build.identity import guid_of
+from fmu_build.platforms import Platform
+from fmu_build.tables import input_jacobian, tables
+from fmu_build.variables import Interface
+
+PARTS = ("fmi2_instance.c", "fmi2_state.c", "fmi2_co_simulation.c", "fmi2_model_exchange.c")
+
+
+def native_source(interface: Interface, guid: str) -> str:
+    """Return the whole FMU as one C file."""
+    kernel = interface.kernel
+    return "\n".join(
+        (
+            "#define HK_API static",
+            "#define HF_API static",
+            kernel.source,
+            layout(kernel),
+            text_of("flat.c"),
+            input_jacobian(kernel.equations) if kernel.columns else "",
+            text_of("fmi2.h"),
+            tables(interface, guid),
+            text_of("message.h"),
+            *(text_of(name) for name in PARTS),
+        )
+    )
+
+
+def native_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
+    """Return the files of the native FMU, and its GUID."""
+    guid = guid_of(model_description(interface, guid="", python=False, text=text), native_source(interface, ""))
+    source = native_source(interface, guid)
+    files = {
+        "modelDescription.xml": model_description(interface, guid=guid, python=False, text=text),
+        "sources/all.c": source.encode(),
+    }
+    built = {p.python: bare_library(source, p.triple).read_bytes() for p in platforms}
+    for p in platforms:
+        for folder in p.fmi2:
+            files[f"binaries/{folder}/{interface.identifier}{p.suffix}"] = built[p.python]
+    apple = [built[name] for name in ("darwin-x86_64", "darwin-aarch64") if name in built]
+    if len(apple) == 2:
+        files[f"binaries/darwin64/{interface.identifier}.dylib"] = universal(*apple)
+    return files, guid
