@@ -1,8 +1,8 @@
 """The mass matrix by composite rigid bodies (Featherstone 2008, section 6.2), over the tree and over any scalar.
 
-A unit acceleration of a link's coordinate moves everything beyond it as one body; the wrench this asks for, carried down
-to the base, gives one row. Links that share a joint are treated as if each had its own coordinate, then projected by
-`moved_by`.
+A unit acceleration of a link's coordinate moves everything beyond it as one body; the wrench this asks for, carried
+down to the base, gives one row. Links that share a joint are treated as if each had its own coordinate, then projected
+by `moved_by`.
 """
 
 from __future__ import annotations
