@@ -1,0 +1,97 @@
+"""Build the documentation: the pages of this folder, and reference pages generated from the code. Broken links fail."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import shutil
+import tempfile
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import click
+from mkdocs.commands.build import build
+from mkdocs.config import load_config
+
+from model.device_file import load_device
+from model.effects import catalogue
+from model.parameters import TABLE
+from support.environment import ROOT
+
+SOURCES = ROOT / "docs"
+COMMANDS = (
+    "fmu_build.run", "fmu_build.export", "identification.run", "uq.run", "uq.calibrate", "discrepancy.run",
+    "discrepancy.blind", "model.plan", "measurement.check", "measurement.new", "virtual_device.make_campaign",
+)  # fmt: skip
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
+    """Return a Markdown table."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join("| " + " | ".join(str(c).replace("|", "\\|") for c in line) + " |" for line in lines) + "\n"
+
+
+def parameters_page() -> str:
+    """Return the parameters of a locked joint."""
+    rows = ([f"`{r.id}`", r.description, r.unit, r.prismatic_unit, f"{r.lower:g} … {r.upper:g}"] for r in TABLE)
+    header = ("id", "meaning", "unit", "unit, prismatic", "default range")
+    return "# Parameters of a locked joint\n\n" + table(header, rows)
+
+
+def effects_page() -> str:
+    """Return the catalogue of effects."""
+    text = "# Catalogue of effects\n\nOne file each in `model/effects/`; adding one means adding a file.\n\n"
+    for effect in catalogue().values():
+        text += f"## `{effect.key}`\n\n{effect.title[0].upper()}{effect.title[1:]}: {effect.formula}\n\n"
+        rivals = ", ".join(f"`{r}`" for r in effect.rivals) or "–"
+        text += f"Lives in {effect.lives_in}; enters on the {effect.side} side; easily taken for {rivals}.\n\n"
+        text += table(
+            ("parameter", "meaning", "unit"), ((f"`{p.id}`", p.description, p.unit) for p in effect.parameters)
+        )
+        text += "\n"
+    return text
+
+
+def device_page() -> str:
+    """Return what is assumed of the built-in device."""
+    device = load_device("freedom6s")
+    return f"# {device.title}\n\n" + "".join(f"- {line}\n" for line in device.assumptions)
+
+
+def commands_page() -> str:
+    """Return the help of every command."""
+    text = "# Commands\n\n"
+    for name in COMMANDS:
+        if importlib.util.find_spec(name) is None:
+            continue
+        command = importlib.import_module(name).main
+        context = click.Context(command, info_name=f"python -m {name}", max_content_width=110)
+        text += f"## `python -m {name}`\n\n```\n{command.get_help(context)}\n```\n\n"
+    return text
+
+
+PAGES = {
+    "reference/parameters.md": parameters_page,
+    "reference/effects.md": effects_page,
+    "reference/device.md": device_page,
+    "reference/commands.md": commands_page,
+}
+
+
+@click.command()
+@click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=ROOT / "artifacts" / "docs")
+def main(out: Path) -> None:
+    """Build the pages into a folder; start at its index.html."""
+    with tempfile.TemporaryDirectory() as folder:
+        pages = Path(folder) / "docs"
+        shutil.copytree(SOURCES, pages, ignore=shutil.ignore_patterns("*.py", "*.yml", "__pycache__"))
+        for name, page in PAGES.items():
+            (pages / name).parent.mkdir(exist_ok=True)
+            (pages / name).write_text(page(), encoding="utf-8")
+        config = load_config(str(SOURCES / "mkdocs.yml"), docs_dir=str(pages), site_dir=str(out.resolve()))
+        build(config)
+    click.echo(f"{out / 'index.html'}")
+
+
+if __name__ == "__main__":
+    main()
