@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import Literal
 
 from fmu_build.archive import pack
+from fmu_build.extras import extra_files
 from fmu_build.native_fmu import native_files
 from fmu_build.platforms import PLATFORMS, Platform, this_platform
+from fmu_build.provenance import Provenance
 from fmu_build.python_fmu import python_files
 from fmu_build.variables import Interface, interface_of
 from model.equations import Equations
@@ -75,7 +77,7 @@ def build_fmu(
     kind: Kind = "python",
     identification: bool = False,
     values: Mapping[str, float] | None = None,
-    provenance: Mapping[str, str] | None = None,
+    provenance: Mapping[str, Provenance | str] | None = None,
     platforms: tuple[Platform, ...] | None = None,
 ) -> Fmu:
     """Build the FMU of ``equations`` at ``out`` and return it.
@@ -89,7 +91,7 @@ def build_fmu(
     values
         Start values by id of parameter or state; the first guesses where absent.
     provenance
-        A sentence on where a parameter's value comes from, by id, for the documentation.
+        Where a parameter's value comes from and its error bar, by id, for the documentation.
     platforms
         For which to carry binaries; all where None, this machine's alone for identification.
     """
@@ -99,6 +101,7 @@ def build_fmu(
     text = f"{equations.title}; torque in, position out"
     pack_kind = python_files if kind == "python" else native_files
     files, _ = pack_kind(interface, platforms=platforms, text=text)
+    files |= extra_files(interface, text=text, python=kind == "python", provenance=provenance or {})
     data = pack(files)
     write_bytes(out, data)
     return Fmu(

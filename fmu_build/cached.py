@@ -1,4 +1,4 @@
-"""FMUs for the fits, built once per set of equations and kept in the cache."""
+"""FMUs that are built once and kept in the cache."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def builder_digest() -> str:
     """Return a digest of everything that turns equations into an FMU."""
     digest = hashlib.sha256()
     here = Path(fmu_build.__file__).parent
-    for path in sorted((*here.glob("*.py"), *here.glob("*.c"), *here.glob("*.h"))):
+    for path in sorted(path for path in here.rglob("*") if path.suffix in (".py", ".c", ".h", ".j2", ".txt")):
         digest.update(path.read_bytes())
     for name in _TEMPLATES:
         digest.update(template(name).encode())
@@ -33,9 +33,21 @@ def description_digest(equations: Equations) -> str:
 
 def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     """Return the identification FMU of ``equations`` from the cache, built where it is not there yet."""
-    key = f"{equations.digest}_{builder_digest()}_{kind}"
-    path = cache_folder("fmu") / f"{equations.name}_{key}.fmu"
+    seen = [(q.id, q.structured, q.scale) for q in equations.parameters]
+    content = hashlib.sha256(repr((equations.digest, seen)).encode()).hexdigest()[:16]
+    return _kept(equations, content, kind, identification=True)
+
+
+def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
+    """Return the FMU of ``equations`` with their first guesses from the cache, built where it is not there yet."""
+    return _kept(equations, description_digest(equations), kind, identification=False)
+
+
+def _kept(equations: Equations, content: str, kind: Kind, *, identification: bool) -> Fmu:
+    path = cache_folder("fmu") / f"{equations.name}_{content}_{builder_digest()}_{kind}{'_id' * identification}.fmu"
     if not path.exists():
-        return build_fmu(equations, path, kind=kind, identification=True)
+        return build_fmu(equations, path, kind=kind, identification=identification)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    return Fmu(path=path, digest=digest, equations=equations, kind=kind, step=DEFAULT_STEP, identification=True)
+    return Fmu(
+        path=path, digest=digest, equations=equations, kind=kind, step=DEFAULT_STEP, identification=identification
+    )

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 
+from fmu_build.platforms import Platform
 from fmu_build.variables import block_offsets
 from model.kernel.compiler import compile_shared
 from model.kernel.generate import Kernel
@@ -37,6 +41,13 @@ def bare_library(source: str, triple: str) -> Path:
     """Compile one C source to a shared library that depends on no other, and return its path in the cache."""
     files = {"all.c": source, "bare.c": text_of("bare.c")}
     return compile_shared(files, main=("all.c", "bare.c"), triple=triple, flags=("-ffreestanding", "-nostdlib"))
+
+
+def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
+    """Compile for several platforms at once; the binaries by ``Platform.python``."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        paths = pool.map(lambda p: bare_library(source, p.triple), platforms)
+        return {p.python: path.read_bytes() for p, path in zip(platforms, paths, strict=True)}
 
 
 def functions(kernel: Kernel) -> tuple[str, ...]:

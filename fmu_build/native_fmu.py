@@ -1,10 +1,10 @@
-"""The native packaging: one C source, the kernel with FMI 2.0 around it, compiled for every platform without libraries."""
+"""The native packaging: one C source, the kernel with FMI 2.0 around it, compiled for every platform, no libraries."""
 
 from __future__ import annotations
 
 from fmu_build.description import model_description
 from fmu_build.fat import universal
-from fmu_build.flat import bare_library, layout, text_of
+from fmu_build.flat import bare_libraries, layout, text_of
 from fmu_build.identity import guid_of
 from fmu_build.platforms import Platform
 from fmu_build.tables import input_jacobian, tables
@@ -40,7 +40,7 @@ def native_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         "modelDescription.xml": model_description(interface, guid=guid, python=False, text=text),
         "sources/all.c": source.encode(),
     }
-    built = {p.python: bare_library(source, p.triple).read_bytes() for p in platforms}
+    built = bare_libraries(source, platforms)
     for p in platforms:
         for folder in p.fmi2:
             files[f"binaries/{folder}/{interface.identifier}{p.suffix}"] = built[p.python]

@@ -13,7 +13,7 @@ from pythonfmu.builder import FmuBuilder
 from fmu_build.archive import unpack
 from fmu_build.description import model_description
 from fmu_build.fallback import fallback_source
-from fmu_build.flat import bare_library, flat_source, functions, text_of
+from fmu_build.flat import bare_libraries, flat_source, functions, text_of
 from fmu_build.identity import guid_of
 from fmu_build.platforms import Platform
 from fmu_build.variables import LARGEST, SENSITIVITY_SWITCH, Interface
@@ -41,8 +41,8 @@ def plan_of(interface: Interface, module: str) -> dict[str, object]:
 
 def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[str, bytes]:
     """Return the compiled kernels by their name below ``resources``."""
-    source = flat_source(interface.kernel)
-    return {f"kernel/{p.python}{p.suffix}": bare_library(source, p.triple).read_bytes() for p in platforms}
+    built = bare_libraries(flat_source(interface.kernel), platforms)
+    return {f"kernel/{p.python}{p.suffix}": built[p.python] for p in platforms}
 
 
 def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:

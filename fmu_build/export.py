@@ -1,0 +1,96 @@
+"""``python -m fmu_build.export``: an identified model as an FMU, once more or in the other packaging."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fmu_build.build import Fmu, Kind, build_fmu
+from fmu_build.identified import check_schema, of_device, of_joint
+from fmu_build.ssv import write_ssv
+from model.device import Device
+from model.device_file import load_device
+from model.joint import joint_equations
+from model.parameters import joint_parameters
+from model.whole_device import full_equations
+from support.command import exit_codes, parse_joints
+from support.errors import InputError
+
+SINGLE = "single_joint"
+"""The name of the device that is any one joint of any machine."""
+
+
+def export_full(device: Device, identification: Mapping[str, Any], out: Path, kind: Kind = "python") -> Fmu:
+    """Build the FMU of the whole device with the values of ``identification`` (the content of identification.json)."""
+    equations = full_equations(device)
+    found = of_device(identification).among(equations)
+    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
+
+
+def export_joint(identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python") -> Fmu:
+    """Build the FMU of one joint with the values of ``identification``."""
+    found = of_joint(identification, joint)
+    slides = _unit_of(identification, joint, "inertia") == "kg"
+    known = [q for q in joint_parameters(prismatic=slides) if q.id in found.values]
+    parameters = [
+        q.but(initial=v, lower=min(q.lower, v), upper=max(q.upper, v)) for q in known for v in [found.values[q.id]]
+    ]
+    equations = joint_equations(joint, parameters=parameters, prismatic=slides)
+    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
+
+
+def export_parameters(device: Device, identification: Mapping[str, Any], path: Path) -> Path:
+    """Write the parameter set (SSV) of the whole device's FMU."""
+    equations = full_equations(device)
+    return write_ssv(path, *of_device(identification).among(equations).named(equations), name=device.name)
+
+
+def _unit_of(identification: Mapping[str, Any], joint: int, id: str) -> str:
+    for configuration in identification["configurations"]:
+        if list(configuration["free_joints"]) == [joint]:
+            return str(configuration["parameters"].get(id, {}).get("unit", ""))
+    return ""
+
+
+def _read(path: Path) -> dict[str, Any]:
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        raise InputError(f"{path}, line {error.lineno}", expected="JSON", got=error.msg) from None
+    if not isinstance(data, dict):
+        raise InputError(str(path), expected="an identification.json", got=type(data).__name__)
+    check_schema(data, str(path))
+    return data
+
+
+def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
+    joints = [c["free_joints"][0] for c in data["configurations"] if len(c["free_joints"]) == 1]
+    chosen = [j for j in joints if wanted is None or j in wanted]
+    if len(chosen) != 1:
+        raise InputError("--joints", expected=f"one of {joints}", got=f"{wanted if wanted else 'nothing'}")
+    return int(chosen[0])
+
+
+@click.command()
+@click.option("--from", "source", type=click.Path(path_type=Path, exists=True, dir_okay=False), required=True)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The FMU to write.")
+@click.option("--kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
+@click.option("--joints", default=None, metavar="4", help="This joint alone instead of the whole device.")
+@exit_codes
+def main(source: Path, out: Path, kind: Kind, joints: str | None) -> None:
+    """Package the model that an identification.json holds."""
+    data, wanted = _read(source), parse_joints(joints)
+    if data["device"] == SINGLE or wanted:
+        fmu = export_joint(data, _only_joint(data, wanted), out, kind)
+    else:
+        fmu = export_full(load_device(data["device"], source.parent), data, out, kind)
+    size = fmu.path.stat().st_size / 1024
+    click.echo(f"{fmu.path}: {fmu.equations.title}; {kind}, {size:.0f} kB, digest {fmu.digest}")
+
+
+if __name__ == "__main__":
+    main()

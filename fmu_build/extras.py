@@ -1,0 +1,41 @@
+"""What stands in an FMU beside its code: documentation, licences, picture, reference run."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Mapping
+
+from fmu_build.documentation import documentation
+from fmu_build.flat import text_of
+from fmu_build.picture import picture
+from fmu_build.provenance import Provenance, provenance_of
+from fmu_build.reference import reference
+from fmu_build.variables import Interface
+
+
+def extra_files(
+    interface: Interface, *, text: str, python: bool, provenance: Mapping[str, Provenance | str]
+) -> dict[str, bytes]:
+    """Return the files by their name within the archive."""
+    origins = provenance_of(interface.equations, provenance)
+    page = documentation(interface, text=text, python=python, provenance=origins)
+    files = {
+        "documentation/index.html": page.encode(),
+        "documentation/licenses/license.txt": text_of("license.txt").encode(),
+    }
+    if python:
+        files["documentation/licenses/pythonfmu.txt"] = _licence_of("pythonfmu")
+    run = None if interface.identification else reference(interface)
+    if run is not None:
+        files |= {f"documentation/{name}": data for name, data in run.files().items()}
+        files["model.png"] = picture(run.t, run.y[:, 0])
+    return files
+
+
+def _licence_of(distribution: str) -> bytes:
+    """Return the licence text that an installed distribution carries."""
+    found = importlib.metadata.files(distribution) or []
+    for entry in found:
+        if entry.name.upper().startswith("LICEN"):
+            return entry.read_binary()
+    return f"{distribution}: see https://pypi.org/project/{distribution}/\n".encode()

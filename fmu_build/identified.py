@@ -1,0 +1,85 @@
+"""The content of ``identification.json`` as values and provenance of an FMU's parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from fmu_build.provenance import Provenance
+from fmu_build.variables import structured_name
+from model.equations import Equations
+from support.errors import InputError
+
+SCHEMA = "identification/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identified:
+    """Values and provenance by id of the parameter in some equations."""
+
+    values: dict[str, float]
+    provenance: dict[str, Provenance | str]
+
+    def among(self, equations: Equations) -> Identified:
+        """Keep what ``equations`` have."""
+        known = {q.id for q in equations.parameters}
+        return Identified(
+            values={k: v for k, v in self.values.items() if k in known},
+            provenance={k: v for k, v in self.provenance.items() if k in known},
+        )
+
+    def named(self, equations: Equations) -> tuple[dict[str, float], dict[str, str]]:
+        """Return values and units of all parameters by FMU variable name; first guesses where nothing was identified."""
+        names = {q.id: structured_name(equations, q.id, q.structured) for q in equations.parameters}
+        values = {names[q.id]: float(self.values.get(q.id, q.initial)) for q in equations.parameters}
+        return values, {names[q.id]: q.unit for q in equations.parameters}
+
+
+def check_schema(data: Mapping[str, Any], where: str) -> None:
+    """Refuse what is not the content of an ``identification.json``."""
+    if data.get("schema") != SCHEMA or "configurations" not in data:
+        raise InputError(where, expected=f"an identification.json of schema {SCHEMA}", got=repr(data.get("schema")))
+
+
+def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
+    """Return the parameters of one joint tested alone, by their plain ids."""
+    for configuration in data["configurations"]:
+        if list(configuration["free_joints"]) == [joint]:
+            return _of(configuration["parameters"], f"test of joint {joint}", _campaign(data))
+    raise InputError(f"joint {joint}", expected="a configuration with this joint alone", got="none")
+
+
+def of_device(data: Mapping[str, Any]) -> Identified:
+    """Return the parameters of the whole device: ``Ks_4`` from the joints' tests, ``link6_m`` from the links."""
+    values: dict[str, float] = {}
+    provenance: dict[str, Provenance | str] = {}
+    for configuration in data["configurations"]:
+        joints = list(configuration["free_joints"])
+        test = f"test of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
+        one = _of(configuration["parameters"], test, _campaign(data))
+        suffix = f"_{joints[0]}" if len(joints) == 1 else ""
+        values |= {f"{id}{suffix}": value for id, value in one.values.items()}
+        provenance |= {f"{id}{suffix}": origin for id, origin in one.provenance.items()}
+    for link, parameters in data.get("links", {}).items():
+        one = _of(parameters, "all tests together", _campaign(data))
+        prefix = link if link.startswith("motor_") else f"link{link}"
+        values |= {f"{prefix}_{id}": value for id, value in one.values.items()}
+        provenance |= {f"{prefix}_{id}": origin for id, origin in one.provenance.items()}
+    return Identified(values=values, provenance=provenance)
+
+
+def _campaign(data: Mapping[str, Any]) -> str:
+    kind = "measured" if data.get("measured") else "SYNTHETIC"
+    return f"{data.get('campaign', 'campaign')} ({kind} data)"
+
+
+def _of(parameters: Mapping[str, Any], test: str, campaign: str) -> Identified:
+    origins: dict[str, Provenance | str] = {
+        id: Provenance(source=f"{test}, {campaign}", std=entry.get("std"), status=entry.get("status", ""))
+        for id, entry in parameters.items()
+    }
+    return Identified(
+        values={id: float(entry["value"]) for id, entry in parameters.items()},
+        provenance=origins,
+    )
