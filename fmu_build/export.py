@@ -60,7 +60,10 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except json.JSONDecodeError as error:
-        raise InputError(f"{path}, line {error.lineno}", expected="JSON", got=error.msg) from None
+        where = f"{path}, line {error.lineno}"
+        raise InputError(where, expected="JSON", got=error.msg) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(str(path), expected="a text file that can be read", got=str(error)) from None
     if not isinstance(data, dict):
         raise InputError(str(path), expected="an identification.json", got=type(data).__name__)
     check_schema(data, str(path))
@@ -76,7 +79,7 @@ def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
 
 
 @click.command()
-@click.option("--from", "source", type=click.Path(path_type=Path, exists=True, dir_okay=False), required=True)
+@click.option("--from", "source", type=click.Path(path_type=Path), required=True, help="An identification.json.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The FMU to write.")
 @click.option("--kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
 @click.option("--joints", default=None, metavar="4", help="This joint alone instead of the whole device.")

@@ -30,7 +30,7 @@ class Identified:
         )
 
     def named(self, equations: Equations) -> tuple[dict[str, float], dict[str, str]]:
-        """Return values and units of all parameters by FMU variable name; first guesses where nothing was identified."""
+        """Return values and units of all parameters by FMU variable name; first guesses where none was identified."""
         names = {q.id: structured_name(equations, q.id, q.structured) for q in equations.parameters}
         values = {names[q.id]: float(self.values.get(q.id, q.initial)) for q in equations.parameters}
         return values, {names[q.id]: q.unit for q in equations.parameters}
@@ -47,7 +47,8 @@ def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
     for configuration in data["configurations"]:
         if list(configuration["free_joints"]) == [joint]:
             return _of(configuration["parameters"], f"test of joint {joint}", _campaign(data))
-    raise InputError(f"joint {joint}", expected="a configuration with this joint alone", got="none")
+    where = f"joint {joint}"
+    raise InputError(where, expected="a configuration with this joint alone", got="none")
 
 
 def of_device(data: Mapping[str, Any]) -> Identified:

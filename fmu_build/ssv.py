@@ -1,4 +1,4 @@
-"""Parameter sets of the System Structure and Parameterization standard (SSP 1.0, section 6: SystemStructureParameterValues)."""
+"""Parameter sets of the standard System Structure and Parameterization (SSP 1.0, section 6)."""
 
 from __future__ import annotations
 
