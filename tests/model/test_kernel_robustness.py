@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from model.device_file import load_device
+from model.locked import locked_motion
 from tests.model.kernel_cases import CASES, IDS, KERNEL, TENDON, draw, torque, vector
 
 T = np.arange(0.0, 8.0, 0.005)
@@ -55,3 +57,23 @@ def test_wrong_shapes_are_named():
         KERNEL.simulate(T, torque(T, 1.0)[1:], vector(TENDON), [0.1, 0.0, 0.0])
     with pytest.raises(ValueError, match=rf"p needs shape \({len(IDS)},\)"):
         KERNEL.simulate(T, torque(T, 1.0), [1.0], [0.1, 0.0, 0.0])
+
+
+@pytest.mark.parametrize("joint", range(6))
+def test_finite_over_the_bounds_of_the_built_in_device(joint: int):
+    device = load_device("freedom6s")
+    guesses = device.joints[joint].parameters
+    inertia = next(c.initial for c in locked_motion(device, [joint]).coefficients if c.id == "inertia")
+    rng = np.random.default_rng(joint)
+    n = 300
+    drawn = {"inertia": inertia * 10 ** rng.uniform(-0.7, 0.7, n)}
+    for name, guess in guesses.items():
+        low, high = (guess.initial, guess.initial) if guess.fixed else (guess.lower, guess.upper)
+        drawn[name] = np.exp(rng.uniform(*np.log([low, high]), n)) if low > 0 else rng.uniform(low, high, n)
+    drawn["Fc"], drawn["Fs"] = np.sort([drawn["Fc"], drawn["Fs"]], axis=0)
+    gravity = 0.2 * device.joints[joint].torque_limit
+    P = np.column_stack([drawn.get(i, rng.uniform(-gravity, gravity, n)) for i in IDS])
+    not_passive = drawn["sigma2"] < drawn["sigma1"] * (drawn["Fs"] - drawn["Fc"]) / drawn["Fc"]
+    assert not_passive.mean() > 0.5  # most of the box: fits pass through it
+    y = KERNEL.simulate_many(T, torque(T, gravity), P, np.tile([0.1, 0.0, 0.0], (n, 1)))
+    assert np.isfinite(y).all()
