@@ -1,0 +1,59 @@
+"""Gaussian likelihoods with a few random columns, marginalised analytically.
+
+For r ~ N(0, S + U·diag(λ²)·Uᵀ) with few columns U, everything follows from the Gram matrix G of [r, U] under S⁻¹:
+
+log p = −½ (rᵀS⁻¹r − wᵀw + log det S + log det K + n·log 2π),  K = I + Λ·UᵀS⁻¹U·Λ = L·Lᵀ,  w = L⁻¹·Λ·UᵀS⁻¹r
+
+by Woodbury's identity and the matrix determinant lemma (Sherman and Morrison 1950 where U is one column).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from measurement.run import Array
+
+
+def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
+    """Cholesky factor L (…, k, k) of K, and L⁻¹·Λ·G[first:, :first] (…, k, first)."""
+    inner = scales[..., :, None] * gram[..., first:, first:] * scales[..., None, :]
+    lower = np.linalg.cholesky(np.eye(inner.shape[-1]) + inner)
+    return lower, np.linalg.solve(lower, scales[..., :, None] * gram[..., first:, :first])
+
+
+def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array) -> Array:
+    """Log density of the data.
+
+    Parameters
+    ----------
+    gram
+        G, shape (…, 1 + k, 1 + k), the residual first.
+    scales
+        λ, standard deviations of the k coefficients, shape (…, k).
+    logdet
+        log det S, shape (…,).
+    count
+        Number n of rows that were seen.
+
+    Returns
+    -------
+    ndarray, shape (…,)
+    """
+    lower, w = _capacitance(gram, scales, 1)
+    quadratic = gram[..., 0, 0] - np.sum(w[..., 0] ** 2, axis=-1)
+    log_k = 2 * np.sum(np.log(np.diagonal(lower, axis1=-2, axis2=-1)), axis=-1)
+    return np.asarray(-0.5 * (quadratic + logdet + log_k + count * np.log(2 * np.pi)))
+
+
+def eliminate(gram: Array, scales: Array, kept: int) -> Array:
+    """Gram matrix of the first ``kept`` columns under (S + U·diag(λ²)·Uᵀ)⁻¹, shape (kept, kept): a Schur complement."""
+    _, w = _capacitance(gram, scales, kept)
+    return np.asarray(gram[..., :kept, :kept] - np.swapaxes(w, -1, -2) @ w)
+
+
+def coefficients(gram: Array, scales: Array) -> tuple[Array, Array]:
+    """Mean (…, k) and covariance (…, k, k) of the coefficients given the residual: Λ·K⁻¹·Λ·UᵀS⁻¹r and Λ·K⁻¹·Λ."""
+    lower, w = _capacitance(gram, scales, 1)
+    half = np.linalg.solve(lower, np.eye(lower.shape[-1]) * scales[..., None, :])
+    half_t = np.swapaxes(half, -1, -2)
+    return np.asarray((half_t @ w)[..., 0]), np.asarray(half_t @ half)

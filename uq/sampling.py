@@ -1,0 +1,264 @@
+"""Several independent ensembles, advanced side by side until their autocorrelation time is known."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Sequence
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from measurement.run import Array
+from support.errors import NumericalError
+from support.files import write_json
+from uq.autocorrelation import autocorrelation_time
+from uq.chunk import Chunk, Task, advance
+from uq.laplace import Laplace
+from uq.moves import MOVES, Proposal
+
+PHASES = {"burn": 0, "pilot": 1, "main": 2}
+DISPERSED = 3.0
+"""Standard deviations of the normal approximation by which every second ensemble is spread out at its start."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SamplingOptions:
+    """How long and how widely to sample.
+
+    Parameters
+    ----------
+    ensembles, walkers
+        Independent ensembles (one chain each in the diagnostics), and walkers in each (0: as many as the dimension asks).
+    chunk, burn, pilot
+        Steps of a chunk, of the burn-in, and of the trial of moves (0: no trial, ``move`` is used).
+    longest
+        Most steps, whether the autocorrelation time is known or not.
+    lengths, change
+        The time τ counts as known after ``lengths``·τ steps and when a chunk changes it by less than ``change``.
+    move
+        Used without a trial.
+    """
+
+    ensembles: int = 4
+    walkers: int = 0
+    chunk: int = 50
+    burn: int = 100
+    pilot: int = 100
+    longest: int = 5000
+    lengths: float = 50.0
+    change: float = 0.01
+    move: str = "independent"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """What sampling gave.
+
+    Parameters
+    ----------
+    chain
+        η, shape (n_ensembles, n_steps, n_walkers, n).
+    log_prob
+        Shape (n_ensembles, n_steps, n_walkers).
+    acceptance
+        Mean accepted share of each ensemble, shape (n_ensembles,).
+    tau
+        Integrated autocorrelation time of every coordinate [steps], shape (n,).
+    reached
+        Whether the time is known as the options ask.
+    move, trials
+        The move that was used; τ of every move that was tried.
+    """
+
+    chain: Array
+    log_prob: Array
+    acceptance: Array
+    tau: Array
+    reached: bool
+    move: str
+    trials: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def effective(self) -> Array:
+        """Number of independent draws, n_ensembles·n_steps·n_walkers/τ, shape (n,)."""
+        e, s, w, _ = self.chain.shape
+        return np.asarray(e * s * w / self.tau)
+
+    def flat(self) -> Array:
+        """All draws, shape (n_draws, n)."""
+        return self.chain.reshape(-1, self.chain.shape[-1])
+
+
+Report = Callable[[int, float, float], None]
+"""Called with the steps done, τ and the effective sample size so far."""
+
+
+@dataclass(slots=True)
+class _Store:
+    """Chunks by phase, ensemble and number; on disk where there is a folder."""
+
+    folder: Path | None
+    kept: dict[tuple[str, int, int], Chunk] = field(default_factory=dict)
+
+    def path(self, phase: str, ensemble: int, number: int) -> Path | None:
+        return None if self.folder is None else self.folder / f"{phase}_{ensemble}_{number:05d}.h5"
+
+    def get(self, phase: str, ensemble: int, number: int) -> Chunk | None:
+        path = self.path(phase, ensemble, number)
+        if (phase, ensemble, number) not in self.kept and path is not None and path.exists():
+            self.kept[phase, ensemble, number] = Chunk.read(path)
+        return self.kept.get((phase, ensemble, number))
+
+    def put(self, phase: str, ensemble: int, number: int, chunk: Chunk) -> None:
+        path = self.path(phase, ensemble, number)
+        if path is not None:
+            chunk.write(path)
+        self.kept[phase, ensemble, number] = chunk
+
+
+@dataclass(slots=True)
+class _Ensembles:
+    """Where all walkers stand, and how to move them on."""
+
+    start: Laplace
+    options: SamplingOptions
+    executor: Executor | None
+    store: _Store
+    coords: list[Array]
+    log_prob: list[Array]
+
+    def step(self, phase: str, number: int, steps: int, names: Sequence[str], proposal: Proposal) -> list[Chunk]:
+        """Advance every ensemble by one chunk, those already stored excepted."""
+        tasks = {}
+        for e, name in enumerate(names):
+            if self.store.get(phase, e, number) is None:
+                seed = (self.options.seed, PHASES[phase], e, number)
+                tasks[e] = Task(
+                    density=self.start.density, move=name, proposal=proposal, coords=self.coords[e],
+                    log_prob=self.log_prob[e], steps=steps, seed=seed,
+                )  # fmt: skip
+        mapped = map(advance, tasks.values()) if self.executor is None else self.executor.map(advance, tasks.values())
+        for e, chunk in zip(tasks, mapped, strict=True):
+            self.store.put(phase, e, number, chunk)
+        chunks = [chunk for e in range(len(names)) if (chunk := self.store.get(phase, e, number)) is not None]
+        for e, chunk in enumerate(chunks):
+            self.coords[e], self.log_prob[e] = chunk.chain[-1], chunk.log_prob[-1]
+        return chunks
+
+
+def sample(
+    start: Laplace,
+    options: SamplingOptions,
+    *,
+    executor: Executor | None = None,
+    folder: Path | None = None,
+    report: Report | None = None,
+) -> Sample:
+    """Sample the posterior from its normal approximation.
+
+    Parameters
+    ----------
+    executor
+        Where chunks are made; this process where None.
+    folder
+        Where chunks are kept. A folder that holds chunks of the same density, start and options is taken up.
+    report
+        Told after every chunk.
+    """
+    if folder is not None:
+        _claim(folder, start, options)
+    ensembles = _begin(start, options, executor, _Store(folder))
+    names = [options.move] * options.ensembles
+    proposal = Proposal.of(start.eta, start.covariance)
+    if options.burn:
+        burned = ensembles.step("burn", 0, options.burn, names, proposal)
+        proposal = refitted(burned)
+    move, trials = options.move, {}
+    if options.pilot:
+        tried = [MOVES[e % len(MOVES)] for e in range(options.ensembles)]
+        chunks = ensembles.step("pilot", 0, options.pilot, tried, proposal)
+        trials = {name: float(autocorrelation_time(c.chain[None]).max()) for name, c in zip(tried, chunks, strict=True)}
+        move = min(trials, key=lambda name: trials[name])
+    return _run(ensembles, move, proposal, trials, report)
+
+
+def _run(
+    ensembles: _Ensembles, move: str, proposal: Proposal, trials: dict[str, float], report: Report | None
+) -> Sample:
+    options, chunks, before = ensembles.options, [], np.inf
+    while True:
+        made = ensembles.step("main", len(chunks), options.chunk, [move] * options.ensembles, proposal)
+        chunks.append(made)
+        chain = np.concatenate([np.stack([c.chain for c in row]) for row in chunks], axis=1)
+        tau = autocorrelation_time(chain)
+        steps, longest = chain.shape[1], float(tau.max())
+        if report is not None:
+            report(steps, longest, float((chain[..., 0].size / tau).min()))
+        reached = steps >= options.lengths * longest and abs(longest - before) < options.change * longest
+        before = longest
+        if reached or steps >= options.longest:
+            break
+    accepted = np.sum([[c.accepted.mean() for c in row] for row in chunks], axis=0) / chain.shape[1]
+    log_prob = np.concatenate([np.stack([c.log_prob for c in row]) for row in chunks], axis=1)
+    return Sample(
+        chain=chain, log_prob=log_prob, acceptance=accepted, tau=tau, reached=reached, move=move, trials=trials
+    )
+
+
+def refitted(chunks: Sequence[Chunk]) -> Proposal:
+    """Proposal with mean and covariance of the second halves of all ensembles, the worst draws left out."""
+    half = [slice(c.chain.shape[0] // 2, None) for c in chunks]
+    draws = np.concatenate([c.chain[h].reshape(-1, c.chain.shape[-1]) for c, h in zip(chunks, half, strict=True)])
+    log_prob = np.concatenate([c.log_prob[h].ravel() for c, h in zip(chunks, half, strict=True)])
+    kept = draws[log_prob >= np.max(log_prob) - 2.0 * draws.shape[1] - 10.0]
+    return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
+
+
+def _begin(start: Laplace, options: SamplingOptions, executor: Executor | None, store: _Store) -> _Ensembles:
+    n = start.eta.size
+    walkers = options.walkers or max(2 * (n + 1), 8 * -(-2 * n // 8))
+    coords = []
+    for e in range(options.ensembles):
+        rng = np.random.default_rng([options.seed, 99, e])
+        spread = DISPERSED if e % 2 else 1.0
+        coords.append(_first_points(start, walkers, spread, rng))
+    log_prob = [start.density(points) for points in coords]
+    return _Ensembles(start, options, executor, store, coords, log_prob)
+
+
+def _first_points(start: Laplace, walkers: int, spread: float, rng: np.random.Generator) -> Array:
+    """Draw points of finite density around the mode; the spread shrinks until enough are found."""
+    kept = np.empty((0, start.eta.size))
+    for attempt in range(20):
+        scale = spread * 0.7 ** max(attempt - 3, 0)
+        drawn = start.eta + scale * rng.standard_normal((2 * walkers, start.eta.size)) @ start.lower.T
+        kept = np.concatenate([kept, drawn[np.isfinite(start.density(drawn))]])
+        if len(kept) >= walkers:
+            return kept[:walkers]
+    msg = f"{start.density.equations.name}: hardly any point near the mode has a finite posterior density"
+    raise NumericalError(msg)
+
+
+def _claim(folder: Path, start: Laplace, options: SamplingOptions) -> None:
+    """Keep the folder's chunks where they belong to this very problem; else remove them."""
+    digest = hashlib.sha256()
+    for array in (
+        start.eta,
+        start.covariance,
+        *(a for t in start.density.terms for a in (t.x0, t.fixed, t.data, t.run.u)),
+    ):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    limits = {"longest", "lengths", "change"}
+    told = {name: getattr(options, name) for name in options.__slots__ if name not in limits}
+    digest.update(repr((start.density.equations.digest, start.density.coordinates.names, told)).encode())
+    name = digest.hexdigest()[:16]
+    path = folder / "chain.json"
+    if path.exists() and json.loads(path.read_text())["digest"] == name:
+        return
+    for old in folder.glob("*.h5"):
+        old.unlink()
+    write_json(path, {"digest": name, **told})
