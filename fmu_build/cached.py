@@ -7,21 +7,19 @@ from pathlib import Path
 
 import fmu_build
 from fmu_build.build import Fmu, Kind, build_fmu
+from model import kernel
 from model.equations import Equations
-from model.kernel.generate import DEFAULT_STEP, template
+from model.kernel.generate import DEFAULT_STEP
 from support.files import cache_folder
-
-_TEMPLATES = ("real.h", "weights.h", "stepper.h", "interface.c", "generate.py", "printing.py")
 
 
 def builder_digest() -> str:
     """Return a digest of everything that turns equations into an FMU."""
     digest = hashlib.sha256()
-    here = Path(fmu_build.__file__).parent
-    for path in sorted(path for path in here.rglob("*") if path.suffix in (".py", ".c", ".h", ".j2", ".txt")):
-        digest.update(path.read_bytes())
-    for name in _TEMPLATES:
-        digest.update(template(name).encode())
+    for package in (fmu_build, kernel):
+        here = Path(package.__path__[0])
+        for path in sorted(path for path in here.rglob("*") if path.suffix in (".py", ".c", ".h", ".j2", ".txt")):
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 

@@ -8,9 +8,10 @@ import sympy as sp
 
 from fmu_build.flat import text_of
 from fmu_build.variables import Interface, block_offsets
-from model.equations import TIME, Equations
+from model.equations import Equations
 from model.kernel.generate import Kernel, coupling
 from model.kernel.printing import PythonPrinter, differentiate
+from model.kernel.text import symbol_names
 
 
 def fallback_source(interface: Interface) -> str:
@@ -39,18 +40,10 @@ def _layout(kernel: Kernel) -> str:
     return "\n".join(f"{k} = {v!r}" for k, v in {**sizes, **places, "HF_STEP": kernel.step}.items())
 
 
-def _names(e: Equations, state: str) -> dict[str, str]:
-    names = {TIME.name: "t"}
-    names.update({x.id: state.format(i) for i, x in enumerate(e.states)})
-    names.update({x.id: f"u[{i}]" for i, x in enumerate(e.inputs)})
-    names.update({x.id: f"p[{i}]" for i, x in enumerate(e.parameters)})
-    return names
-
-
 def _function(e: Equations, name: str, expressions: Sequence[sp.Expr], *, wide: bool = True) -> str:
     """Return ``def name(t, X, u, p)`` that returns the list of the expressions; X has columns where ``wide``."""
     state, argument = ("X[{}][0]", "X") if wide else ("x[{}]", "x")
-    printer = PythonPrinter(_names(e, state))
+    printer = PythonPrinter(symbol_names(e, state))
     used: set[sp.Symbol] = set().union(*(x.free_symbols for x in expressions), set())
     lines = []
     for symbol, formula in reversed(e.definitions):

@@ -9,8 +9,8 @@ import sympy as sp
 
 from fmu_build.variables import LARGEST, Interface
 from model.equations import Equations
-from model.kernel.generate import assignments
 from model.kernel.printing import differentiate
+from model.kernel.text import assignments
 
 ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity")
 

@@ -15,7 +15,7 @@ from identification.fmu_slave import FmuSlave
 from identification.simulator import Trajectory, initial_state, observer_hold, observer_inputs
 from measurement.run import Array, Run
 from model.equations import Equations
-from model.kernel.generate import tangent_columns
+from model.kernel.tangent import tangent_columns
 from model.observer import with_observer
 
 

@@ -141,6 +141,26 @@ class Equations:
             self.parameter(id)
         return replace(self, parameters=tuple(q.but(**changes.get(q.id, {})) for q in self.parameters))
 
+    def without_definitions(self) -> Equations:
+        """Return the same equations with the definitions put in where they are used, so that derivatives see them."""
+        if not self.definitions:
+            return self
+        inside: dict[sp.Symbol, sp.Expr] = {}
+        for symbol, expression in self.definitions:
+            inside[symbol] = sp.sympify(expression).xreplace(inside)
+
+        def put_in(expressions: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+            return tuple(sp.sympify(e).xreplace(inside) for e in expressions)
+
+        return replace(
+            self,
+            definitions=(),
+            rhs=put_in(self.rhs),
+            rates=put_in(self.rates),
+            outputs=tuple(replace(o, expression=put_in((o.expression,))[0]) for o in self.outputs),
+            mass_matrix=None if self.mass_matrix is None else tuple(put_in(row) for row in self.mass_matrix),
+        )
+
     @property
     def digest(self) -> str:
         """Sixteen hex digits that change with any formula (not with first guesses or bounds)."""

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from itertools import combinations
 
 import sympy as sp
 
-from model.equations import TIME, Equations
-from model.kernel.printing import CPrinter, check_functions, differentiate
+from model.equations import Equations
+from model.kernel.printing import differentiate
+from model.kernel.tangent import tangent_columns, tangent_source
+from model.kernel.text import assignments
 
 DEFAULT_STEP = 5e-4
 """Inner step [s]: the one of Tam, Kubica and Wang (2005), section IV."""
@@ -34,41 +35,6 @@ class Kernel:
 def template(name: str) -> str:
     """Return the text of a fixed part of the kernel."""
     return resources.files("model.kernel").joinpath(name).read_text(encoding="utf-8")
-
-
-def _names(equations: Equations, state: str) -> dict[str, str]:
-    names = {TIME.name: "t"}
-    names.update({x.id: state.format(i) for i, x in enumerate(equations.states)})
-    names.update({x.id: f"u[{i}]" for i, x in enumerate(equations.inputs)})
-    names.update({x.id: f"p[{i}]" for i, x in enumerate(equations.parameters)})
-    return names
-
-
-def _needed(
-    definitions: Sequence[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]
-) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Those of the definitions that the expressions use, directly or through others, in order."""
-    wanted: set[sp.Symbol] = set().union(*(sp.sympify(e).free_symbols for e in expressions), set())
-    kept = []
-    for symbol, expression in reversed(definitions):
-        if symbol in wanted:
-            wanted |= expression.free_symbols
-            kept.append((symbol, expression))
-    return kept[::-1]
-
-
-def assignments(equations: Equations, targets: Sequence[str], expressions: Sequence[sp.Expr], state: str = "x[{}]") -> str:
-    """Write assignments ``target = expression;`` with common subexpressions taken out."""
-    check_functions(expressions)
-    printer = CPrinter(_names(equations, state))
-    lines = [
-        f"real {printer.doprint(s)} = K(0.0) + {printer.doprint(e)};"
-        for s, e in _needed(equations.definitions, expressions)
-    ]
-    common, reduced = sp.cse([sp.sympify(e) for e in expressions], symbols=sp.numbered_symbols("e_"), order="none")
-    lines += [f"real {s.name} = K(0.0) + {printer.doprint(e)};" for s, e in common]
-    lines += [f"{target} = K(0.0) + {printer.doprint(e)};" for target, e in zip(targets, reduced, strict=True)]
-    return "\n".join(f"    {line}" for line in lines)
 
 
 def coupling(equations: Equations) -> sp.Expr:
@@ -117,7 +83,9 @@ def _plain(e: Equations) -> str:
         targets += [f"M[{i}][{j}]" for i, j in lower]
         expressions += [e.mass_matrix[i][j] for i, j in lower]
         setup, finish = f"    real M[{n}][{n}];\n", _solve(n)
-    outputs = assignments(e, [f"Y[{i}][0]" for i in range(len(e.outputs))], [o.expression for o in e.outputs], "X[{}][0]")
+    outputs = assignments(
+        e, [f"Y[{i}][0]" for i in range(len(e.outputs))], [o.expression for o in e.outputs], "X[{}][0]"
+    )
     return f"""
 static inline void hk_eval_plain(real t, real X[HK_NX][1], const real *u, const real *p, real F[HK_NX][1]) {{
 {setup}{assignments(e, targets, expressions, "X[{}][0]")}{finish}
@@ -125,53 +93,6 @@ static inline void hk_eval_plain(real t, real X[HK_NX][1], const real *u, const 
 static inline void hk_out_plain(real t, real X[HK_NX][1], const real *u, const real *p, real Y[HK_NY][1]) {{
 {outputs}
 }}"""
-
-
-def _tangent_function(e: Equations, head: str, target: str, expressions: Sequence[sp.Expr]) -> str:
-    """Value in column 0; J·S + ∂/∂p in the others."""
-    targets, values, products = [], [], []
-    for i, f in enumerate(expressions):
-        targets.append(f"{target}[{i}][0]")
-        values.append(f)
-        terms = []
-        for k, state in enumerate(e.states):
-            derivative = differentiate(f, state.symbol)
-            if derivative != 0:
-                targets.append(f"real J{i}_{k}")
-                values.append(derivative)
-                terms.append(f"J{i}_{k} * X[{k}][c]")
-        products.append(f"    for (int c = 1; c <= HK_NC; c++) {target}[{i}][c] = {' + '.join(terms) or 'K(0.0)'};")
-        for k, quantity in enumerate(e.parameters):
-            derivative = differentiate(f, quantity.symbol)
-            if derivative != 0:
-                targets.append(f"real P{i}_{k}")
-                values.append(derivative)
-                products.append(f"    {target}[{i}][{1 + k}] = {target}[{i}][{1 + k}] + P{i}_{k};")
-    body = assignments(e, targets, values, "X[{}][0]")
-    return f"{head} {{\n{body}\n" + "\n".join(products) + "\n}"
-
-
-def _tangent(e: Equations) -> str:
-    width = "1 + HK_NC"
-    arguments = f"(real t, real X[HK_NX][{width}], const real *u, const real *p, real"
-    return "\n".join(
-        (
-            _tangent_function(e, f"static inline void hk_eval_tangent{arguments} F[HK_NX][{width}])", "F", e.rhs),
-            _tangent_function(
-                e,
-                f"static inline void hk_out_tangent{arguments} Y[HK_NY][{width}])",
-                "Y",
-                [o.expression for o in e.outputs],
-            ),
-        )
-    )
-
-
-def tangent_columns(equations: Equations) -> tuple[str, ...]:
-    """Return the directions of the sensitivities: parameters, then initial states; none for implicit equations."""
-    if equations.mass_matrix is not None:
-        return ()
-    return (*(x.id for x in equations.parameters), *(f"{s.id}_0" for s in equations.states))
 
 
 def _include_stepper(kind: str, width: str) -> str:
@@ -201,7 +122,7 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
     Kernel
         One self-contained C99 source; with ``HK_LANES`` defined it is its vectorised form.
     """
-    e = equations
+    e = equations if equations.mass_matrix is not None else equations.without_definitions()
     tangent = tangent and e.mass_matrix is None
     rates = [sp.sympify(r) for r in e.rates]
     sizes = {"NX": len(e.states), "NU": len(e.inputs), "NP": len(e.parameters), "NY": len(e.outputs)}
@@ -210,6 +131,7 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
     stiff = ", ".join("0" if r == 0 else "1" for r in rates)
     arguments = "(real t, const real *x, const real *u, const real *p"
     rate_targets = [f"a[{i}]" for i in range(len(rates))]
+    stiffness = assignments(e, ["real c"], [coupling(e)])
     parts = [
         f"/* {e.title}: generated, do not edit. */",
         template("real.h"),
@@ -217,9 +139,9 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
         f"#ifndef HK_LANES\n#define HK_NC {len(columns)}\n#endif" if tangent else "",
         f"static const int hk_stiff[HK_NX] = {{{stiff}}};",
         f"static inline void hk_rates{arguments}, real *a) {{\n{assignments(e, rate_targets, rates)}\n}}",
-        f"static inline real hk_coupling{arguments}) {{\n{assignments(e, ['real c'], [coupling(e)])}\n    return c;\n}}",
+        f"static inline real hk_coupling{arguments}) {{\n{stiffness}\n    return c;\n}}",
         _plain(e),
-        f"#ifdef HK_NC{_indent(_tangent(e))}\n#endif" if tangent else "",
+        f"#ifdef HK_NC\n{tangent_source(e)}\n#endif" if tangent else "",
         template("weights.h"),
         _include_stepper("plain", "1"),
         f"#ifdef HK_NC\n{_include_stepper('tangent', '1 + HK_NC')}\n#endif" if tangent else "",
@@ -233,7 +155,3 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
         columns=columns,
         step=step,
     )
-
-
-def _indent(text: str) -> str:
-    return "\n" + text

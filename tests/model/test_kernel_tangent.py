@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import sympy as sp
 
-from tests.model.kernel_cases import CASES, KERNEL, OBSERVED, draw, torque, vector
+from model.kernel.compiled import CompiledKernel
+from tests.model.kernel_cases import CASES, JOINT, KERNEL, OBSERVED, draw, torque, vector
 
 T = np.arange(0.0, 3.0, 0.01)
 START = np.array([0.1, 0.02, 1e-4])
@@ -65,8 +69,25 @@ def test_with_observer():
 
 
 def test_without_sensitivities_the_call_is_refused():
-    from model.kernel.compiled import CompiledKernel  # noqa: PLC0415 # only this test makes such a kernel
-
     plain = CompiledKernel.of(KERNEL.equations, tangent=False)
     with pytest.raises(ValueError, match="generated without sensitivities"):
         plain.simulate_tangent(T, torque(T, 1e-3), vector(CASES["tendon"][0]), START)
+
+
+def test_derivatives_see_through_definitions():
+    load = sp.Symbol("load", real=True)
+    s = {x.id: x.symbol for x in (*JOINT.states, *JOINT.parameters)}
+    spring = s["Ks"] * (s["q"] - s["epos"])
+    hidden = replace(
+        JOINT,
+        name="joint4_defined",
+        definitions=((load, spring),),
+        rhs=(JOINT.rhs[0], JOINT.rhs[1] + (spring - load) / s["inertia"], JOINT.rhs[2]),
+        outputs=(replace(JOINT.outputs[0], expression=s["q"] + 0.1 * (load - spring)),),
+    )
+    parameters, amplitude = CASES["tendon"]
+    arguments = T, torque(T, amplitude), vector(parameters), START
+    y, dy = CompiledKernel.of(hidden).simulate_tangent(*arguments)
+    plain = KERNEL.simulate_tangent(*arguments)
+    np.testing.assert_allclose(y, plain[0], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(dy, plain[1], rtol=1e-6, atol=1e-6 * np.abs(plain[1]).max())

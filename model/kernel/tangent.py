@@ -1,0 +1,59 @@
+"""First-order sensitivities of the generated C: S' = J·S + ∂f/∂p, by exact derivatives of the formulas."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from model.equations import Equations
+from model.kernel.printing import differentiate
+from model.kernel.text import assignments
+
+
+def tangent_columns(equations: Equations) -> tuple[str, ...]:
+    """Return the directions of the sensitivities: parameters, then initial states; none for implicit equations."""
+    if equations.mass_matrix is not None:
+        return ()
+    return (*(x.id for x in equations.parameters), *(f"{s.id}_0" for s in equations.states))
+
+
+def _tangent_function(e: Equations, head: str, target: str, expressions: Sequence[sp.Expr]) -> str:
+    """Value in column 0; J·S + ∂/∂p in the others."""
+    targets, values, products = [], [], []
+    for i, f in enumerate(expressions):
+        targets.append(f"{target}[{i}][0]")
+        values.append(f)
+        terms = []
+        for k, state in enumerate(e.states):
+            derivative = differentiate(f, state.symbol)
+            if derivative != 0:
+                targets.append(f"real J{i}_{k}")
+                values.append(derivative)
+                terms.append(f"J{i}_{k} * X[{k}][c]")
+        products.append(f"    for (int c = 1; c <= HK_NC; c++) {target}[{i}][c] = {' + '.join(terms) or 'K(0.0)'};")
+        for k, quantity in enumerate(e.parameters):
+            derivative = differentiate(f, quantity.symbol)
+            if derivative != 0:
+                targets.append(f"real P{i}_{k}")
+                values.append(derivative)
+                products.append(f"    {target}[{i}][{1 + k}] = {target}[{i}][{1 + k}] + P{i}_{k};")
+    body = assignments(e, targets, values, "X[{}][0]")
+    return f"{head} {{\n{body}\n" + "\n".join(products) + "\n}"
+
+
+def tangent_source(e: Equations) -> str:
+    """Return the C functions that evaluate right-hand side and outputs with their sensitivities."""
+    width = "1 + HK_NC"
+    arguments = f"(real t, real X[HK_NX][{width}], const real *u, const real *p, real"
+    return "\n".join(
+        (
+            _tangent_function(e, f"static inline void hk_eval_tangent{arguments} F[HK_NX][{width}])", "F", e.rhs),
+            _tangent_function(
+                e,
+                f"static inline void hk_out_tangent{arguments} Y[HK_NY][{width}])",
+                "Y",
+                [o.expression for o in e.outputs],
+            ),
+        )
+    )
