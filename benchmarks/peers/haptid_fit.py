@@ -1,0 +1,62 @@
+"""Haptid's own fit, one start at a time: ``fitting.fit`` as the command calls it, through the simulator asked for.
+
+``--variant SIMULATOR:METHOD`` with SIMULATOR kernel, python (FMU) or native (FMU), METHOD slsqp or gauss_newton.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from identification.fitting import fit as identify
+
+from benchmarks.peers.contestant import Best, Fit, Statement, compete
+from fmu_build.cached import identification_fmu
+from identification.fmu_simulator import FmuSimulator
+from identification.kernel_simulator import KernelSimulator
+from identification.options import FitOptions
+from identification.simulator import Simulator
+from measurement.run import Run
+from model.equations import Equations
+from model.joint import joint_equations
+
+
+def equations_of(statement: Statement) -> Equations:
+    """Return the joint with the bounds as told, all nine as logarithms; no order of Fs and Fc, as for everyone."""
+    told = zip(statement.names, statement.lower, statement.upper, strict=True)
+    free = {id: {"initial": float(np.sqrt(a * b)), "lower": a, "upper": b, "scale": "log"} for id, a, b in told}
+    known = {id: {"fixed": True} for id in ("gravity_cos", "gravity_sin", "Kp")}
+    return replace(joint_equations(0), orderings=()).with_parameters({**free, **known})
+
+
+def _simulator(equations: Equations, name: str) -> Simulator:
+    if name == "kernel":
+        return KernelSimulator.of(equations)
+    return FmuSimulator.of(identification_fmu(equations, kind="python" if name == "python" else "native"), equations)
+
+
+def prepare(statement: Statement) -> Fit:
+    """Build (or find in the cache) what simulates, and frame the data as a run."""
+    name, method = statement.variant.split(":")
+    equations = equations_of(statement)
+    simulator = _simulator(equations, name)
+    run = Run(
+        file="fit", free_joints=(0,), t=statement.t, u=statement.u[:, None], y=statement.y[:, None],
+        noise=np.array([statement.noise]), resolution=np.zeros(1), posture=np.zeros(0), use="fit",
+    )  # fmt: skip
+    free = [i for i, q in enumerate(equations.parameters) if not q.fixed]
+    assert [equations.parameters[i].id for i in free] == list(statement.names)
+
+    def fit(start: np.ndarray, best: Best) -> None:
+        first = np.array([q.initial for q in equations.parameters])
+        first[free] = start
+        options = FitOptions(method=method, starts=1, start=tuple(first), workers=1)  # type: ignore[arg-type] # told
+        found = identify(simulator, (run,), options=options)
+        best.seen(found.theta[free], found.cost)
+        best.note, best.simulations = str(found.outcome), found.simulations
+
+    return fit
+
+
+if __name__ == "__main__":
+    compete(prepare, ("numpy", "scipy"))
