@@ -28,13 +28,13 @@ class Descent:
 
 
 def gauss_newton(
-    problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 1e-10
+    problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 1e-10, damping: float = 1e-4
 ) -> Descent:
     """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` of the cost."""
     A, b = problem.constraints()
     now = problem.blocks(x, gain)
     cost = float(now.residual @ now.residual)
-    damping, growth, calls = 1e-4, 2.0, 1
+    growth, calls = 2.0, 1
     R, c, converged = *triangle(now.jacobian, now.residual), False
     while calls < iterations and np.isfinite(cost) and not converged:
         d, predicted = _damped_step(R, c, damping, A, b - A @ x)
@@ -48,7 +48,7 @@ def gauss_newton(
         if ratio > 1e-4:
             x, cost, growth = x + d, new, 2.0
             R, c = triangle(trial.jacobian, trial.residual)
-            damping = max(damping * max(1.0 / 3.0, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-12)
+            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-15)
         else:
             damping, growth = damping * growth, 2.0 * growth
             converged = damping > 1e12

@@ -13,26 +13,35 @@ from identification.problem import Problem
 from identification.slsqp import slsqp
 from measurement.run import Array
 
-LOOSE, FINAL = 1e-3, 1e-7
-"""Relative decrease of the cost at which a level ends: above the last, and at it."""
-FEW, MANY = 15, 80
+LOOSE, FINAL = 1e-3, 1e-5
+"""Relative decrease of the cost at which a level ends: above the last, and at it (the polish goes to 1e-10)."""
+FEW, MANY = 15, 60
+"""Most iterations of a level above the last, and of the last."""
+LEAST_DAMPING = 1e-3
 
 
 def descend(problem: Problem, x: Array) -> Descent:
     """Follow the minimum from the first gain to the last; the last level ends with a Gauss–Newton polish."""
-    gains = problem.options.gains
-    calls, converged = 0, True
-    minimise = slsqp if problem.options.method == "slsqp" else gauss_newton
+    gains, calls = problem.options.gains, 0
     x = feasible(problem, x)
-    for gain in gains:
-        last = gain == gains[-1]
-        level = minimise(problem, x, gain, iterations=MANY if last else FEW, tolerance=FINAL if last else LOOSE)
+    for number, gain in enumerate(gains):
+        level = _level(problem, x, number)
         x, calls = level.x, calls + level.calls
     if problem.options.passive:
         return Descent(x=x, cost=level.cost, calls=calls, converged=level.converged)
-    polish = gauss_newton(problem, x, gains[-1], iterations=MANY)
-    converged = polish.converged
-    return Descent(x=polish.x, cost=polish.cost, calls=calls + polish.calls, converged=converged)
+    polish = gauss_newton(problem, x, gain, iterations=MANY, damping=1e-9)
+    return Descent(x=polish.x, cost=polish.cost, calls=calls + polish.calls, converged=polish.converged)
+
+
+def _level(problem: Problem, x: Array, number: int) -> Descent:
+    """Minimise at one gain. Steps are damped strongly at first, where parameters and data may lie far apart."""
+    gains = problem.options.gains
+    last = number == len(gains) - 1
+    iterations, tolerance = (MANY, FINAL) if last else (FEW, LOOSE)
+    if problem.options.method == "gauss_newton":
+        return gauss_newton(problem, x, gains[number], iterations=iterations, tolerance=tolerance)
+    damping = max(0.1**number, LEAST_DAMPING)
+    return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping)
 
 
 def feasible(problem: Problem, x: Array) -> Array:

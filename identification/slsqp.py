@@ -1,7 +1,8 @@
 """SLSQP on the logarithm of the mean square, in variables in which the Gauss–Newton Hessian is the identity.
 
-f(x) = ln(‖r‖²/N), ∇f = 2·Jᵀr/‖r‖². With x = x₀ + T·w and T from JᵀJ at the start, ∂²f/∂w² ≈ 1: SLSQP (Kraft 1988) begins with
-the right curvature instead of learning it. Bounds and orderings become linear inequalities in w.
+f(x) = ln(‖r‖²/N), ∇f = 2·Jᵀr/‖r‖². With x = x₀ + T·w, (T·Tᵀ)⁻¹ = 2·JᵀJ/‖r‖² + λ·1 at the start: SLSQP (Kraft 1988) begins with
+the right curvature instead of learning it, and λ keeps its first steps short where the data say little. Bounds and orderings
+become linear inequalities in w.
 """
 
 from __future__ import annotations
@@ -12,14 +13,12 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from identification.gauss_newton import RIDGE, Descent
+from identification.gauss_newton import Descent
 from identification.least_squares import triangle
 from identification.passivity import passivity
 from identification.problem import Problem
 from measurement.run import Array
 
-ROUND = 8
-"""Iterations in one set of variables."""
 WORST = 80.0
 """Value of f where a simulation left the finite numbers."""
 
@@ -27,15 +26,14 @@ WORST = 80.0
 class _Cost:
     """f and ∇f in w, counting calls; remembers the best point."""
 
-    def __init__(self, problem: Problem, x: Array, gain: float) -> None:
+    def __init__(self, problem: Problem, x: Array, gain: float, damping: float) -> None:
         self.problem, self.gain, self.x, self.calls = problem, gain, x, 0
         now = self._blocks(x)
         r, J = now.residual, now.jacobian
         self.best, self.cost = x, float(r @ r)
         R, _ = triangle(J, r)
-        columns = np.linalg.norm(R, axis=0)
-        R, _ = triangle(np.vstack((R, np.eye(x.size) * RIDGE * columns.max())), np.zeros(2 * x.size))
-        self.T = solve_triangular(R, np.eye(x.size)) * np.sqrt(self.cost / 2.0)
+        curvature = np.vstack((R * np.sqrt(2.0 / self.cost), np.sqrt(damping) * np.eye(x.size)))
+        self.T = solve_triangular(np.linalg.qr(curvature, mode="r"), np.eye(x.size))
 
     def _blocks(self, x: Array) -> Any:
         self.calls += 1
@@ -56,25 +54,34 @@ class _Cost:
         return float(np.log(cost / self.problem.weight)), self.T.T @ (2.0 * (now.jacobian.T @ r) / cost)
 
 
-def slsqp(problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 60, tolerance: float = 1e-9) -> Descent:
+def slsqp(
+    problem: Problem,
+    x: Array,
+    gain: float = 0.0,
+    *,
+    iterations: int = 60,
+    tolerance: float = 1e-9,
+    damping: float = 1e-3,
+) -> Descent:
     """Minimise from ``x``, which must be feasible; the best point seen is returned.
 
-    The variables are taken anew every `ROUND` iterations: the curvature of LuGre friction changes along the way.
+    Where SLSQP stops by itself, it is started anew in fresh variables until that no longer helps.
     """
-    calls, before = 0, np.inf
-    while calls < iterations:
-        cost = _Cost(problem, x, gain)
+    calls = 0
+    while True:
+        cost = _Cost(problem, x, gain, damping)
         if not np.isfinite(cost.cost):
-            break
+            return Descent(x=x, cost=cost.cost, calls=calls, converged=False)
         before = cost.cost
-        success = _round(cost, tolerance)
+        success = _minimised(cost, iterations - calls, tolerance)
         x, calls = cost.best, calls + cost.calls
-        if before - cost.cost <= tolerance * cost.cost:
-            return Descent(x=x, cost=cost.cost, calls=calls, converged=success)
-    return Descent(x=x, cost=cost.cost, calls=calls, converged=False)
+        small = before - cost.cost <= 10.0 * tolerance * cost.cost
+        if small or calls >= iterations:
+            return Descent(x=x, cost=cost.cost, calls=calls, converged=success and small)
 
 
-def _round(cost: _Cost, tolerance: float) -> bool:
+def _minimised(cost: _Cost, iterations: int, tolerance: float) -> bool:
+    """Run SLSQP once from w = 0 and say whether it met its tolerance."""
     problem = cost.problem
     A, b = problem.constraints()
     G, h = A @ cost.T, A @ cost.x - b
@@ -87,6 +94,6 @@ def _round(cost: _Cost, tolerance: float) -> bool:
         jac=True,
         method="SLSQP",
         constraints=constraints,
-        options={"maxiter": ROUND, "ftol": tolerance},
+        options={"maxiter": iterations, "ftol": tolerance},
     )
     return bool(done.success)

@@ -1,0 +1,154 @@
+"""A fit: many starts, the best minimum, what it means.
+
+`fit` is what the command, the posterior and the search for missing effects call; it knows a model only as a `Simulator`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.basins import sort_into_basins
+from identification.covariance import Curvature, curvature
+from identification.excitation import excitation_warnings
+from identification.fit import Basin, Fit, RunScore
+from identification.gauss_newton import Descent
+from identification.homotopy import descend
+from identification.identifiability import combinations, statuses
+from identification.options import FitOptions
+from identification.outcome import outcome_of
+from identification.problem import Problem
+from identification.score import score
+from identification.simulator import Simulator
+from identification.sobol import sobol_starts
+from identification.workers import Here, Processes, Workers, single_threaded
+from measurement.run import Array, Run
+from support.errors import NumericalError
+
+
+def fit(
+    simulator: Simulator, runs: Sequence[Run], *, options: FitOptions | None = None, workers: Workers | None = None
+) -> Fit:
+    """Fit the free parameters of ``simulator.equations`` to the runs with ``use == "fit"``.
+
+    Parameters
+    ----------
+    runs
+        All runs of the configuration; those to validate are only scored, excluded ones ignored.
+    workers
+        Where the starts run; processes as ``options.workers`` says where None.
+
+    Raises
+    ------
+    NumericalError
+        Where no start gave a finite simulation.
+    """
+    options = options or FitOptions()
+    if workers is not None:
+        return single_threaded(_fit, simulator, tuple(runs), options, workers)
+    if options.workers == 1:
+        return single_threaded(_fit, simulator, tuple(runs), options, Here())
+    with Processes(options.workers) as pool:
+        return single_threaded(_fit, simulator, tuple(runs), options, pool)
+
+
+def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, workers: Workers) -> Fit:
+    begun = time.perf_counter()
+    problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
+    first = problem.scaling.initial if options.start is None else np.array(options.start)
+    starts = sobol_starts(problem.scaling, first, options.starts, options.seed)
+    descents = workers.until(
+        descend_from, [(problem, theta) for theta in starts], lambda done: _more(problem, done)
+    )
+    basins = sort_into_basins(problem, descents)
+    if not basins:
+        msg = f"{simulator.equations.name}: no start gave a finite simulation; check units, bounds and first guesses"
+        raise NumericalError(msg)
+    best = min(descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
+    return _result(problem, runs, best, basins, descents, begun)
+
+
+def descend_from(problem: Problem, theta: Array) -> Descent:
+    """One start, from parameters theta and first samples; runs in a worker."""
+    return descend(problem, problem.first(theta))
+
+
+def _more(problem: Problem, done: Sequence[Descent]) -> int:
+    """How many more starts are needed at least: until enough share the best minimum at the noise."""
+    options = problem.options
+    basins = sort_into_basins(problem, done)
+    if not basins or basins[0].over_noise > options.tolerance:
+        return 1
+    return max(options.agree - len(basins[0].starts), 0)
+
+
+def _result(
+    problem: Problem,
+    runs: tuple[Run, ...],
+    best: Descent,
+    basins: tuple[Basin, ...],
+    descents: Sequence[Descent],
+    begun: float,
+) -> Fit:
+    n, scaling, s = problem.n_parameters, problem.scaling, best.x[: problem.n_parameters]
+    theta, bent = problem.theta(best.x), curvature(problem, best.x)
+    slope = scaling.slope(theta)
+    data = marginal(bent.data, n)
+    status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
+    x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
+    scores = _scores(problem, theta, runs, x0)
+    motions = [(run.t, problem.simulator.simulate(theta, run, x0=x0[run.file]).y) for run in problem.runs]
+    return Fit(
+        equations=scaling.equations,
+        theta=theta,
+        free=scaling.ids,
+        covariance=_physical(bent, n, slope),
+        information=data / np.outer(slope, slope),
+        cost=best.cost / problem.weight,
+        outcome=outcome_of(len(basins[0].starts), basins[0].over_noise, problem.options.tolerance),
+        basins=basins,
+        starts=len(descents),
+        x0=x0,
+        sigma={run.file: run.sensor_std for run in problem.runs},
+        correlation_time=bent.correlation_time,
+        simulations=sum(d.calls for d in descents) * len(problem.runs),
+        wall_s=time.perf_counter() - begun,
+        statuses=status,
+        combinations=combinations(scaling, s, data, status),
+        warnings=excitation_warnings(scaling.equations, theta, motions),
+        runs=scores,
+        notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
+    )
+
+
+def marginal(information: Array, n: int) -> Array:
+    """Return the information about the first n unknowns with the others profiled out (Schur's complement)."""
+    inner, cross, outer = information[:n, :n], information[:n, n:], information[n:, n:]
+    if not outer.size:
+        return inner
+    return np.asarray(inner - cross @ np.linalg.pinv(outer, hermitian=True) @ cross.T)
+
+
+def _physical(bent: Curvature, n: int, slope: Array) -> Array:
+    return np.asarray(bent.covariance[:n, :n] * np.outer(slope, slope))
+
+
+class _Theta:
+    """Parameters alone, for `score`."""
+
+    def __init__(self, theta: Array) -> None:
+        self.theta = theta
+
+
+def _scores(problem: Problem, theta: Array, runs: tuple[Run, ...], x0: dict[str, Array]) -> tuple[RunScore, ...]:
+    known, made = _Theta(theta), []
+    for run in runs:
+        if run.use == "excluded":
+            continue
+        start = x0.get(run.file) if run.use == "fit" or run.score_from else None
+        made.append(
+            score(problem.simulator, known, run, x0=start, free_velocity=problem.options.free_velocity)
+        )
+    return tuple(made)
