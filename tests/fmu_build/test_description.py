@@ -1,0 +1,132 @@
+"""What the model description says, and that the archive is the same bytes for the same content."""
+
+from __future__ import annotations
+
+import zipfile
+
+import fmpy
+import pytest
+from fmpy.validation import validate_fmu
+
+from fmu_build.build import Fmu, Kind, build_fmu
+from fmu_build.platforms import PLATFORMS, this_platform
+from tests.fmu_build.fmu_cases import FOLDER, KINDS, NAMES, equations, fmu
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", NAMES)
+def test_is_valid(name: str, kind: Kind):
+    assert validate_fmu(str(fmu(name, kind).path)) == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_identification_fmu_is_valid(kind: Kind):
+    assert validate_fmu(str(fmu("joint4", kind, identification=True).path)) == []
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", NAMES)
+def test_every_variable_is_described(name: str, kind: Kind):
+    description = fmpy.read_model_description(str(fmu(name, kind).path))
+    units = {unit.name: unit for unit in description.unitDefinitions}
+    assert units["rad"].displayUnits[0].name == "deg"
+    assert units["N m"].baseUnit.kg == 1
+    for v in description.modelVariables:
+        assert v.description
+        assert v.unit in units
+        assert v.nominal is not None
+        assert (v.start is not None) == (v.causality in ("input", "parameter") or v.initial == "exact")
+        if v.causality == "parameter":
+            assert v.min is None or v.max is None or float(v.min) <= float(v.start) <= float(v.max)
+            assert v.variability == "tunable"
+    unknowns = {u.variable.name for u in description.initialUnknowns}
+    assert {v.name for v in description.modelVariables if v.causality == "output"} <= unknowns
+    assert float(description.defaultExperiment.stepSize) == 5e-4
+    assert description.coSimulation.needsExecutionTool is False
+    assert description.coSimulation.canSerializeFMUstate
+
+
+def test_names_are_structured():
+    shown = {v.name for v in fmpy.read_model_description(str(fmu("joint4", "python").path)).modelVariables}
+    assert {
+        "joint4.friction.sigma0",
+        "joint4.spring.Ks",
+        "joint4.inertia",
+        "joint4.torque",
+        "joint4.friction.bristle",
+    } <= shown
+    whole = {v.name for v in fmpy.read_model_description(str(fmu("freedom6s", "native").path)).modelVariables}
+    wanted = {"joint5.friction.Fc", "joint0.torque", "joint0.speed", "joint3.actuator.torque", "handle.position.x"}
+    assert wanted | {"handle.quaternion.w", "handle.force.z"} <= whole
+
+
+def test_dependencies_are_those_of_the_formulas():
+    description = fmpy.read_model_description(str(fmu("joint4", "native").path))
+    rates = {u.variable.name: {d.name for d in u.dependencies} for u in description.derivatives}
+    assert rates["der(joint4.position)"] == {"joint4.velocity"}
+    assert rates["der(joint4.friction.bristle)"] == {"joint4.velocity", "joint4.friction.bristle"}
+    assert "joint4.torque" in rates["der(joint4.velocity)"]
+    (output,) = description.outputs
+    assert [d.name for d in output.dependencies] == ["joint4.position"]
+    initial = {u.variable.name: {d.name for d in u.dependencies} for u in description.initialUnknowns}
+    assert "joint4.friction.vs" in initial["der(joint4.friction.bristle)"]
+
+
+def test_only_the_identification_fmu_shows_observer_and_sensitivities():
+    plain = {v.name for v in fmpy.read_model_description(str(fmu("joint4", "native").path)).modelVariables}
+    full = {
+        v.name
+        for v in fmpy.read_model_description(str(fmu("joint4", "native", identification=True).path)).modelVariables
+    }
+    assert not any("observer" in name or "sensitivity" in name or "slope" in name for name in plain)
+    assert {"joint4.observer.gain", "joint4.observer.y", "joint4.torque_slope", "sensitivity.y.sigma0"} <= full
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_same_content_same_bytes_other_content_other_guid(kind: Kind):
+    first, e = fmu("joint4", kind), equations("joint4")
+    again = build_fmu(e, FOLDER / f"again_{kind}.fmu", kind=kind, platforms=this_platform())
+    assert again.path.read_bytes() == first.path.read_bytes()
+    other = build_fmu(e, FOLDER / f"other_{kind}.fmu", kind=kind, platforms=this_platform(), values={"Ks": 0.0123})
+    assert other.digest != first.digest
+    guids = {fmpy.read_model_description(str(f.path)).guid for f in (first, again, other)}
+    assert len(guids) == 2
+
+
+def test_python_modules_are_told_apart_by_content():
+    modules = set()
+    for built in (fmu("joint4", "python"), fmu("joints01", "python"), fmu("joint4", "python", identification=True)):
+        with zipfile.ZipFile(built.path) as archive:
+            modules.add(archive.read("resources/slavemodule.txt"))
+    assert len(modules) == 3
+
+
+def _archive(built: Fmu) -> zipfile.ZipFile:
+    return zipfile.ZipFile(built.path)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_carries_documentation_licence_picture_and_reference(kind: Kind):
+    with _archive(fmu("joint4", kind)) as archive:
+        assert archive.namelist()[0] == "modelDescription.xml"
+        page = archive.read("documentation/index.html").decode()
+        assert "<math" in page
+        assert "joint4.friction.sigma0" in page
+        assert b"BSD 3-Clause" in archive.read("documentation/licenses/license.txt")
+        assert archive.read("model.png").startswith(b"\x89PNG")
+        assert archive.read("documentation/reference_out.csv").startswith(b'"time","joint4.reading"')
+        assert all(entry.date_time == (1980, 1, 1, 0, 0, 0) for entry in archive.infolist())
+
+
+def test_native_binaries_for_every_platform(tmp_path):
+    built = build_fmu(equations("joint4"), tmp_path / "all.fmu", kind="native", platforms=PLATFORMS)
+    with _archive(built) as archive:
+        found = {name: archive.read(name)[:4] for name in archive.namelist() if name.startswith("binaries/")}
+    assert found == {
+        "binaries/linux64/joint4.so": b"\x7fELF",
+        "binaries/aarch64-linux/joint4.so": b"\x7fELF",
+        "binaries/win64/joint4.dll": found["binaries/win64/joint4.dll"],
+        "binaries/darwin64/joint4.dylib": b"\xca\xfe\xba\xbe",
+        "binaries/aarch64-darwin/joint4.dylib": b"\xcf\xfa\xed\xfe",
+    }
+    assert found["binaries/win64/joint4.dll"].startswith(b"MZ")
