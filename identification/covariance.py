@@ -83,7 +83,9 @@ def _window(c: Array, rows: int) -> Array:
 def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
     n = problem.size
     roots = [np.maximum(root, 0.0)[:, None] for root in problem.roots]
-    plain = tuple(np.where(root > 0, r / np.where(root > 0, root, 1.0), 0.0) for r, root in zip(blocks.rows, roots, strict=True))
+    plain = tuple(
+        np.where(root > 0, r / np.where(root > 0, root, 1.0), 0.0) for r, root in zip(blocks.rows, roots, strict=True)
+    )
     rows = min(r.shape[0] for r in plain)
     c = autocovariance(plain, max(int(LONGEST * rows), 1))
     weights = _window(c, sum(r.size for r in plain)) * c[: _window(c, sum(r.size for r in plain)).size]

@@ -16,9 +16,7 @@ from model.equations import Equations
 FEW_ROWS = 20
 
 
-def excitation_warnings(
-    equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]]
-) -> tuple[str, ...]:
+def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]]) -> tuple[str, ...]:
     """Return sentences about parameters that the motions (t, y (n_t, n_joints)) leave open."""
     values = {q.id: float(v) for q, v in zip(equations.parameters, theta, strict=True)}
     free = {q.id for q in equations.parameters if not q.fixed}

@@ -59,9 +59,7 @@ def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, worke
     problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
     first = problem.scaling.initial if options.start is None else np.array(options.start)
     starts = sobol_starts(problem.scaling, first, options.starts, options.seed)
-    descents = workers.until(
-        descend_from, [(problem, theta) for theta in starts], lambda done: _more(problem, done)
-    )
+    descents = workers.until(descend_from, [(problem, theta) for theta in starts], lambda done: _more(problem, done))
     basins = sort_into_basins(problem, descents)
     if not basins:
         msg = f"{simulator.equations.name}: no start gave a finite simulation; check units, bounds and first guesses"
@@ -148,7 +146,5 @@ def _scores(problem: Problem, theta: Array, runs: tuple[Run, ...], x0: dict[str,
         if run.use == "excluded":
             continue
         start = x0.get(run.file) if run.use == "fit" or run.score_from else None
-        made.append(
-            score(problem.simulator, known, run, x0=start, free_velocity=problem.options.free_velocity)
-        )
+        made.append(score(problem.simulator, known, run, x0=start, free_velocity=problem.options.free_velocity))
     return tuple(made)

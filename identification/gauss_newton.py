@@ -28,7 +28,13 @@ class Descent:
 
 
 def gauss_newton(
-    problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 1e-10, damping: float = 1e-4
+    problem: Problem,
+    x: Array,
+    gain: float = 0.0,
+    *,
+    iterations: int = 40,
+    tolerance: float = 1e-10,
+    damping: float = 1e-4,
 ) -> Descent:
     """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` of the cost."""
     A, b = problem.constraints()

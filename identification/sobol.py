@@ -17,7 +17,9 @@ def sobol_starts(scaling: Scaling, theta: Array, count: int, seed: int) -> tuple
     n = len(scaling.free)
     if count < 2 or n == 0:
         return (theta,)
-    drawn = qmc.Sobol(n, scramble=True, rng=np.random.default_rng([seed, 17])).random_base2(int(np.ceil(np.log2(count))))
+    drawn = qmc.Sobol(n, scramble=True, rng=np.random.default_rng([seed, 17])).random_base2(
+        int(np.ceil(np.log2(count)))
+    )
     centre, slope = scaling.scaled(theta), scaling.slope(theta)
     lower, upper = scaling.bounds
     starts = [theta]
