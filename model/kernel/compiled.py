@@ -28,6 +28,7 @@ def _load(path: Path) -> ctypes.CDLL:
         "hk_simulate": (_long, (_long, _p, _p, _int, _p, _p, _double, _p, _p)),
         "hk_simulate_tangent": (_long, (_long, _p, _p, _int, _p, _p, _double, _p, _p, _p)),
         "hk_simulate_lanes": (_long, (_long, _long, _long, _p, _p, _int, _p, _p, _double, _p, _p)),
+        "hk_advance": (_int, (_p, _double, _double, _p, _p, _p, _double)),
         "hk_derivatives": (None, (_double, _p, _p, _p, _p)),
         "hk_output": (None, (_double, _p, _p, _p, _p)),
     }
@@ -180,6 +181,21 @@ class CompiledKernel:
                 list(pool.map(run, edges[:-1], edges[1:]))
         y[done == 0] = np.nan
         return y
+
+    def advance(
+        self, x: Any, t: float, dt: float, u: Any, p: Any, *, slope: Any = None, step: float | None = None
+    ) -> Array:
+        """Return the state (n_x,) a time dt after x at t, for inputs u (n_u,) with ``slope`` (n_u,) per second.
+
+        NaN throughout where the state left the finite numbers.
+        """
+        nx, nu, np_, _ = self._sizes
+        state, u, p = _shaped("x", x, (nx,)).copy(), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
+        slopes = np.zeros(nu) if slope is None else _shaped("slope", slope, (nu,))
+        finite = _load(self.path).hk_advance(
+            state.ctypes.data, t, dt, u.ctypes.data, slopes.ctypes.data, p.ctypes.data, step or self.kernel.step
+        )
+        return state if finite else np.full(nx, np.nan)
 
     def derivatives(self, t: float, x: Any, u: Any, p: Any) -> Array:
         """ẋ (n_x,) at one point."""
