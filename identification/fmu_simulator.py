@@ -17,6 +17,7 @@ from measurement.run import Array, Run
 from model.equations import Equations
 from model.kernel.tangent import tangent_columns
 from model.observer import with_observer
+from support.errors import NumericalError
 
 
 @lru_cache(maxsize=64)
@@ -85,11 +86,18 @@ class FmuSimulator:
             raise ValueError(msg)
         return cls(path, digest, equations, _references(slave, equations))
 
+    def _check(self, theta: Array) -> None:
+        for q, value in zip(self.equations.parameters, theta, strict=True):
+            if not np.isfinite(value):
+                msg = f"{self.path.name}: parameter {q.id}: expected a finite value, got {value}"
+                raise NumericalError(msg)
+
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
         """See `identification.simulator.Simulator`."""
         e, at = self.equations, self.references
+        self._check(theta)
         state = initial_state(e, run) if x0 is None else np.asarray(x0, dtype=float)
         inputs, table = _drive(at, run, gain)
         varying = np.any(table != table[0], axis=0)

@@ -13,6 +13,7 @@ from typing import Any
 
 import fmpy
 import numpy as np
+from fmpy.fmi1 import FMICallException
 from fmpy.fmi2 import (
     FMU2Slave,
     calloc,
@@ -116,12 +117,16 @@ class FmuSlave:
         if not self._fresh:
             self._slave.reset()
         self._fresh = False
-        self._slave.setupExperiment(startTime=time)
-        self._slave.enterInitializationMode()
-        if switches:
-            self._slave.setBoolean(list(switches), [bool(value) for value in switches.values()])
-        self._slave.setReal(list(start), [float(value) for value in start.values()])
-        self._slave.exitInitializationMode()
+        try:
+            self._slave.setupExperiment(startTime=time)
+            self._slave.enterInitializationMode()
+            if switches:
+                self._slave.setBoolean(list(switches), [bool(value) for value in switches.values()])
+            self._slave.setReal(list(start), [float(value) for value in start.values()])
+            self._slave.exitInitializationMode()
+        except FMICallException as error:
+            msg = f"{self.path.name}: {self.messages[-1] if self.messages else error}"
+            raise NumericalError(msg) from error
 
     def run(self, t: Array, inputs: Sequence[int], values: Array, outputs: Sequence[int]) -> Array:
         """Step from row to row and return the outputs, shape (n_t, n_outputs); NaN from the row on that failed.

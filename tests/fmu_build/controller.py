@@ -1,4 +1,4 @@
-"""A position controller as equations of its own, to co-simulate with a joint: filtered PI-D towards a fixed position."""
+"""A position controller as equations of its own, to co-simulate with a joint: PI-D with a filtered derivative."""
 
 import sympy as sp
 
@@ -13,6 +13,7 @@ def controller() -> Equations:
     error = target - q
     values = (("target", "rad", 0.1), ("kp", "N m/rad", 0.05), ("ki", "N m/rad s", 0.05), ("kd", "N m s/rad", 1e-3))
     parameters = [Quantity(id=id, unit=unit, description=id, initial=value) for id, unit, value in values]
+    filter_time = Quantity(id="T", unit="s", description="filter time", initial=0.01, lower=1e-4, scale="log")
     return Equations(
         name="controller",
         title="position controller",
@@ -30,10 +31,7 @@ def controller() -> Equations:
                 expression=kp * error + ki * i - kd * (q - f) / T,
             ),
         ),
-        parameters=(
-            *parameters,
-            Quantity(id="T", unit="s", description="filter time", initial=0.01, lower=1e-4, scale="log"),
-        ),
+        parameters=(*parameters, filter_time),
         rhs=(error, (q - f) / T),
         rates=(sp.S.Zero, 1 / T),
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import tempfile
 from functools import cache
 from pathlib import Path
@@ -62,6 +63,16 @@ def names(e: Equations, quantities: Any) -> list[str]:
     return [structured_name(e, x.id, x.structured) for x in quantities]
 
 
+def advanced(k: CompiledKernel, x: np.ndarray, t: float, h: float, u: list[float], p: np.ndarray) -> np.ndarray:
+    """The state one communication step later, by the kernel alone."""
+    advance = ctypes.CDLL(str(k.path)).hk_advance
+    real, pointer = ctypes.c_double, ctypes.c_void_p
+    advance.argtypes = [pointer, real, real, pointer, pointer, pointer, real]
+    end, inputs, slopes = np.array(x, dtype=float), np.array(u, dtype=float), np.zeros(len(u))
+    assert advance(end.ctypes.data, t, h, inputs.ctypes.data, slopes.ctypes.data, p.ctypes.data, k.kernel.step)
+    return end
+
+
 class Client:
     """One instance, by fmpy's own calls; `messages` keeps what the FMU logs."""
 
@@ -85,7 +96,7 @@ class Client:
         callbacks.freeMemory = fmpy.fmi2.fmi2CallbackFreeMemoryTYPE(fmpy.fmi2.free)
         self.fmi.instantiate(loggingOn=True, callbacks=callbacks)
 
-    def _keep(self, _: object, _name: bytes, status: int, _category: bytes, message: bytes) -> None:
+    def _keep(self, _: object, _name: bytes, _status: int, _category: bytes, message: bytes) -> None:
         self.messages.append(message.decode())
 
     def set(self, **values: float) -> None:

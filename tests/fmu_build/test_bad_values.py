@@ -68,8 +68,7 @@ def test_a_state_that_runs_away_is_reported(kind: Kind):
     client.assign(["joint4.velocity"], [1e300])
     client.go()
     with pytest.raises(FMICallException):
-        for k in range(10):
-            client.fmi.doStep(0.1 * k, 0.1)
+        client.fmi.doStep(0.0, 0.1)
     assert "finite" in client.messages[-1]
 
 

@@ -46,6 +46,10 @@ def test_every_variable_is_described(name: str, kind: Kind):
     assert description.coSimulation.canSerializeFMUstate
 
 
+def shown(built: Fmu) -> set[str]:
+    return {v.name for v in fmpy.read_model_description(str(built.path)).modelVariables}
+
+
 def test_names_are_structured():
     shown = {v.name for v in fmpy.read_model_description(str(fmu("joint4", "python").path)).modelVariables}
     assert {

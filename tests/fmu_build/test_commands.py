@@ -1,0 +1,123 @@
+"""The two commands: FMUs of all configurations, export of an identified model."""
+
+from __future__ import annotations
+
+import json
+
+import fmpy
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fmu_build import configurations as module
+from fmu_build.export import export_full, export_parameters
+from fmu_build.export import main as export
+from fmu_build.platforms import this_platform
+from fmu_build.run import main as run
+from tests.fmu_build.fmu_cases import DEVICE, STEP, Client, equations, initial, kernel, torques
+
+
+def identification() -> dict:
+    parameter = {"value": 0.0123, "std": 1e-5, "unit": "N m/rad", "status": "identified"}
+    inertia = {"value": 1.3e-4, "std": 1e-6, "unit": "kg m^2", "status": "identified"}
+    rest = {
+        q.id: {"value": q.initial, "std": None, "unit": q.unit, "status": "prior"}
+        for q in equations("joint4").parameters
+    }
+    return {
+        "schema": "identification/1",
+        "device": "freedom6s",
+        "campaign": "a test",
+        "measured": False,
+        "configurations": [{"free_joints": [4], "parameters": {**rest, "Ks": parameter, "inertia": inertia}}],
+        "links": {"6": {"m": {"value": 0.11, "std": 0.01, "unit": "kg", "status": "identified"}}},
+    }
+
+
+@pytest.fixture
+def source(tmp_path):
+    path = tmp_path / "identification.json"
+    path.write_text(json.dumps(identification()))
+    return path
+
+
+@pytest.fixture(autouse=True)
+def here_only(monkeypatch, tmp_path):
+    """Binaries for this machine alone, and a cache of the test's own."""
+    monkeypatch.setattr("fmu_build.build.PLATFORMS", this_platform())
+    return tmp_path
+
+
+def test_configurations_follow_the_joints_asked_for():
+    assert module.configurations(DEVICE) == ((0,), (1,), (2,), (3,), (4,), (5,), (0, 1))
+    assert module.configurations(DEVICE, [4, 3]) == ((3,), (4,))
+
+
+def test_run_builds_and_then_copies(tmp_path):
+    first = CliRunner().invoke(run, ["--joints", "4,5", "--out", str(tmp_path), "--quiet"])
+    assert first.exit_code == 0, first.output
+    built = sorted(path.name for path in (tmp_path / "fmu").iterdir())
+    assert built == ["joint4.fmu", "joint5.fmu"]
+    content = (tmp_path / "fmu" / "joint4.fmu").read_bytes()
+    CliRunner().invoke(run, ["--joints", "4", "--out", str(tmp_path), "--quiet"])
+    assert (tmp_path / "fmu" / "joint4.fmu").read_bytes() == content
+
+
+@pytest.mark.parametrize("arguments", [["--joints", "9"], ["--joints", "x"], ["no_such_device"]])
+def test_run_refuses_bad_input_in_one_line(arguments, tmp_path):
+    result = CliRunner().invoke(run, [*arguments, "--out", str(tmp_path)])
+    assert result.exit_code == 2
+    assert result.stderr.startswith("error: ")
+    assert len(result.stderr.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("kind", ["python", "native"])
+def test_export_puts_the_identified_values_into_the_whole_device(kind, source, tmp_path):
+    out = tmp_path / f"{kind}.fmu"
+    result = CliRunner().invoke(export, ["--from", str(source), "--out", str(out), "--kind", kind])
+    assert result.exit_code == 0, result.output
+    variables = {v.name: v for v in fmpy.read_model_description(str(out)).modelVariables}
+    assert float(variables["joint4.spring.Ks"].start) == 0.0123
+    assert float(variables["link6.m"].start) == 0.11
+    e = equations("freedom6s")
+    ids, p, t = [q.id for q in e.parameters], initial(e), STEP * np.arange(41)
+    p[ids.index("Ks_4")], p[ids.index("link6_m")] = 0.0123, 0.11
+    got = Client(out).start().go().run(e, t, torques(e, t))
+    np.testing.assert_array_equal(got, kernel("freedom6s").simulate(t, torques(e, t), p, np.zeros(18)))
+
+
+def test_export_of_one_joint(source, tmp_path):
+    out = tmp_path / "joint.fmu"
+    result = CliRunner().invoke(export, ["--from", str(source), "--out", str(out), "--joints", "4"])
+    assert result.exit_code == 0, result.output
+    variables = {v.name: v for v in fmpy.read_model_description(str(out)).modelVariables}
+    assert float(variables["joint4.inertia"].start) == 1.3e-4
+
+
+def test_the_documentation_shows_where_values_come_from(tmp_path):
+    import zipfile  # noqa: PLC0415 # this test alone
+
+    built = export_full(DEVICE, identification(), tmp_path / "whole.fmu", "native")
+    with zipfile.ZipFile(built.path) as archive:
+        page = archive.read("documentation/index.html").decode()
+    assert "test of joint 4, a test (SYNTHETIC data)" in page
+    assert "± 1e-05" in page
+    assert "first guess" in page
+
+
+def test_the_parameter_set_names_the_fmus_variables(tmp_path):
+    text = export_parameters(DEVICE, identification(), tmp_path / "parameters.ssv").read_text()
+    assert 'name="joint4.spring.Ks"' in text
+    assert 'value="0.0123" unit="N m/rad"' in text
+
+
+@pytest.mark.parametrize("content", ["{", "[]", '{"schema": "other/1"}', None])
+def test_export_refuses_what_is_no_identification(content, tmp_path):
+    path = tmp_path / "identification.json"
+    if content is not None:
+        path.write_text(content)
+    result = CliRunner().invoke(export, ["--from", str(path), "--out", str(tmp_path / "x.fmu")])
+    assert result.exit_code == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert not (tmp_path / "x.fmu").exists()
