@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ctypes
 import hashlib
+import shutil
+import tempfile
 import threading
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
@@ -68,12 +70,13 @@ def unpacked(path: Path) -> Path:
     """Return the folder with the content of the archive, in the cache by its digest."""
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:24]
     folder = cache_folder("unpacked") / digest
-    if not (folder / "modelDescription.xml").exists():
-        fresh = Path(fmpy.extract(str(path)))
+    if not folder.exists():
+        fresh = Path(tempfile.mkdtemp(dir=folder.parent))
+        fmpy.extract(str(path), unzipdir=str(fresh))
         try:
             fresh.rename(folder)
-        except OSError:  # another process was first, or the temporary folder lies on another disk
-            fmpy.extract(str(path), unzipdir=str(folder))
+        except OSError:  # another process was first
+            shutil.rmtree(fresh)
     return folder
 
 
