@@ -100,7 +100,7 @@ class Coordinates:
                 total = total - 0.5 * ((value - quantity.prior.mean) / (self.widen * quantity.prior.std)) ** 2
                 total = total + (eta[..., i] if quantity.scale == "log" else 0.0)
         for i, h in enumerate(self.hyper):
-            total = total + h.prior.log_density(eta[..., len(self.free) + i])
+            total = total + h.prior.widened(self.widen).log_density(eta[..., len(self.free) + i])
         return np.asarray(total)
 
     def draw(self, rng: np.random.Generator, size: int) -> Array:
@@ -108,7 +108,7 @@ class Coordinates:
         kept = np.empty((0, self.size))
         while len(kept) < size:
             columns = [_draw_quantity(q, self.widen, rng, 4 * size) for q in self.free]
-            columns += [h.prior.draw(rng, 4 * size) for h in self.hyper]
+            columns += [h.prior.widened(self.widen).draw(rng, 4 * size) for h in self.hyper]
             drawn = np.stack(columns, axis=1)
             kept = np.concatenate([kept, drawn[np.isfinite(self.log_prior(drawn))]])
         return kept[:size]
@@ -124,7 +124,7 @@ def _draw_quantity(quantity: Quantity, widen: float, rng: np.random.Generator, s
 
 
 def prior_words(quantity: Quantity) -> str:
-    """The prior of a parameter as a report writes it."""
+    """Write the prior of a parameter as a report shows it."""
     interval = f"[{quantity.lower:.3g}, {quantity.upper:.3g}]"
     if quantity.prior is not None:
         return f"normal, {quantity.prior.mean:.4g} ± {quantity.prior.std:.2g}, in {interval}"

@@ -19,7 +19,9 @@ ITERATIONS = 12
 def _static_torque(equations: Equations) -> Callable[..., Any]:
     """Acceleration and its slope as functions of (q, p) with everything else at rest: v = z = 0, no input, t = 0."""
     q = equations.states[0].symbol
-    still: dict[sp.Symbol, Any] = {s.symbol: 0 for s in (*equations.states[1:], *equations.inputs)}
+    still: dict[sp.Symbol, Any] = dict.fromkeys(
+        [s.symbol for s in equations.states[1:]] + [u.symbol for u in equations.inputs], 0
+    )
     still[TIME] = 0
     force = equations.rhs[len(equations.joints)]
     for symbol, expression in reversed(equations.definitions):

@@ -28,13 +28,13 @@ class Forward(Protocol):
 
 @lru_cache(maxsize=64)
 def kernel_of(equations: Equations) -> KernelSimulator:
-    """The in-process simulator of ``equations``, made once per process."""
+    """Return the in-process simulator of ``equations``, made once per process."""
     return KernelSimulator.of(equations)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KernelForward:
-    """The compiled kernel with inner step ``step`` [s]; crosses process boundaries as equations and is compiled there."""
+    """The compiled kernel with inner step ``step`` [s]; crosses processes as equations, compiled there."""
 
     equations: Equations
     step: float

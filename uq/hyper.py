@@ -15,6 +15,10 @@ class HalfNormal:
 
     scale: float
 
+    def widened(self, factor: float) -> HalfNormal:
+        """Return the prior ``factor`` times as wide."""
+        return HalfNormal(scale=factor * self.scale)
+
     def log_density(self, log_x: Array) -> Array:
         """Density of log x: log p(x) + log x."""
         x = np.exp(np.minimum(log_x, 300.0))
@@ -36,6 +40,10 @@ class LogNormal:
 
     median: float
     width: float
+
+    def widened(self, factor: float) -> LogNormal:
+        """Return the prior ``factor`` times as wide."""
+        return LogNormal(median=self.median, width=factor * self.width)
 
     def log_density(self, log_x: Array) -> Array:
         """Density of log x."""
@@ -68,25 +76,25 @@ NOISE_KNOWN, NOISE_ESTIMATED = 0.05, 0.5
 
 
 def noise_factor(width: float) -> Hyper:
-    """Factor on the sensor's standard deviation √(noise² + resolution²/12)."""
+    """Return the factor on the sensor's standard deviation √(noise² + resolution²/12)."""
     text = "sensor noise over its stated standard deviation"
     return Hyper(id="noise_factor", unit="1", description=text, prior=LogNormal(median=1.0, width=width), start=1.0)
 
 
 def cycle_scatter() -> Hyper:
-    """s of a cycle's amplitude factor 1 + s·ξ."""
+    """Scatter s of a cycle's amplitude factor 1 + s·ξ."""
     text = "relative scatter of the amplitude from cycle to cycle"
     return Hyper(id="cycle_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
 
 
 def run_scatter() -> Hyper:
-    """s of a run's amplitude factor 1 + s·ξ."""
+    """Scatter s of a run's amplitude factor 1 + s·ξ."""
     text = "relative scatter of the amplitude from run to run"
     return Hyper(id="run_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
 
 
 def model_error(travel: float) -> tuple[Hyper, Hyper]:
-    """Standard deviation [rad] and correlation time [s] of an autocorrelated model error, for a joint of this travel."""
+    """Return standard deviation [rad] and correlation time [s] of a correlated model error, for this travel [rad]."""
     size = HalfNormal(scale=0.05 * travel)
     return (
         Hyper(id="model_error", unit="rad", description="correlated model error", prior=size, start=1e-3 * travel),

@@ -45,7 +45,7 @@ class Laplace:
     @property
     def lower(self) -> Array:
         """Cholesky factor of the covariance."""
-        return np.linalg.cholesky(self.covariance)
+        return np.asarray(np.linalg.cholesky(self.covariance), dtype=np.float64)
 
 
 def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 6, steps: int = 8) -> Laplace:

@@ -42,8 +42,8 @@ def log_likelihood(
     terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array,
     keep: Keep | None = None,
 ) -> Array:  # fmt: skip
-    """Log marginal likelihood of the rows in ``keep`` (all where None), shape (n_sets,); −inf where a simulation blew up."""
-    finite = np.isfinite(simulated).all(axis=1)
+    """Log marginal likelihood of the rows in ``keep`` (None: all), shape (n_sets,); −inf where a simulation blew up."""
+    finite: Keep = np.all(np.isfinite(simulated), axis=1)
     safe = np.where(finite[:, None], simulated, 0.0)
     gram, logdet = gram_of(terms, model, equations, thetas, hyper, safe, keep)
     count = terms.run.t.size if keep is None else int(keep.sum())

@@ -17,8 +17,9 @@ from measurement.run import Array
 def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
     """Cholesky factor L (…, k, k) of K, and L⁻¹·Λ·G[first:, :first] (…, k, first)."""
     inner = scales[..., :, None] * gram[..., first:, first:] * scales[..., None, :]
-    lower = np.linalg.cholesky(np.eye(inner.shape[-1]) + inner)
-    return lower, np.linalg.solve(lower, scales[..., :, None] * gram[..., first:, :first])
+    lower = np.asarray(np.linalg.cholesky(np.eye(inner.shape[-1]) + inner), dtype=np.float64)
+    right = scales[..., :, None] * gram[..., first:, :first]
+    return lower, np.asarray(np.linalg.solve(lower, right), dtype=np.float64)
 
 
 def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array) -> Array:

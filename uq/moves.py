@@ -26,7 +26,7 @@ class Proposal:
     def of(cls, mean: Array, covariance: Array) -> Proposal:
         """Make a proposal of this covariance's shape; a singular covariance is lifted by 1e-9 of its diagonal."""
         lifted = covariance + np.diag(1e-9 * np.diag(covariance) + 1e-300)
-        return cls(mean=mean, lower=np.linalg.cholesky(lifted))
+        return cls(mean=mean, lower=np.asarray(np.linalg.cholesky(lifted), dtype=np.float64))
 
     def log_density(self, x: Array) -> Array:
         """Log density of points (n_sets, n), up to a constant."""

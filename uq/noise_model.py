@@ -23,7 +23,7 @@ class NoiseModel:
     Parameters
     ----------
     scatter
-        ``reading``: each cycle's deviation from equilibrium is multiplied by 1 + s·ξ. ``torque``: each cycle's torque is.
+        ``reading``: each cycle's deviation from equilibrium times 1 + s·ξ. ``torque``: each cycle's torque times it.
     runs
         Whether a factor 1 + s_run·ξ common to all cycles of a run comes on top.
     correlated
@@ -47,7 +47,7 @@ class NoiseModel:
         return _WORDS[self.scatter] + "".join(extra)
 
     def hyper(self, *, noise_width: float, travel: float) -> tuple[Hyper, ...]:
-        """Parameters of this model, for a joint that travels ``travel`` [rad] and a prior of the noise factor this wide."""
+        """Parameters of this model, for a travel [rad] and the width of the noise factor's prior."""
         parts = [hyper.noise_factor(noise_width)]
         parts += [hyper.cycle_scatter()] if self.scatter != "none" else []
         parts += [hyper.run_scatter()] if self.runs else []

@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
+from identification.workers import Here, Workers
 from measurement.run import Array
 from support.errors import NumericalError
 from support.files import write_json
@@ -31,7 +31,7 @@ class SamplingOptions:
     Parameters
     ----------
     ensembles, walkers
-        Independent ensembles (one chain each in the diagnostics), and walkers in each (0: as many as the dimension asks).
+        Independent ensembles (one chain each in the diagnostics), and walkers in each (0: by the dimension).
     chunk, burn, pilot
         Steps of a chunk, of the burn-in, and of the trial of moves (0: no trial, ``move`` is used).
     longest
@@ -126,7 +126,7 @@ class _Ensembles:
 
     start: Laplace
     options: SamplingOptions
-    executor: Executor | None
+    workers: Workers
     store: _Store
     coords: list[Array]
     log_prob: list[Array]
@@ -141,9 +141,10 @@ class _Ensembles:
                     density=self.start.density, move=name, proposal=proposal, coords=self.coords[e],
                     log_prob=self.log_prob[e], steps=steps, seed=seed,
                 )  # fmt: skip
-        mapped = map(advance, tasks.values()) if self.executor is None else self.executor.map(advance, tasks.values())
-        for e, chunk in zip(tasks, mapped, strict=True):
-            self.store.put(phase, e, number, chunk)
+        work = [(task,) for task in tasks.values()]
+        mapped = self.workers.until(advance, work, lambda done: len(work) - len(done))
+        for e, made in zip(tasks, mapped, strict=True):
+            self.store.put(phase, e, number, made)
         chunks = [chunk for e in range(len(names)) if (chunk := self.store.get(phase, e, number)) is not None]
         for e, chunk in enumerate(chunks):
             self.coords[e], self.log_prob[e] = chunk.chain[-1], chunk.log_prob[-1]
@@ -154,7 +155,7 @@ def sample(
     start: Laplace,
     options: SamplingOptions,
     *,
-    executor: Executor | None = None,
+    workers: Workers | None = None,
     folder: Path | None = None,
     report: Report | None = None,
 ) -> Sample:
@@ -162,7 +163,7 @@ def sample(
 
     Parameters
     ----------
-    executor
+    workers
         Where chunks are made; this process where None.
     folder
         Where chunks are kept. A folder that holds chunks of the same density, start and options is taken up.
@@ -171,7 +172,7 @@ def sample(
     """
     if folder is not None:
         _claim(folder, start, options)
-    ensembles = _begin(start, options, executor, _Store(folder))
+    ensembles = _begin(start, options, workers or Here(), _Store(folder))
     names = [options.move] * options.ensembles
     proposal = Proposal.of(start.eta, start.covariance)
     if options.burn:
@@ -189,7 +190,8 @@ def sample(
 def _run(
     ensembles: _Ensembles, move: str, proposal: Proposal, trials: dict[str, float], report: Report | None
 ) -> Sample:
-    options, chunks, before = ensembles.options, [], np.inf
+    options, before = ensembles.options, np.inf
+    chunks: list[list[Chunk]] = []
     while True:
         made = ensembles.step("main", len(chunks), options.chunk, [move] * options.ensembles, proposal)
         chunks.append(made)
@@ -218,16 +220,16 @@ def refitted(chunks: Sequence[Chunk]) -> Proposal:
     return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
 
 
-def _begin(start: Laplace, options: SamplingOptions, executor: Executor | None, store: _Store) -> _Ensembles:
+def _begin(start: Laplace, options: SamplingOptions, workers: Workers, store: _Store) -> _Ensembles:
     n = start.eta.size
-    walkers = options.walkers or max(2 * (n + 1), 8 * -(-2 * n // 8))
+    size = options.walkers or max(2 * (n + 1), 8 * -(-2 * n // 8))
     coords = []
     for e in range(options.ensembles):
         rng = np.random.default_rng([options.seed, 99, e])
         spread = DISPERSED if e % 2 else 1.0
-        coords.append(_first_points(start, walkers, spread, rng))
+        coords.append(_first_points(start, size, spread, rng))
     log_prob = [start.density(points) for points in coords]
-    return _Ensembles(start, options, executor, store, coords, log_prob)
+    return _Ensembles(start, options, workers, store, coords, log_prob)
 
 
 def _first_points(start: Laplace, walkers: int, spread: float, rng: np.random.Generator) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,9 @@ from numpy.typing import NDArray
 
 from identification.simulator import Simulator, Trajectory
 from identification.starting import start_of
-from measurement.cycles import find_cycles
 from measurement.run import Array, Run
 from model.equations import Equations
+from uq.cycle_index import cycle_index
 from uq.noise_model import NoiseModel
 
 START_SHARE = 0.05
@@ -62,7 +63,7 @@ class Terms:
     def slices(self) -> list[slice]:
         """Rows of each cycle."""
         edges = [0, *(np.flatnonzero(np.diff(self.cycle)) + 1).tolist(), self.cycle.size]
-        return [slice(a, b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
+        return [slice(a, b) for a, b in pairwise(edges)]
 
     @property
     def sensor_std(self) -> float:
@@ -88,7 +89,7 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
     at = start.base.copy() if x0 is None else np.array(x0)
     return Terms(
         run=run,
-        cycle=find_cycles(run).index,
+        cycle=cycle_index(run),
         x0=at,
         fixed=np.empty((0, run.t.size)),
         states=start.states,
@@ -126,7 +127,7 @@ def _torque_column(simulator: Simulator, theta: Array, x0: Array, run: Run, rows
 
 
 def column_scales(terms: Terms, model: NoiseModel, hyper: dict[str, Array]) -> Array:
-    """Standard deviations λ of the random columns, shape (n_sets, k): start, then one per cycle, then the run."""
+    """Return the standard deviations λ of the random columns (n_sets, k): start, one per cycle, run."""
     sets = hyper["noise_factor"].shape[0]
     parts = [np.broadcast_to(terms.start_std, (sets, terms.start_std.size))]
     if model.scatter != "none":

@@ -54,7 +54,7 @@ def whiten(
 
 
 def gram(columns: Array) -> Array:
-    """Inner products of columns (n_columns, n_t), shape (n_columns, n_columns): one thread, the same bits every time."""
+    """Inner products of columns (n_columns, n_t), shape (n_columns, n_columns): the same bits every time."""
     v = np.ascontiguousarray(columns, dtype=np.float64)
     out = np.empty((v.shape[0], v.shape[0]))
     _library().uq_gram(v.shape[0], v.shape[1], v.ctypes.data, out.ctypes.data)

@@ -1,0 +1,182 @@
+"""``posterior.html``: how well each parameter is known, and whether the sampler can be believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from report.page import Picture, Section, Table, render_page
+from report.posterior_figures import bands, corner, cycles, ranks
+from report.style import data_uri
+from uq.posterior import Posterior
+from uq.summary import ParameterSummary
+
+BANDS = (
+    "Left: measured position and 95 % predictive band. Right: what is left after the predictive median, with the bands of "
+    "50, 80 and 95 %. Rows of one cycle move together where amplitudes scatter, so a single run's coverage may stray."
+)
+INTERVALS = "Intervals are equal-tailed: as much posterior probability lies below as above."
+
+
+def posterior_page(
+    posteriors: Sequence[Posterior], *, title: str, synthetic: bool, footer: Sequence[str], full: Sequence[Section] = ()
+) -> str:
+    """Render the page of all joints; ``full`` are sections about the full model."""
+    unsound = [p.joint for p in posteriors if not p.sound]
+    lead = " ".join(_lead(p) for p in posteriors)
+    if unsound:
+        lead += f" The sampler's own checks are not all met for joint {', '.join(map(str, unsound))}: see below."
+    sections = [part for p in posteriors for part in _joint(p)]
+    return render_page(title=title, lead=lead, sections=[*sections, *full], synthetic=synthetic, footer=footer)
+
+
+def _lead(p: Posterior) -> str:
+    """Joint, widest and narrowest parameter, scatter."""
+    physical = [s for s in p.parameters if s.id in {q.id for q in p.mode.density.coordinates.free}]
+    told = [s for s in physical if s.contraction <= 0.5]
+    if not told:
+        return f"Joint {p.joint}: the data set no parameter; all are set by their priors."
+    widths = {s.id: (s.intervals[0.95][1] - s.intervals[0.95][0]) / 2 / abs(s.median) for s in told}
+    low, high = min(widths, key=lambda k: widths[k]), max(widths, key=lambda k: widths[k])
+    scatter = [s.verdict for s in p.parameters if s.id == "cycle_scatter"]
+    text = f"Joint {p.joint}: from ±{100 * widths[low]:.2g} % ({low}) to ±{100 * widths[high]:.2g} % ({high})."
+    return " ".join([text, *scatter])
+
+
+def _joint(p: Posterior) -> list[Section]:
+    coordinates = p.mode.density.coordinates
+    flat = coordinates.values(p.draws.reshape(-1, p.draws.shape[-1]))
+    names = coordinates.names
+    scatter = flat[:, names.index("cycle_scatter")] if "cycle_scatter" in names else np.empty(0)
+    picture = cycles(p.bands, scatter)
+    cycle_pictures = [] if picture is None else [_picture(picture, _cycle_caption(p), "amplitude of each cycle")]
+    return [
+        Section(
+            title=f"Joint {p.joint}",
+            anchor=f"joint{p.joint}",
+            paragraphs=[*(s.verdict for s in p.parameters), _next_words(p), *p.notes],
+            pictures=cycle_pictures,
+            tables=[_intervals(p.parameters)],
+        ),
+        Section(
+            title=f"Joint {p.joint}: predicted and measured",
+            pictures=[_picture(bands(p.bands), BANDS, "predictive bands over measured positions")],
+        ),
+        Section(
+            title=f"Joint {p.joint}: noise model",
+            paragraphs=[_choice_words(p)],
+            tables=[_choice(p)],
+            folded=True,
+        ),
+        Section(
+            title=f"Joint {p.joint}: priors, diagnostics, corner and rank plots",
+            paragraphs=[*_sampler_words(p)],
+            pictures=[
+                _picture(corner(flat, names, coordinates.logarithmic), "Corner plot of the draws.", "corner plot"),
+                _picture(
+                    ranks(p.draws, names),
+                    "Rank plots: every ensemble's share in each range of ranks; level lines mean that they agree.",
+                    "rank plots",
+                ),
+            ],
+            tables=[_diagnostics(p.parameters), *_sensitivity(p)],
+            folded=True,
+        ),
+    ]
+
+
+def _picture(made: object, caption: str, alt: str) -> Picture:
+    return Picture(uri=data_uri(made), caption=caption, alt=alt)  # type: ignore[arg-type] # figures only
+
+
+def _intervals(parameters: Sequence[ParameterSummary]) -> Table:
+    rows = [
+        [p.id, f"{p.median:.6g}", *(f"{a:.6g} … {b:.6g}" for a, b in p.intervals.values()), p.unit, p.description]
+        for p in parameters
+    ]
+    header = ["parameter", "median", *(f"{level:.0%} interval" for level in parameters[0].intervals), "unit", "meaning"]
+    return Table(header=header, rows=rows, caption=INTERVALS)
+
+
+def _diagnostics(parameters: Sequence[ParameterSummary]) -> Table:
+    header = ["parameter", "prior", "overlap", "posterior/prior width", "R̂", "bulk ESS", "tail ESS", "MCSE of the mean"]
+    rows = [
+        [
+            p.id,
+            p.prior,
+            f"{p.overlap:.2g}",
+            f"{p.contraction:.2g}",
+            f"{p.diagnostics.rhat:.4f}",
+            f"{p.diagnostics.ess_bulk:.0f}",
+            f"{p.diagnostics.ess_tail:.0f}",
+            f"{p.diagnostics.mcse_mean:.2g}",
+        ]
+        for p in parameters
+    ]
+    return Table(header=header, rows=rows, caption="Rank-normalised split R̂ and ESS over independent ensembles.")
+
+
+def _sensitivity(p: Posterior) -> list[Table]:
+    if not p.sensitivity:
+        return []
+    names = list(next(iter(p.sensitivity.values())))
+    rows = [
+        [n, *(f"{p.sensitivity[k][n][0]:.5g} ± {p.sensitivity[k][n][1]:.2g}" for k in p.sensitivity)] for n in names
+    ]
+    header = ["parameter", *(f"{k} prior width" for k in p.sensitivity)]
+    return [Table(header=header, rows=rows, caption="Prior sensitivity: mean ± standard deviation.")]
+
+
+def _choice(p: Posterior) -> Table:
+    top = max(s.score for s in p.candidates)
+    rows = [
+        [s.model.words + (" (used)" if s is p.chosen else ""), f"{s.score:.1f}", f"{s.score - top:.1f}"]
+        for s in p.candidates
+    ]
+    return Table(header=["noise model", "held-out log density", "below the best"], rows=rows)
+
+
+def _choice_words(p: Posterior) -> str:
+    if len(p.candidates) == 1:
+        return f"Noise model, as asked for: {p.chosen.model.words}."
+    return (
+        f"Used: {p.chosen.model.words}. It is the simplest one within 2 of the best log predictive density of the runs "
+        "that were not fitted."
+    )
+
+
+def _sampler_words(p: Posterior) -> list[str]:
+    s = p.sample
+    e, steps, walkers, _ = s.chain.shape
+    known = "known" if s.reached else "NOT yet known to 1 % at 50 autocorrelation times: intervals may be somewhat off"
+    words = [
+        f"{e} independent ensembles of {walkers} walkers, {steps} steps each; autocorrelation time "
+        f"{s.tau.max():.1f} steps, {known}; at least {s.effective.min():.0f} independent draws; acceptance {s.acceptance.mean():.2f}.",
+        f"Largest R̂ {p.worst_rhat:.4f}. "
+        + ("All ensembles found the same mode." if p.modes == 1 else f"The ensembles found {p.modes} separate modes."),
+        f"PSIS-LOO over cycles: {p.loo.elpd:.1f} ± {p.loo.std:.1f}, {int((p.loo.pareto_k > 0.7).sum())} of "
+        f"{p.loo.pareto_k.size} Pareto k above 0.7.",
+    ]
+    if s.trials:
+        tried = ", ".join(f"{name} {tau:.1f}" for name, tau in s.trials.items())
+        words.append(f"Moves were chosen by the autocorrelation time of a trial: {tried} steps.")
+    return words
+
+
+def _next_words(p: Posterior) -> str:
+    n = p.next_run
+    if n is None:
+        return ""
+    return (
+        f"To narrow {n.parameter}, the least known: run A = {n.amplitude:.3g} N m, ω = {n.omega:.3g} rad/s for "
+        f"{n.duration:.3g} s. Its standard deviation should go from {n.before:.2g} to {n.after:.2g} "
+        f"({n.repeat:.2g} by repeating the most useful of the present runs)."
+    )
+
+
+def _cycle_caption(p: Posterior) -> str:
+    return (
+        "Amplitude of each cycle, less 1, with 95 % interval given the data (orange: runs not fitted); "
+        f"right, the scatter's posterior. {p.chosen.model.words}."
+    )
