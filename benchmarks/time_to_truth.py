@@ -23,6 +23,7 @@ import numpy as np
 
 from benchmarks.peers.environments import AMICI, CACHE, CASADI, MODESTPY, ROOT, Environment, NotInstalled
 from benchmarks.peers.problem import CASES, NAMES, THRESHOLD, Case
+from benchmarks.peers.table import best, lines, page
 from fmu_build.build import build_fmu
 from model.joint import joint_equations
 
@@ -43,7 +44,7 @@ class Contestant:
     environment: Environment | None = None
 
 
-WAYS = {"Python FMU": "python", "native FMU": "native", "kernel": "kernel"}
+WAYS = {"Python FMU": "python", "native FMU": "native", "kernel": "kernel", "kernel, 2 steps/row": "coarse"}
 METHODS = {"SLSQP": "slsqp", "Gauss-Newton": "gauss_newton"}
 CONTESTANTS = (
     *(
@@ -114,32 +115,6 @@ def _finite(value: float) -> float | None:
     return float(value) if np.isfinite(value) else None
 
 
-def best(rows: list[dict[str, Any]], ours: bool, key: str = "seconds_to_truth") -> float:
-    """Return the least time to truth among haptid's rows or among the others."""
-    found = [r[key] for r in rows if r["contestant"].startswith("haptid") == ours and r[key] is not None]
-    return min(found, default=float("nan"))
-
-
-def lines(case: Case, rows: list[dict[str, Any]]) -> list[str]:
-    """Return the table of one case, times as ratios too."""
-    rival = best(rows, ours=False)
-    shown = [
-        f"{case.title}",
-        f"{'':34s}{'reached':>9s}{'s/start':>9s}{'CPU s':>8s}{'to truth s':>12s}{'best rival ÷ it':>17s}",
-    ]
-    for row in rows:
-        if not row["starts"]:
-            shown.append(f"{row['contestant']:34s}  {row.get('failure', '')[-90:]}")
-            continue
-        share, truth = f"{row['reached']}/{len(row['starts'])}", row["seconds_to_truth"]
-        spent = sum(s["seconds"] for s in row["starts"])
-        told = f"{truth:12.2f}{rival / truth:17.2f}" if truth else f"{f'> {spent:.0f}':>12s}{'–':>17s}"
-        shown.append(
-            f"{row['contestant']:34s}{share:>9s}{row['seconds_per_start']:9.2f}{row['cpu_seconds_per_start']:8.2f}{told}"
-        )
-    return shown
-
-
 def measure(name: str, chosen: list[Contestant]) -> list[dict[str, Any]]:
     """Run the contestants on a case, showing each on stderr."""
     case, folder = CASES[name], CACHE / "problem" / name
@@ -163,7 +138,7 @@ def main(peers: bool, only: str) -> None:
     chosen = [c for c in CONTESTANTS if (peers or c.environment is None) and only in c.label]
     cases = {name: measure(name, chosen) for name in CASES}
     for name, rows in cases.items():
-        click.echo("\n".join(lines(CASES[name], rows)) + "\n")
+        click.echo("\n".join(lines(CASES[name].title, rows)) + "\n")
     if peers and not only:
         kept = {
             "command": "python -m benchmarks.time_to_truth --peers",
@@ -176,6 +151,7 @@ def main(peers: bool, only: str) -> None:
         }  # fmt: skip
         OUT.parent.mkdir(parents=True, exist_ok=True)
         OUT.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        OUT.with_suffix(".md").write_text(page(cases, kept), encoding="utf-8")
 
 
 if __name__ == "__main__":

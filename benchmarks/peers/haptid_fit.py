@@ -1,6 +1,7 @@
-"""Haptid's own fit, one start at a time: ``fitting.fit`` as the command calls it, through the simulator asked for.
+"""Haptid's own fit from one start at a time: parameters, covariance and statuses, as ``fitting.fit`` gives them.
 
-``--variant SIMULATOR:METHOD`` with SIMULATOR kernel, python (FMU) or native (FMU), METHOD slsqp or gauss_newton.
+``--variant SIMULATOR:METHOD`` with SIMULATOR python or native (FMU), kernel (in process), or coarse (the kernel with
+two inner steps a row, as many as the CasADi contestant takes, not ten), METHOD slsqp or gauss_newton.
 """
 
 from __future__ import annotations
@@ -8,10 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from identification.fitting import fit as identify
 
 from benchmarks.peers.contestant import Best, Fit, Statement, compete
 from fmu_build.cached import identification_fmu
+from identification.fitting import fit as identify
 from identification.fmu_simulator import FmuSimulator
 from identification.kernel_simulator import KernelSimulator
 from identification.options import FitOptions
@@ -19,6 +20,10 @@ from identification.simulator import Simulator
 from measurement.run import Run
 from model.equations import Equations
 from model.joint import joint_equations
+from model.kernel.compiled import CompiledKernel
+from model.observer import with_observer
+
+COARSE = 2.5e-3
 
 
 def equations_of(statement: Statement) -> Equations:
@@ -32,6 +37,9 @@ def equations_of(statement: Statement) -> Equations:
 def _simulator(equations: Equations, name: str) -> Simulator:
     if name == "kernel":
         return KernelSimulator.of(equations)
+    if name == "coarse":
+        models = (equations, with_observer(equations))
+        return KernelSimulator(equations, *(CompiledKernel.of(model, step=COARSE) for model in models))
     return FmuSimulator.of(identification_fmu(equations, kind="python" if name == "python" else "native"), equations)
 
 
@@ -45,12 +53,12 @@ def prepare(statement: Statement) -> Fit:
         noise=np.array([statement.noise]), resolution=np.zeros(1), posture=np.zeros(0), use="fit",
     )  # fmt: skip
     free = [i for i, q in enumerate(equations.parameters) if not q.fixed]
-    assert [equations.parameters[i].id for i in free] == list(statement.names)
+    assert tuple(equations.parameters[i].id for i in free) == statement.names
 
     def fit(start: np.ndarray, best: Best) -> None:
         first = np.array([q.initial for q in equations.parameters])
         first[free] = start
-        options = FitOptions(method=method, starts=1, start=tuple(first), workers=1)  # type: ignore[arg-type] # told
+        options = FitOptions(method=method, starts=1, start=tuple(first))  # type: ignore[arg-type] # as told
         found = identify(simulator, (run,), options=options)
         best.seen(found.theta[free], found.cost)
         best.note, best.simulations = str(found.outcome), found.simulations
