@@ -76,7 +76,8 @@ class Fit:
     covariance
         Of the fitted parameters in physical units, shape (n_free, n_free), residual correlation taken into account.
     information
-        Fisher information of the data alone about the fitted parameters (no priors), shape (n_free, n_free).
+        Fisher information of the data alone about the fitted parameters (no priors), shape (n_free, n_free), divided by
+        the residual's excess over the noise and by its correlation time.
     cost
         Weighted mean square of residual over noise at the minimum; 1 is the noise.
     x0

@@ -93,7 +93,7 @@ def _result(
     n, scaling, s = problem.n_parameters, problem.scaling, best.x[: problem.n_parameters]
     theta, bent = problem.theta(best.x), curvature(problem, best.x)
     slope = scaling.slope(theta)
-    data = marginal(bent.data, n)
+    data = marginal(bent.data, n) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
     status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
     scores = _scores(problem, theta, runs, x0)

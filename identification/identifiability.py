@@ -13,6 +13,8 @@ from identification.scaling import Scaling
 from measurement.run import Array
 
 KNOWN = 0.5
+SMALL, LONGEST = 0.1, 4
+"""A member of a combination has at least this share of it; combinations of more members say nothing to a reader."""
 EDGE = 1e-4
 """Distance from a bound, as a share of the range, within which a parameter lies on it."""
 
@@ -69,9 +71,9 @@ def combinations(scaling: Scaling, s: Array, information: Array, status: dict[st
     slope = scaling.slope(scaling.physical(s))
     found = []
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
-        if value > 1.0 and np.sum(np.abs(vector) > 0.1) > 1:
+        keep = np.abs(vector) > SMALL
+        if value > 1.0 and 1 < int(keep.sum()) <= LONGEST:
             row = vector / (sizes * slope)[members]
-            keep = np.abs(vector) > 0.02
             lead = row[int(np.argmax(np.abs(vector)))]
             chosen = {scaling.ids[m]: float(c / lead) for m, c, k in zip(members, row, keep, strict=True) if k}
             total = float(sum(c * theta[scaling.ids.index(id)] for id, c in chosen.items()))

@@ -62,7 +62,7 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
     states, unit, prior = list(range(n)), list(run.sensor_std), [False] * n
     slope, std = first_slopes(run)
     moving = np.abs(slope) > MOVING * std
-    if free_velocity or run.v is not None or bool(moving.any()):
+    if n and (free_velocity or run.v is not None or bool(moving.any())):
         guess = base[n : 2 * n] if run.v is not None else np.where(moving, slope, 0.0)
         base[n : 2 * n] = guess
         states += range(n, 2 * n)

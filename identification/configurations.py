@@ -1,0 +1,70 @@
+"""Which configurations of a campaign are fitted, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from measurement.campaign import Campaign
+from measurement.run import Run
+from model.device import Device
+from model.locking_order import locking_order
+from support.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Configuration:
+    """Free joints, the posture of the locked ones [rad], and the runs made in it."""
+
+    free_joints: tuple[int, ...]
+    posture: tuple[float, ...]
+    runs: tuple[Run, ...]
+
+    @property
+    def name(self) -> str:
+        """``joint 4`` or ``joints 0, 1``."""
+        plural = "s" if len(self.free_joints) > 1 else ""
+        return f"joint{plural} {', '.join(map(str, self.free_joints))}"
+
+
+def order_of(campaign: Campaign, device: Device | None) -> tuple[tuple[int, ...], ...]:
+    """Return the sets of free joints that have runs to fit: the device's locking order, then what it does not list."""
+    fitted = [joints for joints in campaign.configurations if campaign.runs_of(joints, "fit")]
+    planned = [stage.free for stage in locking_order(device).stages] if device is not None else []
+    return tuple([joints for joints in planned if joints in fitted] + [j for j in fitted if j not in planned])
+
+
+def configurations_of(
+    campaign: Campaign, device: Device | None, joints: Sequence[int] | None = None
+) -> tuple[Configuration, ...]:
+    """Return the configurations to fit; one that was tested in several postures is one for each.
+
+    Parameters
+    ----------
+    joints
+        Only configurations of these joints; all where None.
+
+    Raises
+    ------
+    InputError
+        Where nothing is left.
+    """
+    order = order_of(campaign, device)
+    chosen = [free for free in order if joints is None or set(free) <= set(joints)]
+    missing = sorted(set(joints or ()) - {j for free in order for j in free})
+    if missing or not chosen:
+        tested = ", ".join(str(j) for j in sorted({j for free in order for j in free}))
+        raise InputError("--joints", expected=f"joints with runs to fit ({tested})", got=str(missing or joints))
+    made = []
+    for free in chosen:
+        runs = campaign.runs_of(free)
+        postures = dict.fromkeys(_locked(run) for run in runs if run.use == "fit")
+        for posture in postures:
+            own = tuple(run for run in runs if _locked(run) == posture)
+            made.append(Configuration(free_joints=free, posture=posture, runs=own))
+    return tuple(made)
+
+
+def _locked(run: Run) -> tuple[float, ...]:
+    """Posture with the free joints at 0, where they are ignored."""
+    return tuple(0.0 if j in run.free_joints else float(x) for j, x in enumerate(run.posture))

@@ -1,0 +1,247 @@
+"""``python -m identification.run [CAMPAIGN]``: locked-joint fits in locking order, coupled test, verification, export."""
+
+from __future__ import annotations
+
+import platform
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import click
+
+from fmu_build.build import Kind
+from fmu_build.cached import identification_fmu
+from fmu_build.export import export_full, export_joint, export_parameters
+from identification.configurations import Configuration, configurations_of
+from identification.dask_workers import Cluster
+from identification.equations_for import device_of
+from identification.fmu_simulator import FmuSimulator
+from identification.kernel_simulator import KernelSimulator
+from identification.options import FitOptions, Method
+from identification.result_json import SCHEMA, fit_from_json, step_json
+from identification.resume import inputs_digest, kept_entries
+from identification.sequence import Build, Sequence
+from identification.simulator import Simulator
+from identification.step import Step
+from identification.summary import summary_text
+from identification.traces import traces_of
+from identification.verification import verify
+from identification.verification_result import Verification
+from identification.whole import Whole, whole_device
+from identification.workers import Here, Processes, Workers
+from measurement.campaign import Campaign
+from measurement.prepare import campaign_for_command
+from model.device import Device
+from model.equations import Equations
+from report.identification_page import identification_page
+from support.command import common_options, exit_codes, parse_joints, progress
+from support.errors import InputError
+from support.files import write_json, write_text
+
+PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """What one call of the command is to do."""
+
+    campaign: Campaign
+    device: Device | None
+    configurations: tuple[Configuration, ...]
+    options: FitOptions
+    kind: Kind | None
+    out: Path
+    scheduler: str | None
+
+    @property
+    def build(self) -> Build:
+        """From equations to the simulator that runs the fits."""
+        kind = self.kind
+
+        def through_fmu(equations: Equations) -> Simulator:
+            return (
+                FmuSimulator.of(identification_fmu(equations, kind=kind), equations) if kind else in_process(equations)
+            )
+
+        return through_fmu
+
+    @property
+    def file(self) -> Path:
+        """Where the results go."""
+        return self.out / "identification.json"
+
+
+def in_process(equations: Equations) -> Simulator:
+    """Return the kernel's simulator."""
+    return KernelSimulator.of(equations)
+
+
+@click.command()
+@click.argument("campaign", required=False)
+@common_options
+@click.option(
+    "--fmu",
+    "kind",
+    type=click.Choice(["python", "native", "none"]),
+    default="python",
+    show_default=True,
+    help="Packaging that the fits run; none runs the kernel in process.",
+)
+@click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of a fit.")
+@click.option("--method", type=click.Choice(["slsqp", "gauss_newton"]), default="slsqp", show_default=True)
+@click.option("--robust", is_flag=True, help="Pseudo-Huber loss, for gross outliers.")
+@click.option("--passive", is_flag=True, help="Demand sigma2 >= sigma1 (Fs - Fc)/Fc.")
+@click.option("--free-velocity", is_flag=True, help="Fit the initial velocity of every run.")
+@click.option("--no-export", is_flag=True, help="Leave out the FMUs of the whole device.")
+@exit_codes
+def main(
+    campaign: str | None,
+    out: Path,
+    joints: str | None,
+    scheduler: str | None,
+    *,
+    kind: str,
+    no_export: bool,
+    **choices: Any,  # noqa: ANN401 - the options of `FitOptions`, of several types
+) -> None:
+    """Identify a device from CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign where left out)."""
+    read = campaign_for_command(campaign)
+    device = device_of(read)
+    options = FitOptions(**choices)
+    job = Job(
+        campaign=read,
+        device=device,
+        configurations=configurations_of(read, device, parse_joints(joints)),
+        options=options,
+        kind=None if kind == "none" else kind,  # type: ignore[arg-type] # click has checked the choice
+        out=_writable(out),
+        scheduler=scheduler,
+    )
+    steps, data = _fitted(job)
+    whole, verification = _whole(job, steps)
+    data |= {"complete": True, "links": _links_json(whole), "verification": verification.as_json()}
+    write_json(job.file, data)
+    exported = [] if no_export else _exported(job, data)
+    traces = [traces_of(step, job.build(step.fit.equations)) for step in steps]
+    page = identification_page(read.title, steps, traces, data, verification)
+    write_text(job.out / "report.html", page)
+    click.echo(summary_text(steps, data["verification"]))
+    click.echo(f"written below {job.out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
+
+
+def _writable(out: Path) -> Path:
+    if out.exists() and not out.is_dir():
+        raise InputError("--out", expected="a folder", got=f"the file {out}")
+    return out
+
+
+def _fitted(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
+    """Fit every configuration; the results so far are on disk after each."""
+    digest = inputs_digest(job.campaign, job.device, job.configurations, job.options, str(job.kind))
+    entries = kept_entries(job.file, digest)
+    data = _head(job, digest)
+    steps: list[Step] = []
+    with _workers(job) as workers:
+        sequence = Sequence(
+            campaign=job.campaign,
+            device=job.device,
+            build=job.build,
+            options=job.options,
+            workers=workers,
+            kept=dict(enumerate(entries)),
+        )
+        bar = progress(total=len(job.configurations), title=job.configurations[0].name, quiet=job.options.quiet)
+        with bar:
+            for step in sequence.steps(job.configurations):
+                steps.append(step)
+                data["configurations"].append(step_json(step))
+                write_json(job.file, data)
+                bar.update()
+                if len(steps) < len(job.configurations):
+                    bar.set_description(job.configurations[len(steps)].name)
+    return tuple(steps), data
+
+
+@contextmanager
+def _workers(job: Job) -> Iterator[Workers]:
+    if job.scheduler is not None:
+        with Cluster(job.scheduler) as cluster:
+            yield cluster
+    elif job.options.workers == 1:
+        yield Here()
+    else:
+        with Processes(job.options.workers) as pool:
+            yield pool
+
+
+def _head(job: Job, digest: str) -> dict[str, Any]:
+    software = {name: version(name) for name in PACKAGES}
+    return {
+        "schema": SCHEMA,
+        "device": job.campaign.device,
+        "campaign": job.campaign.title,
+        "measured": job.campaign.measured,
+        "seed": job.options.seed,
+        "software": {"haptid": _own_version(), "python": platform.python_version(), **software},
+        "command": "python -m identification.run " + " ".join(sys.argv[1:]),
+        "inputs": digest,
+        "complete": False,
+        "locking_order": [list(c.free_joints) for c in job.configurations],
+        "configurations": [],
+        "links": {},
+        "verification": {"runs": []},
+    }
+
+
+def _own_version() -> str:
+    try:
+        return version("haptid")
+    except ModuleNotFoundError:
+        return "from source"
+
+
+def _whole(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verification]:
+    """Combine the steps and verify the whole model, where every joint of the device was tested."""
+    device = job.device
+    if device is None or {j for step in steps for j in step.configuration.free_joints} != set(
+        range(len(device.joints))
+    ):
+        return None, Verification(runs=())
+    whole = whole_device(device, steps, seed=job.options.seed)
+    controller = job.campaign.extra.get("controller")
+    return whole, verify(device, whole.values, job.campaign.runs, controller, draws=whole.draws)
+
+
+def _links_json(whole: Whole | None) -> dict[str, Any]:
+    if whole is None:
+        return {}
+    return {
+        link: {
+            id: {"value": one.value, "std": one.std, "unit": one.unit, "status": one.status}
+            for id, one in table.items()
+        }
+        for link, table in whole.links.links.items()
+    }
+
+
+def _exported(job: Job, data: dict[str, Any]) -> list[Path]:
+    """Export the whole device, or the single joint, as FMUs and a parameter set."""
+    kinds: tuple[tuple[Kind, str], ...] = (("python", ""), ("native", "_native"))
+    if job.device is None:
+        joints = [c.free_joints[0] for c in job.configurations]
+        return [
+            export_joint(data, j, job.out / f"joint{j}{tail}.fmu", kind).path for j in joints for kind, tail in kinds
+        ]
+    if not data["links"]:
+        return []
+    name = Path(job.device.name).stem
+    made = [export_full(job.device, data, job.out / f"{name}{tail}.fmu", kind).path for kind, tail in kinds]
+    return [*made, export_parameters(job.device, data, job.out / "parameters.ssv")]
+
+
+if __name__ == "__main__":
+    main()

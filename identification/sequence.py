@@ -1,0 +1,149 @@
+"""Fits of all configurations in locking order, each using what the earlier ones found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from identification.carry import carried, measurement_of
+from identification.configurations import Configuration
+from identification.consistency import Agreement, coefficients_agree, parameters_agree
+from identification.equations_for import equations_for
+from identification.fitting import fit
+from identification.options import FitOptions
+from identification.outcome import Outcome
+from identification.result_json import fit_from_json
+from identification.simulator import Simulator
+from identification.step import Step
+from identification.torque import TorqueSimulator, torque_run
+from identification.workers import Workers
+from measurement.campaign import Campaign
+from measurement.control import position_control
+from model.device import Device
+from model.equations import Equations
+from model.inertial_belief import LinkBelief, Measurement
+from model.locked import Coefficient, locked_motion
+
+Build = Callable[[Equations], Simulator]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sequence:
+    """The campaign, its device and how models are built and run.
+
+    Parameters
+    ----------
+    build
+        From equations to a simulator: the FMU, or the kernel in process.
+    kept
+        Entries of identification.json of an earlier, interrupted run by place in the order.
+    """
+
+    campaign: Campaign
+    device: Device | None
+    build: Build
+    options: FitOptions
+    workers: Workers
+    kept: Mapping[int, Mapping[str, Any]]
+
+    def steps(self, configurations: tuple[Configuration, ...]) -> Iterator[Step]:
+        """Fit one configuration after the other."""
+        belief = LinkBelief.from_device(self.device) if self.device else None
+        found: dict[str, float] = {}
+        done: list[Step] = []
+        for number, configuration in enumerate(configurations):
+            coefficients = self._coefficients(configuration)
+            equations = self._equations(configuration, belief, coefficients, found)
+            step = self._step(configuration, equations, self.kept.get(number))
+            if belief is not None:
+                one = measurement_of(step.fit, coefficients)
+                step = replace(step, agreements=_agreements(step, belief, one, done))
+                if one.coefficients:
+                    belief = belief.update(one.coefficients, one.values, one.covariance)
+            found |= _joint_values(step)
+            done.append(step)
+            yield step
+
+    def _coefficients(self, configuration: Configuration) -> tuple[Coefficient, ...]:
+        if self.device is None:
+            return ()
+        return locked_motion(self.device, configuration.free_joints, configuration.posture).coefficients
+
+    def _equations(
+        self,
+        configuration: Configuration,
+        belief: LinkBelief | None,
+        coefficients: tuple[Coefficient, ...],
+        found: Mapping[str, float],
+    ) -> Equations:
+        joints = configuration.free_joints
+        equations = equations_for(self.campaign, self.device, joints, configuration.posture)
+        if belief is None:
+            return equations
+        single = len(joints) == 1
+        stated = [id if single else f"{id}_{j}" for j in joints for id in self.campaign.parameter_overrides.get(j, {})]
+        known = {id.removesuffix(f"_{joints[0]}"): value for id, value in found.items()} if single else found
+        own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
+        return carried(equations, belief, coefficients, own, stated)
+
+    def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
+        controlled = _controlled(configuration)
+        if controlled:
+            simulator: Simulator = TorqueSimulator.of(equations)
+            runs = tuple(torque_run(run) for run in configuration.runs)
+            options = self.options.but(gains=(0.0,))
+        else:
+            simulator, runs, options = self.build(equations), configuration.runs, self.options
+        if kept is not None:
+            made = fit_from_json(kept, simulator.equations)
+        else:
+            made = fit(simulator, runs, options=options, workers=self.workers)
+        if controlled:
+            notes = dict.fromkeys((*made.notes, f"{configuration.runs[0].file}: {controlled}"))
+            made = made.but(outcome=Outcome.TORQUE_SCORED, notes=tuple(notes))
+        return Step(configuration=configuration, fit=made, torque_scored=bool(controlled))
+
+
+def _controlled(configuration: Configuration) -> str:
+    """Why the runs of a single joint count as recorded under position control; empty where they do not."""
+    if len(configuration.free_joints) > 1:
+        return ""
+    reasons = [position_control(run) for run in configuration.runs if run.use == "fit"]
+    return reasons[0] if reasons and all(reasons) else ""
+
+
+def _joint_values(step: Step) -> dict[str, float]:
+    """Values of springs and friction with the joint's number at the end of each id."""
+    joints = step.configuration.free_joints
+    if len(joints) == 1:
+        rigid = ("inertia", "gravity_cos", "gravity_sin")
+        return {f"{id}_{joints[0]}": value for id, value in step.fit.values.items() if id not in rigid}
+    tails = tuple(f"_{j}" for j in joints)
+    return {id: v for id, v in step.fit.values.items() if id.endswith(tails) and id[0] not in "MV"}
+
+
+def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Step]) -> tuple[Agreement, ...]:
+    name = step.configuration.name
+    first = coefficients_agree(f"{name}: inertia and gravity against earlier tests", belief, one)
+    made = [first] if first and done else []
+    for earlier in done:
+        before, now = earlier.configuration.free_joints, step.configuration.free_joints
+        if len(before) == 1 and len(now) > 1 and before[0] in now:
+            made += parameters_agree(earlier.fit, step.fit, f"_{before[0]}")
+        elif before == now:
+            rigid = ("inertia", "gravity_cos", "gravity_sin")
+            pairs = parameters_agree(earlier.fit, step.fit, "")
+            made += [a for a in pairs if a.name not in rigid]
+    return tuple(made)
+
+
+def links_of(steps: tuple[Step, ...], device: Device) -> tuple[Measurement, ...]:
+    """Return what the data of every step say of its coefficients."""
+    measured = []
+    for step in steps:
+        motion = locked_motion(device, step.configuration.free_joints, step.configuration.posture)
+        one = measurement_of(step.fit, motion.coefficients)
+        if one.coefficients:
+            measured.append(one)
+    return tuple(measured)

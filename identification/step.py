@@ -1,0 +1,19 @@
+"""One fitted configuration of a campaign."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from identification.configurations import Configuration
+from identification.consistency import Agreement
+from identification.fit import Fit
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """A configuration with its fit; ``torque_scored`` tells that the torque was fitted, with the motion as input."""
+
+    configuration: Configuration
+    fit: Fit
+    torque_scored: bool = False
+    agreements: tuple[Agreement, ...] = ()

@@ -1,0 +1,24 @@
+"""Numbers as readers write them."""
+
+from __future__ import annotations
+
+import math
+
+
+def with_error(value: float, std: float) -> str:
+    """Return ``value ± std``, the error to two digits and the value to the same place.
+
+    >>> with_error(0.0151423, 0.000066)
+    '0.015142 ± 0.000066'
+    >>> with_error(1.5e-6, 2.1e-8)
+    '(1.500 ± 0.021)e-06'
+    >>> with_error(2.0, 0.0)
+    '2'
+    """
+    if not (math.isfinite(std) and std > 0 and math.isfinite(value)):
+        return f"{value:.6g}"
+    power = math.floor(math.log10(max(abs(value), std)))
+    scale = 10.0**power if power < -3 or power > 5 else 1.0
+    digits = max(1 - math.floor(math.log10(std / scale)), 0)
+    text = f"{value / scale:.{digits}f} ± {std / scale:.{digits}f}"
+    return text if scale == 1.0 else f"({text})e{power:+03d}"
