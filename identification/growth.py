@@ -11,9 +11,9 @@ from measurement.run import Array, Run
 def growth(simulator: Simulator, theta: Array, run: Run) -> float:
     """Return max_t ‖∂y(t)/∂y(0)‖, the largest factor by which an error of the first position grows during the run.
 
-    The norm is the largest entry of the matrix (n_joints, n_joints). About 1 where springs, damping or friction hold the
-    motion; hundreds and more where a pendulum comes near its upper rest. 0 where the simulation left the finite numbers or
-    gives no sensitivities, because nothing is then known.
+    The norm is the largest entry of the matrix (n_joints, n_joints). About 1 where springs, damping or friction hold
+    the motion; hundreds and more where a pendulum comes near its upper rest. 0 where the simulation left the finite
+    numbers or gives no sensitivities, because nothing is then known.
     """
     n = run.y.shape[1]
     made = simulator.simulate(theta, run, sensitivities=True)

@@ -1,9 +1,9 @@
 """Simulation pulled towards the measured position, as a simulator of its own: the last level of the fit keeps a gain.
 
-A run whose motion forgets its start slower than small errors of torque grow cannot be simulated freely: what is left is then
-not noise but the growth of those errors. With a stated gain L the observer q̇ = v + 2L(y − q), v̇ = f + L²(y − q) forgets
-within 1/L, and its residual y − q is the error of the torque seen through 1/(s + L)². A torque error δτ that lasts
-longer than 1/L leaves δτ/(M·L²).
+A run in which small errors of torque grow faster than the motion forgets them cannot be simulated freely: what is left
+is then not noise but that growth. With a stated gain L the observer q̇ = v + 2L(y − q), v̇ = f + L²(y − q) forgets
+within 1/L, and its residual y − q is the error of the torque seen through 1/(s + L)²: an error δτ that lasts longer
+than 1/L leaves δτ/(M·L²).
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """What a run allows: free simulation, simulation through a stated observer, or scoring the torque.
 
-1. A torque that a position controller made holds the joint where it is told to be: simulated freely, the model drifts from it.
+1. A torque that a position controller made holds the joint where it is told to be: simulated freely, the model drifts.
    One joint: put the measured motion in and score the torque. Several: simulate through an observer.
-2. Where an error of the start grows beyond `LIMIT` during a run, what a free simulation leaves is the growth of small errors
-   of torque: simulate through an observer that forgets faster than the motion changes.
+2. Where an error of the start grows beyond `LIMIT` during a run, what a free simulation leaves is the growth of small
+   errors of torque: simulate through an observer that forgets faster than the motion changes.
 3. Otherwise simulate freely, the strictest test.
 """
 
@@ -36,7 +36,7 @@ LEAST_GAIN, MOST_GAIN = 5.0, 60.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strategy:
-    """How runs are fitted, why, and with which observer gain [1/s] (0 for a free simulation)."""
+    """How runs are fitted, why, and the gain [1/s] of the observer where they are simulated through one."""
 
     kind: Kind
     reason: str
@@ -67,10 +67,10 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
 
 
 def _controlled(run: Run, why: str) -> Strategy:
+    gain = observer_gain(run)
     if len(run.free_joints) == 1:
         reason = f"{why}: the measured motion goes in and the torque is scored"
-        return Strategy(kind="torque", reason=reason)
-    gain = observer_gain(run)
+        return Strategy(kind="torque", reason=reason, gain=gain)
     reason = f"{why}: simulated with the measured position fed back through an observer of gain {gain:.3g} 1/s"
     return Strategy(kind="observer", reason=reason, gain=gain)
 
@@ -82,7 +82,7 @@ def observer_gain(run: Run) -> float:
 
 
 def choose_for(runs: Sequence[Run], simulator: Simulator | None = None, theta: Array | None = None) -> Strategy:
-    """Choose for all fitted runs of a configuration together: the most careful of their strategies, the largest gain."""
+    """Choose for all fitted runs of a configuration together: the most careful of their strategies, largest gain."""
     chosen = [choose(run, simulator, theta) for run in runs if run.use == "fit"]
     for kind in ("torque", "observer"):
         of_kind = [one for one in chosen if one.kind == kind]
@@ -100,15 +100,16 @@ def fit_simulated(
 ) -> Fit:
     """Fit by free simulation where the runs allow it, else through the observer; the notes of the fit say which.
 
-    The growth at the first guesses only raises a suspicion: it is judged again at the parameters that the observer found,
-    and where it is small there, the free simulation is fitted from them.
+    The growth at the first guesses only raises a suspicion: it is judged again at the parameters that the observer
+    found, and where it is small there, the free simulation is fitted from them. Runs whose torque ought to be scored
+    are simulated through the observer too.
     """
     options = options or FitOptions()
     theta = first_guess(simulator) if options.start is None else np.array(options.start)
     strategy = choose_for(runs, simulator, theta)
     if strategy.kind == "open_loop":
         return fit(simulator, runs, options=options, workers=workers)
-    gains = tuple(gain for gain in options.gains if gain > strategy.gain) + (0.0,)
+    gains = (*(gain for gain in options.gains if gain > strategy.gain), 0.0)
     seen = fit(Observed(simulator, strategy.gain), runs, options=options.but(gains=gains), workers=workers)
     again = choose_for(runs, simulator, seen.theta)
     if again.kind == "open_loop":
