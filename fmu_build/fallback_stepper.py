@@ -89,7 +89,7 @@ def parts_of(t, x, u, p, h):
 
 
 def advance(f, X, t, dt, u, slope, p, h):
-    """Return X after ``dt`` in equal inner steps no longer than ``h``, each cut as the state on the way asks for."""
+    """Return X after ``dt`` in equal inner steps no longer than ``h``, each cut as its coupling asks on the way."""
     steps = int(dt / h - 1e-6) + 1
     inner = dt / steps
     for k in range(steps):

@@ -24,6 +24,8 @@ from pythonfmu.enums import Fmi2Status
 
 HERE = Path(__file__).resolve().parent
 PLAN = json.loads((HERE / "plan.json").read_text(encoding="utf-8"))
+SIZE = len(PLAN["start"])
+INFINITY = float("inf")
 MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 
 
@@ -122,8 +124,8 @@ class Slave(Fmi2Slave):
     def set_real(self, vrs: list[int], new: list[float]) -> None:
         """Set values that lie within their range; refuse others."""
         values, minimum, maximum = self._values, self._minimum, self._maximum
-        for vr, value in zip(vrs, new, strict=True):
-            if not (0 <= vr < len(minimum) and minimum[vr] <= value <= maximum[vr]):
+        for vr, value in zip(vrs, new):  # noqa: B905 # called at every step, and pythonfmu makes both lists
+            if not (0 <= vr < SIZE and minimum[vr] <= value <= maximum[vr]):
                 self._refuse(vr, value)
                 continue
             values[vr] = value
@@ -168,7 +170,7 @@ class Slave(Fmi2Slave):
         """Advance the state; whether it worked."""
         if self._unchecked and not self._consistent():
             return False
-        if not 0.0 < step_size < float("inf"):
+        if not 0.0 < step_size < INFINITY:
             self._error(f"communication step: expected a positive number of seconds, got {step_size}")
             return False
         self._time = current_time + step_size

@@ -58,6 +58,19 @@ class CPrinter(C99CodePrinter):
         msg = f"the kernel has no power {power}; write it with exp or sqrt"
         raise NotImplementedError(msg)
 
+    def _print_Mul(self, expr: sp.Mul) -> str:
+        """Divide by what does not change in a step as a factor 1/(...), which the compiler then divides out once."""
+        constant = [f for f in expr.args if self._constant(f) and f.is_Pow and f.exp.is_Number and f.exp < 0]
+        if not constant or len(constant) == len(expr.args):
+            return super()._print_Mul(expr)
+        inverse = self._print(sp.Mul(*(1 / f for f in constant)))
+        rest = sp.Mul(*(f for f in expr.args if f not in constant))
+        return f"{self.parenthesize(rest, 50)}*(1.0/({inverse}))"
+
+    def _constant(self, expr: sp.Expr) -> bool:
+        symbols = expr.free_symbols
+        return bool(symbols) and all(self.names.get(s.name, "").startswith("p[") for s in symbols)
+
     def _print_Max(self, expr: sp.Max) -> str:
         return self._fold("hk_max", expr.args)
 

@@ -65,7 +65,8 @@ static inline void HK_FN(substep)(real X[HK_NX][HK_W], real t, const real *u0, c
  * how many of its length would fill the inner step, the last one takes what is left. */
 static inline void HK_FN(advance)(real X[HK_NX][HK_W], double t, double dt, const real *u, const real *slope, const real *p, double h) {
     long steps = (long)(dt / h - 1e-6) + 1;
-    double inner = dt / (double)steps;
+    double inner = dt;
+    if (steps > 1) inner = dt / (double)steps; /* a branch, so that the common case does not wait for a division */
     for (long k = 0; k < steps; k++) {
         real past = K(0.0);
         for (int s = 0; s < HK_MAX_SUBSTEPS; s++) {
@@ -74,8 +75,9 @@ static inline void HK_FN(advance)(real X[HK_NX][HK_W], double t, double dt, cons
             if (!hk_any(active)) break;
             HK_FN(column)(X, x);
             for (int j = 0; j < HK_NU; j++) now[j] = u[j] + since * slope[j];
-            real parts = hk_substeps(t + since, x, now, p, inner), sub = inner / parts;
-            if (s == 0 && hk_most(parts) == 1) { HK_FN(substep)(X, t + since, now, slope, p, sub); break; }
+            real parts = hk_substeps(t + since, x, now, p, inner);
+            if (s == 0 && hk_most(parts) == 1) { HK_FN(substep)(X, t + since, now, slope, p, K(inner)); break; }
+            real sub = inner / parts;
             mask last = hk_true(left - sub < K(1e-9 * inner)) | hk_true(K((double)s) == K(HK_MAX_SUBSTEPS - 1.0));
             sub = hk_select(last, left, sub);
             for (int i = 0; i < HK_NX; i++) for (int c = 0; c < HK_W; c++) trial[i][c] = X[i][c];

@@ -39,10 +39,10 @@ def assignments(
     check_functions(expressions)
     printer = CPrinter(symbol_names(equations, state))
     lines = [
-        f"real {printer.doprint(s)} = K(0.0) + {printer.doprint(e)};"
+        f"real {printer.doprint(s)} = HK_NEUTRAL + {printer.doprint(e)};"
         for s, e in needed(equations.definitions, expressions)
     ]
     common, reduced = sp.cse([sp.sympify(e) for e in expressions], symbols=sp.numbered_symbols("e_"), order="none")
-    lines += [f"real {s.name} = K(0.0) + {printer.doprint(e)};" for s, e in common]
-    lines += [f"{target} = K(0.0) + {printer.doprint(e)};" for target, e in zip(targets, reduced, strict=True)]
+    lines += [f"real {s.name} = HK_NEUTRAL + {printer.doprint(e)};" for s, e in common]
+    lines += [f"{target} = HK_NEUTRAL + {printer.doprint(e)};" for target, e in zip(targets, reduced, strict=True)]
     return "\n".join(f"    {line}" for line in lines)

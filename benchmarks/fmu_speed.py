@@ -1,0 +1,183 @@
+"""Cost of one 0.5 ms step of joint 4: native and Python FMU through the compiled loop, a hand-written C loop, fmpy.
+
+Medians of processor time over interleaved repeats. Prints ns per step and ratios; also sensitivities, lanes and the whole device.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import statistics
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from fmpy.simulation import simulate_fmu
+
+from fmu_build.build import build_fmu
+from fmu_build.cached import identification_fmu
+from fmu_build.flat import bare_library, flat_source
+from fmu_build.platforms import this_platform
+from identification.fmu_simulator import FmuSimulator
+from identification.fmu_slave import FmuSlave
+from identification.kernel_simulator import KernelSimulator
+from measurement.run import Run
+from model.configuration import configuration_equations
+from model.device_file import load_device
+from model.kernel.compiled import CompiledKernel
+from model.kernel.compiler import compile_shared
+from model.kernel.generate import generate
+from model.whole_device import full_equations
+
+ROWS, STEP, REPEATS = 20_000, 5e-4, 9
+DEVICE = load_device("freedom6s")
+T = STEP * np.arange(ROWS)
+U = 5e-3 * np.cos(2 * T)[:, None]
+
+
+def medians(calls: dict[str, Callable[[], object]], steps: int, repeats: int = REPEATS) -> dict[str, float]:
+    """Nanoseconds of processor time per step, the calls taken in turn so that all see the same machine."""
+    times: dict[str, list[float]] = {name: [] for name in calls}
+    for _ in range(repeats):
+        for name, call in calls.items():
+            start = time.thread_time()
+            call()
+            times[name].append(time.thread_time() - start)
+    return {name: statistics.median(t[1:]) / steps * 1e9 for name, t in times.items()}
+
+
+def by_hand(p: np.ndarray) -> Callable[[], np.ndarray]:
+    """The hand-written loop, compiled for the same target with the same flags as the FMU."""
+    text = (Path(__file__).parent / "fmu_hand_written.c").read_text()
+    library = ctypes.CDLL(str(compile_shared({"h.c": text}, main=("h.c",), triple=this_platform()[0].triple)))
+    pointer = ctypes.c_void_p
+    library.by_hand.argtypes = [ctypes.c_long, ctypes.c_double, pointer, pointer, pointer, pointer]
+
+    def run() -> np.ndarray:
+        x, y = np.zeros(3), np.empty(ROWS)
+        library.by_hand(ROWS, STEP, U.ctypes.data, p.ctypes.data, x.ctypes.data, y.ctypes.data)
+        return y
+
+    return run
+
+
+def flat_loop(e, p: np.ndarray) -> Callable[[], None]:
+    """The flat kernel, stepped from Python as the slave does it: what a Python FMU costs above its kernel is judged by it."""
+    library = ctypes.CDLL(str(bare_library(flat_source(generate(e)), this_platform()[0].triple)))
+    library.hf_step.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
+
+    def run() -> None:
+        values = np.zeros(500)
+        values[4:16] = p
+        address = ctypes.c_void_p(values.ctypes.data)
+        for k in range(ROWS):
+            library.hf_step(address, T[k], STEP)
+
+    return run
+
+
+def joint(folder: Path) -> None:
+    """One joint: the two packagings, by hand, by fmpy."""
+    e = configuration_equations(DEVICE, [4])
+    p, kernel = np.array([q.initial for q in e.parameters]), CompiledKernel.of(e)
+    slaves = {}
+    for kind in ("native", "python"):
+        built = build_fmu(e, folder / f"{kind}.fmu", kind=kind, platforms=this_platform())
+        slaves[kind] = (FmuSlave(built.path), built)
+    signals = np.zeros(ROWS, dtype=[("time", "f8"), ("joint4.torque", "f8")])
+    signals["time"], signals["joint4.torque"] = T, U[:, 0]
+
+    def loop(kind: str) -> np.ndarray:
+        slave = slaves[kind][0]
+        slave.initialise({})
+        return slave.run(T, [slave.references["joint4.torque"]], U, [slave.references["joint4.reading"]])[:, 0]
+
+    def fmpy_run(kind: str) -> object:
+        return simulate_fmu(
+            str(slaves[kind][1].path), input=signals, output=["joint4.reading"], stop_time=T[-1], output_interval=STEP
+        )
+
+    hand = by_hand(p)
+    reference = kernel.simulate(T, U, p, np.zeros(3))[:, 0]
+    for name, y in (("hand-written", hand()), ("native", loop("native")), ("python", loop("python"))):
+        print(f"  largest difference of {name} from the kernel: {np.abs(y - reference).max():.1e} rad")
+    ns = medians(
+        {
+            "hand-written C loop": hand,
+            "kernel in process (this machine's instructions)": lambda: kernel.simulate(T, U, p, np.zeros(3)),
+            "native FMU, compiled loop": lambda: loop("native"),
+            "Python FMU, compiled loop": lambda: loop("python"),
+        },
+        ROWS,
+    )
+    ns |= medians({f"fmpy.simulate_fmu, {kind}": lambda kind=kind: fmpy_run(kind) for kind in slaves}, ROWS, 3)
+    for name, value in ns.items():
+        print(f"  {name:50s}{value:10.0f} ns/step")
+    native, hand_ns = ns["native FMU, compiled loop"], ns["hand-written C loop"]
+    print(f"  speed of the native FMU over the hand-written loop: {hand_ns / native:.2f} (aim 0.8)")
+    print(f"  Python FMU above its kernel: {(ns['Python FMU, compiled loop'] - native) / 1e3:.2f} us/step (aim 5)")
+
+
+def identification() -> None:
+    """What a fit sees: trajectories of a run of 16 s with 5 ms rows."""
+    e = configuration_equations(DEVICE, [4])
+    t = 5e-3 * np.arange(3201)
+    run = Run(
+        file="run", free_joints=(4,), t=t, u=5e-3 * np.cos(2 * t)[:, None], y=0.1 * np.sin(t)[:, None], noise=[2e-4],
+        resolution=[0.0], posture=[], use="fit",
+    )  # fmt: skip
+    theta, inner = np.array([q.initial for q in e.parameters]), 10 * t.size
+    kernel = KernelSimulator.of(e)
+    calls: dict[str, Callable[[], object]] = {
+        "kernel": lambda: kernel.simulate(theta, run),
+        "kernel, sensitivities": lambda: kernel.simulate(theta, run, sensitivities=True),
+    }
+    for kind in ("native", "python"):
+        fmu = FmuSimulator.of(identification_fmu(e, kind=kind), e)
+        calls[f"{kind} FMU"] = lambda fmu=fmu: fmu.simulate(theta, run)
+        calls[f"{kind} FMU, sensitivities"] = lambda fmu=fmu: fmu.simulate(theta, run, sensitivities=True)
+    ns = medians(calls, inner)
+    for name, value in ns.items():
+        print(f"  {name:50s}{value * inner / 1e6:10.2f} ms/run")
+    columns = len(e.parameters) + len(e.states)
+    for name in ("kernel", "native FMU", "python FMU"):
+        print(f"  {columns} sensitivities, {name}: {ns[f'{name}, sensitivities'] / ns[name]:.2f} times the plain run (aim 5)")
+    many, sets = np.tile(theta, (64, 1)), 64
+    lanes = medians({"lanes": lambda: kernel.simulate_many(many, run)}, inner * sets, 5)["lanes"]
+    print(f"  runs per second and core, lanes over scalar: {ns['kernel'] / lanes:.2f} (aim 2.5)")
+
+
+def whole_device(folder: Path) -> None:
+    """All six joints at 0.5 ms."""
+    e = full_equations(DEVICE)
+    rows = 4000
+    u = np.zeros((rows, len(e.inputs)))
+    u[:, :6] = 1e-2 * np.cos(2 * T[:rows])[:, None]
+    calls = {}
+    for kind in ("native", "python"):
+        slave = FmuSlave(build_fmu(e, folder / f"whole_{kind}.fmu", kind=kind, platforms=this_platform()).path)
+        inputs = [slave.references[f"joint{j}.torque"] for j in range(6)]
+        outputs = [slave.references[f"joint{j}.reading"] for j in range(6)]
+
+        def run(slave: FmuSlave = slave, inputs: list[int] = inputs, outputs: list[int] = outputs) -> None:
+            slave.initialise({})
+            slave.run(T[:rows], inputs, u[:, :6], outputs)
+
+        calls[kind] = run
+    for kind, ns in medians(calls, rows).items():
+        print(f"  6-DOF, {kind} FMU: {ns / 1e3:.2f} us/step, {STEP * 1e9 / ns:.0f} times faster than real time (aim 100)")
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as name:
+        print("one joint, 0.5 ms communication step")
+        joint(Path(name))
+        print("identification, 16 s at 5 ms")
+        identification()
+        print("whole device, 0.5 ms communication step")
+        whole_device(Path(name))
+
+
+if __name__ == "__main__":
+    main()
