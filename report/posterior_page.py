@@ -13,8 +13,9 @@ from uq.posterior import Posterior
 from uq.summary import ParameterSummary
 
 BANDS = (
-    "Left: measured position and 95 % predictive band. Right: what is left after the predictive median, with the bands of "
-    "50, 80 and 95 %. Rows of one cycle move together where amplitudes scatter, so a single run's coverage may stray."
+    "Left: measured position and 95 % predictive band. Right: what is left after the predictive median, with the "
+    "bands of 50, 80 and 95 %. Rows of one cycle move together where amplitudes scatter, so a "
+    "single run's coverage may stray."
 )
 INTERVALS = "Intervals are equal-tailed: as much posterior probability lies below as above."
 
@@ -152,7 +153,8 @@ def _sampler_words(p: Posterior) -> list[str]:
     known = "known" if s.reached else "NOT yet known to 1 % at 50 autocorrelation times: intervals may be somewhat off"
     words = [
         f"{e} independent ensembles of {walkers} walkers, {steps} steps each; autocorrelation time "
-        f"{s.tau.max():.1f} steps, {known}; at least {s.effective.min():.0f} independent draws; acceptance {s.acceptance.mean():.2f}.",
+        f"{s.tau.max():.1f} steps, {known}; at least {s.effective.min():.0f} independent draws; "
+        f"acceptance {s.acceptance.mean():.2f}.",
         f"Largest R̂ {p.worst_rhat:.4f}. "
         + ("All ensembles found the same mode." if p.modes == 1 else f"The ensembles found {p.modes} separate modes."),
         f"PSIS-LOO over cycles: {p.loo.elpd:.1f} ± {p.loo.std:.1f}, {int((p.loo.pareto_k > 0.7).sum())} of "

@@ -10,7 +10,7 @@ from measurement.run import Run
 
 
 def cycle_index(run: Run) -> NDArray[np.int64]:
-    """Number of the cycle of every row, from 0, shape (n_t,).
+    """Return the number of the cycle of every row, from 0, shape (n_t,).
 
     As `measurement.cycles.find_cycles`; runs of less than two cycles are cut too, where the drive's phase passes a
     multiple of 2π, for each begun cycle has an amplitude of its own.

@@ -50,7 +50,7 @@ class InferOptions:
     noise_given: bool = True
     model: NoiseModel | None = None
     stored: int = 500
-    predicted: int = 200
+    predicted: int = 1000
     sensitivity: bool = False
 
 

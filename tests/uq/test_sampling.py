@@ -1,0 +1,97 @@
+"""Ensembles on a density whose answer is known, and chains that go on after any interruption."""
+
+import multiprocessing
+import os
+import signal
+import time
+
+import numpy as np
+import pytest
+
+from tests.uq.toys import COVARIANCE, MEAN, start
+from uq.autocorrelation import autocorrelation_time
+from uq.modes import count_modes
+from uq.moves import MOVES
+from uq.sampling import SamplingOptions, sample
+
+SHORT = SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, seed=3)
+
+
+@pytest.mark.parametrize("move", MOVES)
+def test_every_move_samples_the_normal_distribution(move):
+    options = SamplingOptions(chunk=200, burn=200, pilot=0, longest=1200, move=move, seed=1)
+    found = sample(start(), options)
+    draws, errors = found.flat(), np.sqrt(np.diag(COVARIANCE) / found.effective)
+    assert np.all(np.abs(draws.mean(axis=0) - MEAN) < 5 * errors)
+    scale = np.sqrt(np.outer(np.diag(COVARIANCE), np.diag(COVARIANCE)))
+    np.testing.assert_allclose(np.cov(draws.T) / scale, COVARIANCE / scale, atol=0.12)
+
+
+def test_independent_proposals_are_the_fastest_on_a_normal_density():
+    found = sample(start(), SHORT)
+    assert found.move == "independent"
+    assert set(found.trials) == set(MOVES)
+
+
+def test_stops_when_the_autocorrelation_time_is_known_and_says_so_when_not():
+    known = sample(start(), SamplingOptions(chunk=100, burn=50, pilot=0, longest=3000, seed=2))
+    assert known.reached
+    assert known.chain.shape[1] >= 50 * known.tau.max()
+    assert known.chain.shape[1] < 3000
+    assert not sample(start(), SamplingOptions(chunk=20, burn=20, pilot=0, longest=40)).reached
+
+
+def test_same_seed_same_bits_other_seed_other_chain():
+    first, second = sample(start(), SHORT), sample(start(), SHORT)
+    np.testing.assert_array_equal(first.chain, second.chain)
+    other = sample(start(), SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, seed=4))
+    assert not np.array_equal(first.chain[:, :40], other.chain[:, :40])
+
+
+def test_a_folder_of_chunks_is_taken_up_and_one_of_another_problem_is_not(tmp_path):
+    whole = sample(start(), SHORT)
+    assert np.array_equal(sample(start(), SHORT, folder=tmp_path).chain, whole.chain)
+    for path in sorted(tmp_path.glob("main_*"))[5:]:
+        path.unlink()
+    np.testing.assert_array_equal(sample(start(), SHORT, folder=tmp_path).chain, whole.chain)
+    moved = sample(start(scale=1.1), SHORT, folder=tmp_path)
+    assert not np.array_equal(moved.chain[:, :40], whole.chain[:, :40])
+
+
+LONG = SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, lengths=1e9, seed=3)
+
+
+def _sample_slowly(folder):
+    sample(start(), LONG, folder=folder, report=lambda *_: time.sleep(0.02))
+
+
+def test_killed_at_random_moments_the_chain_ends_the_same(tmp_path):
+    """Ten kills by SIGKILL at random moments after the first file; then one run to the end."""
+    rng = np.random.default_rng(0)
+    fork = multiprocessing.get_context("fork")
+    for _ in range(10):
+        process = fork.Process(target=_sample_slowly, args=(tmp_path,))
+        process.start()
+        time.sleep(rng.uniform(0.02, 0.25))
+        os.kill(process.pid, signal.SIGKILL)
+        process.join()
+    written = len(list(tmp_path.glob("*.h5")))
+    assert 0 < written
+    np.testing.assert_array_equal(sample(start(), LONG, folder=tmp_path).chain, sample(start(), LONG).chain)
+
+
+def test_autocorrelation_time_of_an_ar1_process():
+    rng, phi = np.random.default_rng(0), 0.8
+    shocks = rng.standard_normal((2, 3000, 16, 1))
+    chain = np.zeros_like(shocks)
+    for k in range(1, 3000):
+        chain[:, k] = phi * chain[:, k - 1] + shocks[:, k]
+    assert autocorrelation_time(chain)[0] == pytest.approx((1 + phi) / (1 - phi), rel=0.08)
+
+
+def test_separate_modes_are_counted():
+    rng = np.random.default_rng(0)
+    chain = rng.standard_normal((4, 50, 8, 3))
+    assert count_modes(chain) == 1
+    chain[2] += 30.0
+    assert count_modes(chain) == 2

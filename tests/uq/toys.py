@@ -1,0 +1,27 @@
+"""A normal density behind the same seam as a joint's posterior; importable by worker processes."""
+
+from dataclasses import dataclass, field
+from types import SimpleNamespace
+
+import numpy as np
+
+from uq.laplace import Laplace
+
+MEAN = np.array([1.0, -2.0, 0.5])
+COVARIANCE = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.03], [0.0, 0.03, 0.04]])
+
+
+@dataclass(frozen=True)
+class Normal:
+    terms: tuple = ()
+    equations: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(digest="toy", name="toy"))
+    coordinates: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(names=("a", "b", "c")))
+
+    def __call__(self, eta):
+        z = np.atleast_2d(eta) - MEAN
+        return -0.5 * np.einsum("wi,ij,wj->w", z, np.linalg.inv(COVARIANCE), z)
+
+
+def start(scale: float = 1.0) -> Laplace:
+    """A start that is off: twice as wide as the truth and shifted."""
+    return Laplace(eta=MEAN + 0.3, covariance=scale * 4.0 * COVARIANCE, density=Normal(), log_density=0.0)
