@@ -23,6 +23,7 @@ from measurement.control import position_control
 from model.device import Device
 from model.equations import Equations
 from model.inertial_belief import LinkBelief, Measurement
+from model.joint_parts import INERTIAL
 from model.locked import Coefficient, locked_motion
 
 Build = Callable[[Equations], Simulator]
@@ -61,7 +62,7 @@ class Sequence:
                 step = replace(step, agreements=_agreements(step, belief, one, done))
                 if one.coefficients:
                     belief = belief.update(one.coefficients, one.values, one.covariance)
-            found |= _joint_values(step)
+            found |= joint_values(configuration.free_joints, step.fit.values)
             done.append(step)
             yield step
 
@@ -113,14 +114,12 @@ def _controlled(configuration: Configuration) -> str:
     return reasons[0] if reasons and all(reasons) else ""
 
 
-def _joint_values(step: Step) -> dict[str, float]:
-    """Values of springs and friction with the joint's number at the end of each id."""
-    joints = step.configuration.free_joints
+def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[str, float]:
+    """Return springs and friction among the parameters of a configuration, with the joint's number at the end of each id."""
     if len(joints) == 1:
-        rigid = ("inertia", "gravity_cos", "gravity_sin")
-        return {f"{id}_{joints[0]}": value for id, value in step.fit.values.items() if id not in rigid}
+        return {f"{id}_{joints[0]}": value for id, value in values.items() if id not in INERTIAL}
     tails = tuple(f"_{j}" for j in joints)
-    return {id: v for id, v in step.fit.values.items() if id.endswith(tails) and id[0] not in "MV"}
+    return {id: v for id, v in values.items() if id.endswith(tails) and id[0] not in "MV"}
 
 
 def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Step]) -> tuple[Agreement, ...]:
@@ -132,18 +131,15 @@ def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Ste
         if len(before) == 1 and len(now) > 1 and before[0] in now:
             made += parameters_agree(earlier.fit, step.fit, f"_{before[0]}")
         elif before == now:
-            rigid = ("inertia", "gravity_cos", "gravity_sin")
-            pairs = parameters_agree(earlier.fit, step.fit, "")
-            made += [a for a in pairs if a.name not in rigid]
+            made += [a for a in parameters_agree(earlier.fit, step.fit, "") if a.name not in INERTIAL]
     return tuple(made)
 
 
 def links_of(steps: tuple[Step, ...], device: Device) -> tuple[Measurement, ...]:
     """Return what the data of every step say of its coefficients."""
-    measured = []
-    for step in steps:
-        motion = locked_motion(device, step.configuration.free_joints, step.configuration.posture)
-        one = measurement_of(step.fit, motion.coefficients)
-        if one.coefficients:
-            measured.append(one)
-    return tuple(measured)
+    return tuple(
+        measurement_of(
+            step.fit, locked_motion(device, step.configuration.free_joints, step.configuration.posture).coefficients
+        )
+        for step in steps
+    )
