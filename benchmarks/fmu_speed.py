@@ -1,6 +1,7 @@
 """Cost of one 0.5 ms step of joint 4: native and Python FMU through the compiled loop, a hand-written C loop, fmpy.
 
-Medians of processor time over interleaved repeats. Prints ns per step and ratios; also sensitivities, lanes and the whole device.
+Medians of processor time over interleaved repeats, in ns per step and ratios; then sensitivities, lanes and the whole
+device.
 """
 
 from __future__ import annotations
@@ -17,7 +18,6 @@ from fmpy.simulation import simulate_fmu
 
 from fmu_build.build import build_fmu
 from fmu_build.cached import identification_fmu
-from fmu_build.flat import bare_library, flat_source
 from fmu_build.platforms import this_platform
 from identification.fmu_simulator import FmuSimulator
 from identification.fmu_slave import FmuSlave
@@ -27,7 +27,6 @@ from model.configuration import configuration_equations
 from model.device_file import load_device
 from model.kernel.compiled import CompiledKernel
 from model.kernel.compiler import compile_shared
-from model.kernel.generate import generate
 from model.whole_device import full_equations
 
 ROWS, STEP, REPEATS = 20_000, 5e-4, 9
@@ -48,7 +47,7 @@ def medians(calls: dict[str, Callable[[], object]], steps: int, repeats: int = R
 
 
 def by_hand(p: np.ndarray) -> Callable[[], np.ndarray]:
-    """The hand-written loop, compiled for the same target with the same flags as the FMU."""
+    """Compile the hand-written loop for the same target with the same flags as the FMU."""
     text = (Path(__file__).parent / "fmu_hand_written.c").read_text()
     library = ctypes.CDLL(str(compile_shared({"h.c": text}, main=("h.c",), triple=this_platform()[0].triple)))
     pointer = ctypes.c_void_p
@@ -58,21 +57,6 @@ def by_hand(p: np.ndarray) -> Callable[[], np.ndarray]:
         x, y = np.zeros(3), np.empty(ROWS)
         library.by_hand(ROWS, STEP, U.ctypes.data, p.ctypes.data, x.ctypes.data, y.ctypes.data)
         return y
-
-    return run
-
-
-def flat_loop(e, p: np.ndarray) -> Callable[[], None]:
-    """The flat kernel, stepped from Python as the slave does it: what a Python FMU costs above its kernel is judged by it."""
-    library = ctypes.CDLL(str(bare_library(flat_source(generate(e)), this_platform()[0].triple)))
-    library.hf_step.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
-
-    def run() -> None:
-        values = np.zeros(500)
-        values[4:16] = p
-        address = ctypes.c_void_p(values.ctypes.data)
-        for k in range(ROWS):
-            library.hf_step(address, T[k], STEP)
 
     return run
 
@@ -120,7 +104,7 @@ def joint(folder: Path) -> None:
 
 
 def identification() -> None:
-    """What a fit sees: trajectories of a run of 16 s with 5 ms rows."""
+    """Time what a fit sees: trajectories of a run of 16 s with 5 ms rows."""
     e = configuration_equations(DEVICE, [4])
     t = 5e-3 * np.arange(3201)
     run = Run(
@@ -142,7 +126,9 @@ def identification() -> None:
         print(f"  {name:50s}{value * inner / 1e6:10.2f} ms/run")
     columns = len(e.parameters) + len(e.states)
     for name in ("kernel", "native FMU", "python FMU"):
-        print(f"  {columns} sensitivities, {name}: {ns[f'{name}, sensitivities'] / ns[name]:.2f} times the plain run (aim 5)")
+        print(
+            f"  {columns} sensitivities, {name}: {ns[f'{name}, sensitivities'] / ns[name]:.2f} times the plain run (aim 5)"
+        )
     many, sets = np.tile(theta, (64, 1)), 64
     lanes = medians({"lanes": lambda: kernel.simulate_many(many, run)}, inner * sets, 5)["lanes"]
     print(f"  runs per second and core, lanes over scalar: {ns['kernel'] / lanes:.2f} (aim 2.5)")
@@ -166,7 +152,9 @@ def whole_device(folder: Path) -> None:
 
         calls[kind] = run
     for kind, ns in medians(calls, rows).items():
-        print(f"  6-DOF, {kind} FMU: {ns / 1e3:.2f} us/step, {STEP * 1e9 / ns:.0f} times faster than real time (aim 100)")
+        print(
+            f"  6-DOF, {kind} FMU: {ns / 1e3:.2f} us/step, {STEP * 1e9 / ns:.0f} times faster than real time (aim 100)"
+        )
 
 
 def main() -> None:
