@@ -13,6 +13,7 @@ from identification.simulator import Simulator
 from measurement.run import Array, Run
 from model.equations import Equations
 from model.kernel.compiled import CompiledKernel
+from model.observer import with_observer
 
 STEPS = (5e-3, 2.5e-3, 1.25e-3, 1e-3, 5e-4)
 SHARE = 0.1
@@ -30,6 +31,13 @@ class Forward(Protocol):
 def kernel_of(equations: Equations) -> KernelSimulator:
     """Return the in-process simulator of ``equations``, made once per process."""
     return KernelSimulator.of(equations)
+
+
+@lru_cache(maxsize=64)
+def coarse(equations: Equations, step: float) -> KernelSimulator:
+    """Return the in-process simulator with inner step ``step`` [s], as `longest_step` found it to suffice."""
+    plain = CompiledKernel.of(equations, step=step)
+    return KernelSimulator(equations, plain, CompiledKernel.of(with_observer(equations), step=step))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

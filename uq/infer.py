@@ -15,7 +15,7 @@ from measurement.run import Array, Run
 from uq.arviz_door import leave_one_out
 from uq.choice import Problem, Scored, best, compare, unseen_terms
 from uq.density import Density
-from uq.forward import EachForward, Forward, KernelForward, longest_step
+from uq.forward import EachForward, Forward, KernelForward, coarse, longest_step
 from uq.hyper import NOISE_ESTIMATED, NOISE_KNOWN
 from uq.likelihood import cycle_scores
 from uq.modes import count_modes
@@ -95,9 +95,12 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     begun = time.perf_counter()
     fitted = tuple(run for run in runs if run.use == "fit")
     unseen = tuple(run for run in runs if run.use == "validate")
+    forward = forward_of(simulator, fitted, theta, through_simulator=through_simulator)
+    if isinstance(forward, KernelForward):
+        simulator = coarse(simulator.equations, forward.step)
     problem = Problem(
         simulator=simulator,
-        forward=forward_of(simulator, fitted, theta, through_simulator=through_simulator),
+        forward=forward,
         fitted=fitted,
         unseen=unseen,
         noise_width=NOISE_KNOWN if options.noise_given else NOISE_ESTIMATED,

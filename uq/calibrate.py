@@ -1,0 +1,144 @@
+"""Do the printed intervals cover? Simulation-based calibration: ``python -m uq.calibrate``."""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+from scipy.stats import binomtest, chisquare
+
+from identification.equations_for import device_of, equations_for
+from identification.workers import Processes
+from measurement.campaign import Campaign
+from measurement.prepare import campaign_for_command
+from measurement.run import Array
+from model.equations import Equations
+from model.quantity import Normal
+from support.command import exit_codes, parse_joints, progress
+from support.errors import InputError
+from support.files import write_json
+from uq.forward import longest_step
+from uq.hyper import NOISE_KNOWN
+from uq.noise_model import NoiseModel
+from uq.simulation_based import Design, Outcome, chi_square_bins, covered, rank_one_set
+from uq.terms import prepare
+
+PRIOR = 0.1
+"""Relative width of the priors from which truths are drawn."""
+LEVELS = (0.5, 0.8, 0.95)
+
+
+@click.command(help=__doc__)
+@click.option("--joints", default="0,4", show_default=True, help="A base and a tendon joint.")
+@click.option("--sets", type=click.IntRange(min=1), default=200, show_default=True, help="Data sets per joint.")
+@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
+@click.option(
+    "--out", type=click.Path(path_type=Path), default=Path("docs/results/calibration.json"), show_default=True
+)
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+@exit_codes
+def main(joints: str, sets: int, seed: int, workers: int, out: Path, *, quiet: bool) -> None:
+    """Calibrate, write, summarise."""
+    campaign = campaign_for_command(None)
+    chosen = parse_joints(joints) or ()
+    known = [j for j in chosen if j in campaign.joints]
+    if known != list(chosen):
+        raise InputError("--joints", expected=f"joints of {campaign.joints}", got=joints)
+    begun, results = time.perf_counter(), {}
+    with Processes(workers) as pool:
+        for joint in chosen:
+            design = design_of(campaign, joint)
+            tasks = [(design, k, seed) for k in range(sets)]
+            bar: Any
+            with progress(total=sets, title=f"joint {joint}", quiet=quiet) as bar:
+
+                def more(done: Any, bar: Any = bar) -> int:
+                    bar.n = len(done)
+                    bar.refresh()
+                    return sets - len(done)
+
+                outcomes = pool.until(rank_one_set, tasks, more)
+            results[str(joint)] = judged(outcomes, names_of(design))
+            click.echo(table(joint, results[str(joint)]))
+    write_json(
+        out,
+        {
+            "command": f"python -m uq.calibrate --joints {joints} --sets {sets} --seed {seed}",
+            "date": time.strftime("%Y-%m-%d"),
+            "python": sys.version.split()[0],
+            "wall_s": time.perf_counter() - begun,
+            "sets": sets,
+            "priors": f"normal, {PRIOR:.0%} wide; cycle_scatter half-normal 0.1; noise_factor log-normal {NOISE_KNOWN}",
+            "joints": results,
+        },
+    )
+
+
+def design_of(campaign: Campaign, joint: int) -> Design:
+    """Return runs like the campaign's, shorter, of a joint with normal priors around its first guesses."""
+    equations = with_priors(equations_for(campaign, device_of(campaign), (joint,)))
+    runs = campaign.runs_of((joint,), "fit")[:3]
+    theta = np.array([q.initial for q in equations.parameters])
+    torques = tuple((float(np.ptp(run.u)) / 2, _omega(run.t, run.u[:, 0])) for run in runs)
+    step = longest_step(equations, theta, [(run, prepare(equations, run).x0) for run in runs])
+    return Design(equations=equations, model=NoiseModel(scatter="reading"), torques=torques, step=step)
+
+
+def _omega(t: Array, u: Array) -> float:
+    """Angular frequency from the zero crossings of a cosine [rad/s]."""
+    signs = np.flatnonzero(np.diff(np.sign(u)) != 0)
+    return float(np.pi * (len(signs) - 1) / (t[signs[-1]] - t[signs[0]]))
+
+
+def with_priors(equations: Equations) -> Equations:
+    """Put normal priors of relative width ``PRIOR`` around the first guesses; about 0 they are 1e-4 wide."""
+    changes: dict[str, dict[str, Any]] = {}
+    for q in equations.parameters:
+        if not q.fixed:
+            width = PRIOR * abs(q.initial) if abs(q.initial) > 1e-6 else 1e-4
+            changes[q.id] = {"prior": Normal(mean=q.initial, std=width)}
+    return equations.with_parameters(changes)
+
+
+def names_of(design: Design) -> tuple[str, ...]:
+    """Coordinates that are ranked."""
+    hyper = design.model.hyper(noise_width=NOISE_KNOWN, travel=0.5)
+    return (*(q.id for q in design.equations.parameters if not q.fixed), *(h.id for h in hyper))
+
+
+def judged(outcomes: list[Outcome], names: tuple[str, ...]) -> dict[str, Any]:
+    """Rank histogram, χ² p-value and coverage of every parameter, with the probability of so large a departure."""
+    ranked = [o.ranks for o in outcomes if o.ranks is not None]
+    made: dict[str, Any] = {"ranked": len(ranked), "failed": len(outcomes) - len(ranked), "parameters": {}}
+    for i, name in enumerate(names):
+        ranks = [r[i] for r in ranked]
+        counts = chi_square_bins(ranks, bins=10)
+        shares = {f"{p:g}": covered(ranks, p) for p in LEVELS}
+        tests = {
+            f"{p:g}": float(binomtest(round(covered(ranks, p) * len(ranks)), len(ranks), p).pvalue) for p in LEVELS
+        }
+        made["parameters"][name] = {
+            "rank_histogram": counts.astype(int).tolist(),
+            "chi_square_p": float(chisquare(counts).pvalue),
+            "coverage": shares,
+            "binomial_p": tests,
+        }
+    return made
+
+
+def table(joint: int, result: dict[str, Any]) -> str:
+    """Lay the result out as text."""
+    lines = [f"joint {joint}: {result['ranked']} data sets ranked, {result['failed']} failed"]
+    for name, found in result["parameters"].items():
+        shares = "  ".join(f"{level}: {share:.3f}" for level, share in found["coverage"].items())
+        lines.append(f"  {name:14s} χ² p = {found['chi_square_p']:.3f}   coverage {shares}")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,142 @@
+"""Simulation-based calibration (Talts, Betancourt, Simpson, Vehtari, Gelman 2018): ranks of the truth are uniform.
+
+Draw parameters from the prior, data from the model, draws from the posterior: the rank of each parameter among its
+posterior draws is then uniform, and a p-interval holds it in a share p of the data sets.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.fitting import fit
+from identification.options import FitOptions
+from measurement.run import Array, Run
+from model.equations import Equations
+from uq.choice import Problem
+from uq.coordinates import Coordinates
+from uq.cycle_index import cycle_index
+from uq.equilibrium import equilibrium
+from uq.forward import KernelForward, coarse, kernel_of
+from uq.hyper import NOISE_KNOWN
+from uq.laplace import Laplace
+from uq.noise_model import NoiseModel
+from uq.sampling import SamplingOptions, sample
+
+RANKS = 99
+"""Posterior draws among which the truth is ranked: ranks 0 to 99."""
+SAMPLING = SamplingOptions(ensembles=1, chunk=60, burn=40, pilot=0, longest=60)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Design:
+    """What a synthetic data set looks like.
+
+    Parameters
+    ----------
+    equations
+        With a proper prior on every free parameter.
+    model
+        Noise model from which data are drawn and under which they are read.
+    torques
+        Amplitude [N m] and frequency [rad/s] of every run.
+    duration, spacing
+        Length of a run and time between rows [s].
+    noise
+        Standard deviation of the sensor [rad].
+    step
+        Inner step of the sampler's simulations [s]; data are made with the kernel's own.
+    """
+
+    equations: Equations
+    model: NoiseModel
+    torques: tuple[tuple[float, float], ...]
+    duration: float = 12.0
+    spacing: float = 0.02
+    noise: float = 2e-4
+    step: float = 2.5e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Outcome:
+    """One data set: ranks of the truths (n,) among ``RANKS`` posterior draws, or why there are none."""
+
+    number: int
+    ranks: tuple[int, ...] | None
+    failure: str = ""
+
+
+def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np.random.Generator) -> tuple[Run, ...]:
+    """Draw runs from the model at η (n,)."""
+    equations = design.equations
+    theta = coordinates.thetas(eta)
+    hyper = dict(zip(coordinates.names, coordinates.values(eta), strict=True))
+    rest = float(equilibrium(equations, theta[None], 0.0)[0])
+    kernel = kernel_of(equations).plain
+    t = np.arange(round(design.duration / design.spacing) + 1) * design.spacing
+    made = []
+    for k, (amplitude, omega) in enumerate(design.torques):
+        u = amplitude * np.cos(omega * t)[:, None]
+        x0 = np.zeros(len(equations.states))
+        x0[0] = rest + 0.02 * rng.standard_normal()
+        y = kernel.simulate(t, u, theta, x0)[:, 0]
+        run = Run(
+            file=f"set{k}.csv",
+            free_joints=equations.joints,
+            t=t,
+            u=u,
+            y=y[:, None],
+            noise=np.array([design.noise]),
+            resolution=np.zeros(1),
+            posture=np.empty(0),
+            use="fit",
+        )
+        cycle = cycle_index(run)
+        xi = hyper.get("cycle_scatter", 0.0) * rng.standard_normal(cycle[-1] + 1)
+        y = rest + (y - rest) * (1 + xi[cycle])
+        y = y + design.noise * hyper["noise_factor"] * rng.standard_normal(t.size)
+        made.append(run.but(y=y[:, None]))
+    return tuple(made)
+
+
+def rank_one_set(design: Design, number: int, seed: int) -> Outcome:
+    """Draw the data set ``number``, sample its posterior, rank its truth."""
+    rng = np.random.default_rng([seed, number])
+    hyper = design.model.hyper(noise_width=NOISE_KNOWN, travel=0.5)
+    coordinates = Coordinates(equations=design.equations, hyper=hyper)
+    truth = coordinates.draw(rng, 1)[0]
+    runs = synthetic_runs(design, truth, coordinates, rng)
+    if not all(np.isfinite(run.y).all() for run in runs):
+        return Outcome(number=number, ranks=None, failure="the truth blew up")
+    drawn = sample(_mode(design, runs, number), SAMPLING)
+    flat = drawn.flat()
+    picked = flat[rng.permutation(len(flat))[:RANKS]]
+    return Outcome(number=number, ranks=tuple(int(r) for r in np.sum(picked < truth, axis=0)))
+
+
+def _mode(design: Design, runs: tuple[Run, ...], seed: int) -> Laplace:
+    """Climb from the prior's centre; where that leaves more than noise, also from a fit, and keep the higher mode."""
+    simulator = coarse(design.equations, design.step)
+    forward = KernelForward(equations=design.equations, step=design.step)
+    problem = Problem(simulator=simulator, forward=forward, fitted=runs, unseen=(), noise_width=NOISE_KNOWN)
+    centre = np.array([q.initial for q in design.equations.parameters])
+    mode = problem.mode(design.model, centre, {"cycle_scatter": 0.05})
+    if abs(float(mode.density.hyper(mode.eta[None])["noise_factor"][0]) - 1.0) < 4 * NOISE_KNOWN:
+        return mode
+    found = fit(simulator, runs, options=FitOptions(method="gauss_newton", starts=2, seed=seed))
+    other = problem.mode(design.model, np.array(found.theta), {"cycle_scatter": 0.05})
+    return other if other.log_density > mode.log_density else mode
+
+
+def chi_square_bins(ranks: Sequence[int], bins: int = 20) -> Array:
+    """Count the ranks 0..RANKS in equal bins, shape (bins,)."""
+    counts, _ = np.histogram(ranks, bins=bins, range=(-0.5, RANKS + 0.5))
+    return counts.astype(np.float64)
+
+
+def covered(ranks: Sequence[int], level: float) -> float:
+    """Share of data sets whose truth lies in the equal-tailed interval of this level."""
+    place = (np.asarray(ranks) + 0.5) / (RANKS + 1)
+    return float(np.mean(np.abs(place - 0.5) <= level / 2))
