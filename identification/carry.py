@@ -1,8 +1,9 @@
-"""What earlier configurations found, carried into the next: inertial coefficients as priors, joint parameters as starts.
+"""What earlier configurations found, carried into the next: coefficients as priors, joint parameters as starts.
 
-Coefficients of different configurations are linear in the same inertial parameters π; a Gaussian over π (`LinkBelief`) takes
-in what the data of one test say alone and predicts the coefficients of the next. Springs and friction of a joint start at
-what its own test found; they get no prior from it, so that the coupled test is free to disagree.
+Coefficients of different configurations are linear in the same inertial parameters π; a Gaussian over π
+(`LinkBelief`) takes in what the data of one test say alone and predicts the coefficients of the next. Springs and
+friction of a joint start at what its own test found; they get no prior from it, so that the coupled test is free to
+disagree.
 """
 
 from __future__ import annotations

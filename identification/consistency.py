@@ -1,7 +1,7 @@
 """The same quantity measured in several tests: pooled and tested, disagreement shown.
 
-Coefficients: the innovation y − A·π against (A·P·Aᵀ + R), χ² with as many degrees of freedom as coefficients. Joint parameters
-fitted alone and again in a coupled test: d = a − b against V_a + V_b.
+Coefficients: the innovation y − A·π against (A·P·Aᵀ + R), χ² with as many degrees of freedom as coefficients. Joint
+parameters fitted alone and again in a coupled test: d = a − b against V_a + V_b.
 """
 
 from __future__ import annotations

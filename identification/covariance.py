@@ -2,9 +2,9 @@
 
 V = H⁻¹·B·H⁻¹,  H = JᵀJ,  B = Σ_runs Σ_{t,s} c(|t − s|)·g_t·g_sᵀ + J_pᵀJ_p,  g_t = √λ_t·J_t
 
-c(l) is the pooled autocovariance of the residuals over the noise, tapered by Bartlett's window up to the lag at which it
-has died away (Newey & West 1987, with the autocovariance taken as stationary). White residuals of the stated noise give
-back the classical covariance of weighted least squares.
+c(l) is the pooled autocovariance of the residuals over the noise, tapered by Bartlett's window up to the lag at
+which it has died away (Newey & West 1987, with the autocovariance taken as stationary). White residuals of the
+stated noise give back the classical covariance of weighted least squares.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Curvature:
 
 
 def curvature(problem: Problem, x: Array) -> Curvature:
-    """Evaluate the three matrices at x; directions that nothing determines get the width of their bounds as variance."""
+    """Evaluate the matrices at x; directions that nothing determines get the width of their bounds as variance."""
     blocks = problem.blocks(x)
     n = problem.size
     data = sum((J.reshape(-1, n).T @ J.reshape(-1, n) for J in blocks.jacobians or ()), np.zeros((n, n)))

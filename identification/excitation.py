@@ -1,7 +1,7 @@
 """Warnings where the runs do not excite a parameter: never in presliding, never past the Stribeck speed, and so on.
 
-Judged on the simulated motion, joint by joint: the bristle's length is Fs/σ0, a row is in presliding where the joint is less
-than twice that from its last reversal.
+Judged on the simulated motion, joint by joint: the bristle's length is Fs/σ0, a row is in presliding where the joint
+is less than twice that from its last reversal.
 """
 
 from __future__ import annotations

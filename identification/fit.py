@@ -44,7 +44,7 @@ class RunScore:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Basin:
-    """A minimum that some starts reached: RMS over the noise there, which starts, parameters (n_p,), cost in simulations."""
+    """A minimum that some starts reached: RMS over the noise, which starts, parameters (n_p,), simulations spent."""
 
     over_noise: float
     starts: tuple[int, ...]
@@ -86,6 +86,8 @@ class Fit:
         Sensor standard deviation used, by file, shape (n_joints,) each.
     correlation_time
         Integrated autocorrelation time of the residuals, in rows; 1 is white.
+    observer_gain
+        Gain [1/s] with which the measured position was fed back in the residuals and scores; 0 for a free simulation.
     """
 
     equations: Equations
@@ -107,6 +109,7 @@ class Fit:
     warnings: tuple[str, ...] = ()
     runs: tuple[RunScore, ...] = ()
     notes: tuple[str, ...] = field(default=())
+    observer_gain: float = 0.0
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

@@ -1,6 +1,7 @@
 """A fit: many starts, the best minimum, what it means.
 
-`fit` is what the command, the posterior and the search for missing effects call; it knows a model only as a `Simulator`.
+`fit` is what the command, the posterior and the search for missing effects call; it knows a model only as a
+`Simulator`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Levenberg–Marquardt under bounds and orderings: each step is a damped linear least-squares problem with inequalities.
 
-Nielsen's damping (1999): the gain ratio of a step sets the next damping. The damping is scaled by the columns of the Jacobian.
+Nielsen's damping (1999): the gain ratio of a step sets the next damping. The damping is scaled by the columns of the
+Jacobian.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from identification.problem import Problem
 from measurement.run import Array
 
 RIDGE = 1e-6
-"""Regularisation of directions that the data do not see, relative to the largest column of the Jacobian, in scaled parameters."""
+"""Regularisation of directions that the data do not see, relative to the largest column of the scaled Jacobian."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -1,7 +1,7 @@
 """Output-injection homotopy: refit with the observer gain lowered step by step to zero, then polish.
 
-A free simulation of LuGre friction has false minima next to the true one. Pulled towards the measured position with gain L
-[1/s], the simulation stays near the data, the cost has fewer minima, and the minimum moves continuously with L.
+A free simulation of LuGre friction has false minima next to the true one. Pulled towards the measured position with
+gain L [1/s], the simulation stays near the data, the cost has fewer minima, and the minimum moves continuously with L.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ def descend(problem: Problem, x: Array) -> Descent:
     """Follow the minimum from the first gain to the last; the last level ends with a Gauss–Newton polish."""
     gains, calls = problem.options.gains, 0
     x = feasible(problem, x)
-    for number, gain in enumerate(gains):
+    for number in range(len(gains)):
         level = _level(problem, x, number)
         x, calls = level.x, calls + level.calls
     if problem.options.passive:
         return Descent(x=x, cost=level.cost, calls=calls, converged=level.converged)
-    polish = gauss_newton(problem, x, gain, iterations=MANY, damping=1e-9)
+    polish = gauss_newton(problem, x, gains[-1], iterations=MANY, damping=1e-9)
     return Descent(x=polish.x, cost=polish.cost, calls=calls + polish.calls, converged=polish.converged)
 
 

@@ -1,12 +1,13 @@
 """First guesses and bounds of a single joint from its data alone.
 
-Where the joint slides, friction is Coulomb plus viscous, and the smoothed signals obey an equation linear in the unknowns,
+Where the joint slides, friction is Coulomb plus viscous, and the smoothed signals obey an equation linear in the
+unknowns,
 
     Kp·τ = M·q̈ + σ2·q̇ + Fc·sgn q̇ + k·q + c    (k = Ks + g_s, c = g_c − Ks·epos, for small q),
 
-solved with M, σ2, Fc ≥ 0 over all runs: inertia from the response at speed, Coulomb torque from the plateaus' height, k and c
-from static balance. Over a wide range, gravity is told from the spring by cos q and sin q. The bristle and the Stribeck
-curve get sizes in proportion: they are what the fit is for.
+solved with M, σ2, Fc ≥ 0 over all runs: inertia from the response at speed, Coulomb torque from the plateaus'
+height, k and c from static balance. Over a wide range, gravity is told from the spring by cos q and sin q. The
+bristle and the Stribeck curve get sizes in proportion: they are what the fit is for.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ class KernelSimulator:
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
     def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, threads: int = 1) -> Array:
-        """Outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p); x0 is (n_x,) or (n_sets, n_x)."""
+        """Return outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p); x0 is (n_x,) or (n_sets, n_x)."""
         start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)
         starts = np.broadcast_to(start, (thetas.shape[0], len(self.equations.states)))
         return self.plain.simulate_many(run.t, run.u, thetas, starts, linear=run.hold == "linear", threads=threads)

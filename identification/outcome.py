@@ -13,13 +13,19 @@ class Outcome(Enum):
         "several starts agree on the best minimum, but the residual stays above the sensor's noise: "
         "the model lacks something; try python -m discrepancy.run"
     )
-    SINGLE_START = "only one start reached the best minimum, which leaves the sensor's noise; raise --starts to be sure that it is the best"
+    SINGLE_START = (
+        "only one start reached the best minimum, which leaves the sensor's noise; "
+        "raise --starts to be sure that it is the best"
+    )
     LONELY = "only one start reached the best minimum, and it lies above the sensor's noise; raise --starts"
     TORQUE_SCORED = (
         "recorded under position control: fitted to the torque with the measured motion as input, "
         "because a simulation from this torque drifts"
     )
-    NOT_FINITE = "no start gave a finite simulation; check units and bounds"
+    OBSERVED = (
+        "small errors grow during these runs: fitted with the measured position fed back through an observer, "
+        "not as a free simulation"
+    )
 
     @property
     def label(self) -> str:

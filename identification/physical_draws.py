@@ -1,8 +1,9 @@
 """Draws of the inertial parameters from their Gaussian belief, restricted to what masses can be.
 
 Hit-and-run (Smith 1984) in whitened coordinates: along a random direction the belief is a normal distribution, and the
-pseudo-inertia of every link stays positive definite on one interval around the present point, found from the generalised
-eigenvalues of J(point) and J(direction). The next point is drawn from the normal distribution cut to that interval.
+pseudo-inertia of every link stays positive definite on one interval around the present point, found from the
+generalised eigenvalues of J(point) and J(direction). The next point is drawn from the normal distribution cut to
+that interval.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ def _eigenvalues(body: Array, direction: Array) -> Array:
     """Return the eigenvalues of L⁻¹·J(direction)·L⁻ᵀ with J(body) = L·Lᵀ, shape (4,)."""
     if not direction.any():
         return np.zeros(1)
-    L = np.linalg.cholesky(pseudo_inertia(body))
-    half = np.linalg.solve(L, pseudo_inertia(direction))
-    whitened = np.linalg.solve(L, half.T)
+    L: Array = np.linalg.cholesky(np.asarray(pseudo_inertia(body.tolist())))
+    half: Array = np.linalg.solve(L, np.asarray(pseudo_inertia(direction.tolist())))
+    whitened: Array = np.linalg.solve(L, half.T)
     return np.asarray(np.linalg.eigvalsh((whitened + whitened.T) / 2))

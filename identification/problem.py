@@ -1,4 +1,4 @@
-"""The least-squares problem of a fit: scaled parameters and initial states in, whitened residuals and their Jacobian out.
+"""The least-squares problem of a fit: scaled parameters and initial states in, whitened residuals and Jacobian out.
 
 x = (s, δ₁, …, δ_K): scaled parameters (`Scaling`), then the initial states of each run (`Start`).
 r = (√λ·(y_meas − y_sim)/σ for every row, run and joint; velocity priors δ; parameter priors (p − mean)/std).
@@ -7,6 +7,7 @@ r = (√λ·(y_meas − y_sim)/σ for every row, run and joint; velocity priors 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -101,7 +102,7 @@ class Problem:
     def slices(self) -> tuple[slice, ...]:
         """Return where the initial states of each run lie in x."""
         edges = np.cumsum([self.n_parameters, *(len(start.states) for start in self.starts)])
-        return tuple(slice(int(a), int(b)) for a, b in zip(edges[:-1], edges[1:], strict=True))
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
 
     def theta(self, x: Array) -> Array:
         """Return the physical parameters, shape (n_p,)."""
@@ -164,9 +165,9 @@ class Problem:
                 rows.append(row)
                 residuals.append((theta[i] - q.prior.mean) / q.prior.std)
         for start, part in zip(self.starts, self.slices(), strict=True):
-            for k in np.flatnonzero(start.prior):
+            for place in np.flatnonzero(start.prior) + part.start:
                 row = np.zeros(self.size)
-                row[part.start + k] = 1.0
+                row[place] = 1.0
                 rows.append(row)
-                residuals.append(float(x[part.start + k]))
+                residuals.append(float(x[place]))
         return np.array(residuals), np.array(rows).reshape(-1, self.size)

@@ -39,6 +39,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "free_joints": list(step.configuration.free_joints),
         "locked_positions_rad": list(step.configuration.posture),
         "scored": unit,
+        "observer_gain_per_s": fit.observer_gain,
         "parameters": parameters,
         "runs": [_run_json(score, step.torque_scored) for score in fit.runs],
         "noise_rad": float(sigma),
@@ -136,6 +137,7 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
         warnings=tuple(entry["warnings"]),
         runs=tuple(_score_from(run) for run in entry["runs"]),
         notes=tuple(entry["notes"]),
+        observer_gain=entry["observer_gain_per_s"],
     )
 
 

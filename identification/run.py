@@ -1,4 +1,4 @@
-"""``python -m identification.run [CAMPAIGN]``: locked-joint fits in locking order, coupled test, verification, export."""
+"""``python -m identification.run [CAMPAIGN]``: fits in locking order, coupled test, verification, export."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ from identification.dask_workers import Cluster
 from identification.equations_for import device_of
 from identification.fmu_simulator import FmuSimulator
 from identification.kernel_simulator import KernelSimulator
-from identification.options import FitOptions, Method
-from identification.result_json import SCHEMA, fit_from_json, step_json
+from identification.options import FitOptions
+from identification.result_json import SCHEMA, step_json
 from identification.resume import inputs_digest, kept_entries
 from identification.sequence import Build, Sequence
 from identification.simulator import Simulator
@@ -106,9 +106,9 @@ def main(
     *,
     kind: str,
     no_export: bool,
-    **choices: Any,  # noqa: ANN401 - the options of `FitOptions`, of several types
+    **choices: Any,
 ) -> None:
-    """Identify a device from CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign where left out)."""
+    """Identify a device from CAMPAIGN, a folder with campaign.toml; the embedded Freedom 6S one where left out."""
     read = campaign_for_command(campaign)
     device = device_of(read)
     options = FitOptions(**choices)
@@ -126,7 +126,7 @@ def main(
     data |= {"complete": True, "links": _links_json(whole), "verification": verification.as_json()}
     write_json(job.file, data)
     exported = [] if no_export else _exported(job, data)
-    traces = [traces_of(step, job.build(step.fit.equations)) for step in steps]
+    traces = [traces_of(step, job.build) for step in steps]
     page = identification_page(read.title, steps, traces, data, verification)
     write_text(job.out / "report.html", page)
     click.echo(summary_text(steps, data["verification"]))
@@ -154,7 +154,7 @@ def _fitted(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
             workers=workers,
             kept=dict(enumerate(entries)),
         )
-        bar = progress(total=len(job.configurations), title=job.configurations[0].name, quiet=job.options.quiet)
+        bar: Any = progress(total=len(job.configurations), title=job.configurations[0].name, quiet=job.options.quiet)
         with bar:
             for step in sequence.steps(job.configurations):
                 steps.append(step)

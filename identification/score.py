@@ -1,7 +1,7 @@
 """Residuals of a run under fitted parameters, and how they compare with the sensor's noise.
 
-The initial position is not known better than one sample tells: it is profiled with the prior N(y[0], σ²), for runs that no
-fit saw too. A held-out part is judged from a start that only the rows before it determine.
+The initial position is not known better than one sample tells: it is profiled with the prior N(y[0], σ²), for runs
+that no fit saw too. A held-out part is judged from a start that only the rows before it determine.
 """
 
 from __future__ import annotations

@@ -16,10 +16,10 @@ from identification.outcome import Outcome
 from identification.result_json import fit_from_json
 from identification.simulator import Simulator
 from identification.step import Step
+from identification.strategy import choose_for, fit_simulated
 from identification.torque import TorqueSimulator, torque_run
 from identification.workers import Workers
 from measurement.campaign import Campaign
-from measurement.control import position_control
 from model.device import Device
 from model.equations import Equations
 from model.inertial_belief import LinkBelief, Measurement
@@ -89,33 +89,26 @@ class Sequence:
         return carried(equations, belief, coefficients, own, stated)
 
     def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
-        controlled = _controlled(configuration)
-        if controlled:
-            simulator: Simulator = TorqueSimulator.of(equations)
+        strategy = choose_for(configuration.runs)
+        if strategy.kind != "torque":
+            simulator = self.build(equations)
+            if kept is not None:
+                return Step(configuration=configuration, fit=fit_from_json(kept, equations))
+            made = fit_simulated(simulator, configuration.runs, options=self.options, workers=self.workers)
+            return Step(configuration=configuration, fit=made)
+        inverse = TorqueSimulator.of(equations)
+        if kept is not None:
+            made = fit_from_json(kept, inverse.equations)
+        else:
             runs = tuple(torque_run(run) for run in configuration.runs)
             options = self.options.but(gains=(0.0,))
-        else:
-            simulator, runs, options = self.build(equations), configuration.runs, self.options
-        if kept is not None:
-            made = fit_from_json(kept, simulator.equations)
-        else:
-            made = fit(simulator, runs, options=options, workers=self.workers)
-        if controlled:
-            notes = dict.fromkeys((*made.notes, f"{configuration.runs[0].file}: {controlled}"))
-            made = made.but(outcome=Outcome.TORQUE_SCORED, notes=tuple(notes))
-        return Step(configuration=configuration, fit=made, torque_scored=bool(controlled))
-
-
-def _controlled(configuration: Configuration) -> str:
-    """Why the runs of a single joint count as recorded under position control; empty where they do not."""
-    if len(configuration.free_joints) > 1:
-        return ""
-    reasons = [position_control(run) for run in configuration.runs if run.use == "fit"]
-    return reasons[0] if reasons and all(reasons) else ""
+            made = fit(inverse, runs, options=options, workers=self.workers)
+            made = made.but(outcome=Outcome.TORQUE_SCORED, notes=(*made.notes, strategy.reason))
+        return Step(configuration=configuration, fit=made, torque_scored=True)
 
 
 def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[str, float]:
-    """Return springs and friction among the parameters of a configuration, with the joint's number at the end of each id."""
+    """Return springs and friction among a configuration's parameters, the joint's number at the end of each id."""
     if len(joints) == 1:
         return {f"{id}_{joints[0]}": value for id, value in values.items() if id not in INERTIAL}
     tails = tuple(f"_{j}" for j in joints)

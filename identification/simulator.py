@@ -43,11 +43,11 @@ class Simulator(Protocol):
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """Simulate ``run`` from the initial state ``x0`` (`initial_state` where None) with observer gain ``gain`` [1/s]."""
+        """Simulate ``run`` from the state ``x0`` (`initial_state` where None) with observer gain ``gain`` [1/s]."""
 
 
 def initial_state(equations: Equations, run: Run) -> Array:
-    """First sample as position, measured speed (else rest), and the other states at their start values; shape (n_x,)."""
+    """Return the first sample as position, measured speed (else rest), other states at their start, shape (n_x,)."""
     x0 = np.array([s.start for s in equations.states])
     n = len(equations.joints)
     x0[:n] = run.y[0]
@@ -57,11 +57,11 @@ def initial_state(equations: Equations, run: Run) -> Array:
 
 
 def observer_inputs(run: Run, gain: float) -> Array:
-    """Inputs of the identification model: torques, measured positions, observer gain; shape (n_t, 2·n_joints + 1)."""
+    """Return torques, measured positions and observer gain, shape (n_t, 2·n_joints + 1)."""
     return np.column_stack((run.u, run.y, np.full(run.t.size, gain)))
 
 
 def observer_hold(run: Run) -> tuple[bool, ...]:
-    """Which of `observer_inputs` run linearly between rows: torque as the run says, measured position always, gain never."""
+    """Return which of `observer_inputs` run linearly: torque as the run says, measured position always, gain never."""
     n = len(run.free_joints)
     return (run.hold == "linear",) * n + (True,) * n + (False,)

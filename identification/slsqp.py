@@ -1,8 +1,8 @@
 """SLSQP on the logarithm of the mean square, in variables in which the Gauss–Newton Hessian is the identity.
 
-f(x) = ln(‖r‖²/N), ∇f = 2·Jᵀr/‖r‖². With x = x₀ + T·w, (T·Tᵀ)⁻¹ = 2·JᵀJ/‖r‖² + λ·1 at the start: SLSQP (Kraft 1988) begins with
-the right curvature instead of learning it, and λ keeps its first steps short where the data say little. Bounds and orderings
-become linear inequalities in w.
+f(x) = ln(‖r‖²/N), ∇f = 2·Jᵀr/‖r‖². With x = x₀ + T·w, (T·Tᵀ)⁻¹ = 2·JᵀJ/‖r‖² + λ·1 at the start: SLSQP (Kraft 1988)
+begins with the right curvature instead of learning it, and λ keeps its first steps short where the data say little.
+Bounds and orderings become linear inequalities in w.
 """
 
 from __future__ import annotations

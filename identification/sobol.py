@@ -13,7 +13,7 @@ FACTOR = 2.0
 
 
 def sobol_starts(scaling: Scaling, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
-    """Return ``count`` parameter vectors (n_p,), theta first; parameters with a prior are drawn from it, at most 2 std off."""
+    """Return ``count`` parameter vectors (n_p,), theta first; those with a prior are drawn from it, within 2 std."""
     n = len(scaling.free)
     if count < 2 or n == 0:
         return (theta,)

@@ -48,7 +48,7 @@ class Start:
 
 
 def first_slopes(run: Run) -> tuple[Array, Array]:
-    """Return the initial velocities by a straight line through the first rows, and their standard deviations [rad/s]."""
+    """Return initial velocities by a straight line through the first rows, and their standard deviations [rad/s]."""
     n = min(FIRST_ROWS, run.t.size)
     t = run.t[:n] - run.t[:n].mean()
     spread = float(t @ t)
@@ -56,7 +56,7 @@ def first_slopes(run: Run) -> tuple[Array, Array]:
 
 
 def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> Start:
-    """Return the nuisance parameters of ``run``: velocities join where asked for, measured, or seen in the first rows."""
+    """Return the nuisance parameters of ``run``: velocities join where asked for, measured, or seen at its start."""
     n = len(equations.joints)
     base = np.array(initial_state(equations, run))
     states, unit, prior = list(range(n)), list(run.sensor_std), [False] * n

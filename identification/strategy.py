@@ -21,6 +21,7 @@ from identification.growth import growth
 from identification.motion import dominant_period
 from identification.observed import Observed
 from identification.options import FitOptions
+from identification.outcome import Outcome
 from identification.simulator import Simulator
 from identification.workers import Workers
 from measurement.control import position_control
@@ -100,21 +101,31 @@ def fit_simulated(
 ) -> Fit:
     """Fit by free simulation where the runs allow it, else through the observer; the notes of the fit say which.
 
-    The growth at the first guesses only raises a suspicion: it is judged again at the parameters that the observer
-    found, and where it is small there, the free simulation is fitted from them. Runs whose torque ought to be scored
-    are simulated through the observer too.
+    Growth is judged at the first guesses, and again at what was found, because a poor guess may move calmly or wildly
+    where the machine does not. A free fit that leaves the noise stands, whatever the growth.
     """
     options = options or FitOptions()
     theta = first_guess(simulator) if options.start is None else np.array(options.start)
     strategy = choose_for(runs, simulator, theta)
     if strategy.kind == "open_loop":
-        return fit(simulator, runs, options=options, workers=workers)
+        free = fit(simulator, runs, options=options, workers=workers)
+        strategy = choose_for(runs, simulator, free.theta)
+        if strategy.kind == "open_loop" or _quiet(free, options):
+            return free
     gains = (*(gain for gain in options.gains if gain > strategy.gain), 0.0)
     seen = fit(Observed(simulator, strategy.gain), runs, options=options.but(gains=gains), workers=workers)
     again = choose_for(runs, simulator, seen.theta)
-    if again.kind == "open_loop":
-        return fit(simulator, runs, options=options.but(start=tuple(seen.theta)), workers=workers)
-    return seen.but(notes=(*seen.notes, again.reason, *free_simulation(simulator, seen, runs)))
+    if again.kind == "open_loop" or _quiet(seen, options):
+        free = fit(simulator, runs, options=options.but(start=tuple(seen.theta)), workers=workers)
+        if again.kind == "open_loop" or _quiet(free, options):
+            return free
+    notes = (*seen.notes, strategy.reason, *free_simulation(simulator, seen, runs))
+    return seen.but(notes=notes, outcome=Outcome.OBSERVED, observer_gain=strategy.gain)
+
+
+def _quiet(found: Fit, options: FitOptions) -> bool:
+    """Whether what the fit left is the sensor's noise."""
+    return bool(found.basins[0].over_noise <= options.tolerance)
 
 
 def first_guess(simulator: Simulator) -> Array:

@@ -1,7 +1,7 @@
 """Runs recorded under position control: the measured motion goes in, the torque comes out and is scored.
 
-A simulation from the torque of a position controller drifts: that torque holds the joint where it is told to be. The same
-equation is therefore read the other way round, with the bristle driven by the measured speed:
+A simulation from the torque of a position controller drifts: that torque holds the joint where it is told to be. The
+same equation is therefore read the other way round, with the bristle driven by the measured speed:
 
     τ = (M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + σ0·z + σ1·ż + σ2·q̇)/Kp,   ż = q̇ − σ0·|q̇|/g(q̇)·z
 """
@@ -89,7 +89,11 @@ class TorqueSimulator:
     @classmethod
     def of(cls, joint: Equations) -> TorqueSimulator:
         """Compile the torque equation of a joint."""
-        equations = torque_equations(joint)
+        return cls.of_torque(torque_equations(joint))
+
+    @classmethod
+    def of_torque(cls, equations: Equations) -> TorqueSimulator:
+        """Compile what `torque_equations` returned."""
         return cls(equations, CompiledKernel.of(equations))
 
     def simulate(

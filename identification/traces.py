@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from identification.fit import RunScore
+from identification.observed import Observed
 from identification.simulator import Simulator
 from identification.step import Step
 from identification.torque import TorqueSimulator, torque_run
-from measurement.run import Array
+from measurement.run import Array, Run
+from model.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -31,20 +34,23 @@ class Trace:
     scored_from: float
 
 
-def traces_of(step: Step, simulator: Simulator) -> tuple[Trace, ...]:
+def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tuple[Trace, ...]:
     """Simulate every scored run of a step at the fitted parameters."""
-    runs = {(run.file, run.use): run for run in step.configuration.runs}
+    runs: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in step.configuration.runs}
     if step.torque_scored:
         runs = {key: torque_run(run) for key, run in runs.items()}
-        simulator = TorqueSimulator.of(simulator.equations)
+        simulator = TorqueSimulator.of_torque(step.fit.equations)
+    elif step.fit.observer_gain > 0:
+        simulator = Observed(simulator_of(step.fit.equations), step.fit.observer_gain)
+    else:
+        simulator = simulator_of(step.fit.equations)
     free = [step.fit.index(id) for id in step.fit.free]
     made = []
     for score in step.fit.runs:
         run = runs[score.file, score.use]
         result = simulator.simulate(step.fit.theta, run, x0=score.x0, sensitivities=True)
         n = run.y.shape[1]
-        assert result.dy_dtheta is not None  # noqa: S101 - asked for above
-        J = result.dy_dtheta[:, :n, free]
+        J = _asked(result.dy_dtheta)[:, :n, free]
         variance = np.einsum("tyi,ij,tyj->ty", J, step.fit.covariance, J)
         unit = ("N" if run.prismatic[0] else "N m") if step.torque_scored else ("m" if run.prismatic[0] else "rad")
         made.append(
@@ -61,3 +67,11 @@ def traces_of(step: Step, simulator: Simulator) -> tuple[Trace, ...]:
             )
         )
     return tuple(made)
+
+
+def _asked(values: Array | None) -> Array:
+    """Return sensitivities that were asked for."""
+    if values is None:
+        msg = "the simulator returned no sensitivities"
+        raise ValueError(msg)
+    return values

@@ -1,4 +1,4 @@
-"""From the fitted configurations to the whole device: consistent links, values of the full model, and how sure they are.
+"""From the fitted configurations to the whole device: consistent links, the full model's values, how sure they are.
 
 Springs and friction follow the links: where consistent links move a coefficient by Δc from its fitted value, the other
 parameters p of that fit move by C_pc·C_cc⁻¹·Δc, and vary around that with C_pp − C_pc·C_cc⁻¹·C_cp.

@@ -15,10 +15,10 @@ from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
 
 METHOD = (
-    "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the noise. "
-    "The initial position of every run, validation runs included, is fitted with the prior N(first sample, noise²). "
-    "Standard deviations take the residuals' correlation into account. Status: identified; prior (the data did not halve "
-    "the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
+    "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
+    "noise. The initial position of every run, validation runs included, is fitted with the prior N(first sample, "
+    "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
+    "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
 )
 
 
@@ -178,8 +178,8 @@ def _links(links: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> Section:
         for id, one in table.items()
     ]
     text = (
-        "Masses, centroids and inertias that agree with every test, are those of some distribution of mass, and lie nearest "
-        "to the first guesses. Single link parameters often stay open where their combinations are known."
+        "Masses, centroids and inertias that agree with every test, are those of some distribution of mass, and lie "
+        "nearest to the first guesses. Single link parameters often stay open where their combinations are known."
     )
     header = ("link", "parameter", "value ± std", "unit", "status")
     return Section(
