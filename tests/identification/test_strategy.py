@@ -121,7 +121,7 @@ def test_a_torque_that_the_model_lacks_stays_visible_under_the_observer() -> Non
     assert found.values["inertia"] == pytest.approx(TRUE["inertia"], rel=0.05)
     assert found.values["gravity_sin"] == pytest.approx(TRUE["gravity_sin"], rel=0.05)
     assert found.runs[0].over_noise > 5
-    assert found.outcome.name == "ABOVE_NOISE"
+    assert found.outcome.name == "OBSERVED"
 
 
 def test_fit_of_a_small_swing_is_free() -> None:
