@@ -93,7 +93,8 @@ def agreement(folder: Path) -> None:
         print(f"  {kind} FMU from the kernel, {POINTS} points: at most {worst[kind]:.1e} rad")
     print(
         f"  kernel from Radau, {len(rms)} points: at most {worst['radau']:.1e} rad, "
-        f"RMS {np.median(rms):.1e} in the median, {max(rms):.1e} at worst; with steps of 20 us at most {worst['fine']:.1e}"
+        f"RMS {np.median(rms):.1e} in the median, {max(rms):.1e} at worst; "
+        f"with steps of 20 us at most {worst['fine']:.1e} rad"
     )
 
 

@@ -126,9 +126,8 @@ def identification() -> None:
         print(f"  {name:50s}{value * inner / 1e6:10.2f} ms/run")
     columns = len(e.parameters) + len(e.states)
     for name in ("kernel", "native FMU", "python FMU"):
-        print(
-            f"  {columns} sensitivities, {name}: {ns[f'{name}, sensitivities'] / ns[name]:.2f} times the plain run (aim 5)"
-        )
+        cost = ns[f"{name}, sensitivities"] / ns[name]
+        print(f"  {columns} sensitivities, {name}: {cost:.2f} times the plain run (aim 5)")
     many, sets = np.tile(theta, (64, 1)), 64
     lanes = medians({"lanes": lambda: kernel.simulate_many(many, run)}, inner * sets, 5)["lanes"]
     print(f"  runs per second and core, lanes over scalar: {ns['kernel'] / lanes:.2f} (aim 2.5)")

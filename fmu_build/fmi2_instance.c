@@ -178,7 +178,7 @@ FMI2 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size
         }
         s->v[vr[i]] = value[i];
         s->stale_derivatives = 1;
-        if (vr[i] >= FMU_STALE_FROM) s->stale_outputs = 1;
+        if ((long)vr[i] >= FMU_STALE_FROM) s->stale_outputs = 1;
         if (fmu_role[vr[i]] == PARAMETER) s->unchecked = 1;
     }
     return status;
