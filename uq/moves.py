@@ -52,15 +52,15 @@ def moves(name: str, proposal: Proposal) -> Weighted:
     """Return the weighted moves of one of ``MOVES``.
 
     ``stretch`` (Goodman and Weare 2010, §2); ``differential`` (ter Braak 2006, with the snooker of ter Braak and Vrugt
-    2008 in one step of five); ``independent``: in four steps of five all walkers at once propose draws of ``proposal``.
+    2008 in one step of five); ``independent``: in seven steps of ten all walkers at once propose draws of ``proposal``.
     """
     builders: dict[str, Callable[[], Weighted]] = {
         "stretch": lambda: [(emcee.moves.StretchMove(), 1.0)],
         "differential": lambda: [(emcee.moves.DEMove(), 0.8), (emcee.moves.DESnookerMove(), 0.2)],
         "independent": lambda: [
-            (emcee.moves.MHMove(proposal), 0.8),
-            (emcee.moves.DEMove(), 0.15),
-            (emcee.moves.DESnookerMove(), 0.05),
+            (emcee.moves.MHMove(proposal), 0.7),
+            (emcee.moves.DEMove(), 0.22),
+            (emcee.moves.DESnookerMove(), 0.08),
         ],
     }
     return builders[name]()
