@@ -171,6 +171,7 @@ static fmi2Status out_of_range(Instance *s, fmi2ValueReference vr, double value)
 FMI2 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size_t n, const fmi2Real value[]) {
     Instance *s = c;
     fmi2Status status = fmi2OK;
+    const unsigned first_felt = FMU_STALE_FROM; /* references before it are inputs that no output uses */
     for (size_t i = 0; i < n; i++) {
         if (vr[i] >= HF_END || !(fmu_min[vr[i]] <= value[i] && value[i] <= fmu_max[vr[i]])) {
             status = out_of_range(s, vr[i], value[i]);
@@ -178,7 +179,7 @@ FMI2 fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference vr[], size
         }
         s->v[vr[i]] = value[i];
         s->stale_derivatives = 1;
-        if ((long)vr[i] >= FMU_STALE_FROM) s->stale_outputs = 1;
+        if (vr[i] >= first_felt) s->stale_outputs = 1;
         if (fmu_role[vr[i]] == PARAMETER) s->unchecked = 1;
     }
     return status;
