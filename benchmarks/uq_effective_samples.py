@@ -1,0 +1,124 @@
+"""Effective samples per second: the kernel in lanes against emcee over fmpy.simulate_fmu, same posterior, same run.
+
+Joint 4 of the embedded campaign, its fitted runs, white noise and amplitude scatter. Both sides sample the same density
+from the same start; effective samples are steps times walkers over the slowest coordinate's autocorrelation time. The
+plain side does what a user of emcee and fmpy would do: stretch moves, one walker at a time, fmpy.simulate_fmu at the
+rows' spacing. Its autocorrelation time is measured on the same density, its cost on a few evaluations.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import emcee
+import fmpy
+import numpy as np
+
+from fmu_build.build import build_fmu
+from fmu_build.variables import structured_name
+from identification.equations_for import device_of, equations_for
+from identification.fitting import fit
+from identification.options import FitOptions
+from measurement.prepare import campaign_for_command
+from measurement.run import Array, Run
+from model.equations import Equations
+from uq.choice import Problem
+from uq.forward import KernelForward, coarse, kernel_of, longest_step
+from uq.hyper import NOISE_KNOWN
+from uq.infer import QUICK
+from uq.laplace import Laplace
+from uq.noise_model import NoiseModel
+from uq.sampling import sample
+from uq.terms import prepare
+
+PLAIN_EVALUATIONS = 24
+JOINT = 4
+
+
+def mode_of_joint() -> tuple[Laplace, tuple[Run, ...]]:
+    """Return the posterior's mode, ready to sample."""
+    campaign = campaign_for_command(None)
+    equations = equations_for(campaign, device_of(campaign), (JOINT,))
+    runs = campaign.runs_of((JOINT,))
+    theta = np.array(fit(kernel_of(equations), runs, options=FitOptions(method="gauss_newton", starts=2)).theta)
+    fitted = tuple(run for run in runs if run.use == "fit")
+    step = longest_step(equations, theta, [(run, prepare(equations, run).x0) for run in fitted])
+    problem = Problem(
+        simulator=coarse(equations, step),
+        forward=KernelForward(equations=equations, step=step),
+        fitted=fitted,
+        unseen=(),
+        noise_width=NOISE_KNOWN,
+    )
+    return problem.mode(NoiseModel(scatter="reading"), theta), fitted
+
+
+class FmuForward:
+    """`uq.forward.Forward` by fmpy.simulate_fmu, one walker after the other."""
+
+    def __init__(self, equations: Equations, folder: Path) -> None:
+        self.equations = equations
+        self.fmu = str(build_fmu(equations, folder / "joint.fmu", kind="native").path)
+        self.description = fmpy.read_model_description(self.fmu)
+        self.unzipped = fmpy.extract(self.fmu)
+
+    def __call__(self, thetas: Array, run: Run, x0: Array) -> Array:
+        """See `uq.forward.Forward`."""
+        return np.array([self._one(theta, run, x0) for theta in thetas])
+
+    def _one(self, theta: Array, run: Run, x0: Array) -> Array:
+        e = self.equations
+        start = {structured_name(e, q.id, q.structured): float(v) for q, v in zip(e.parameters, theta, strict=True)}
+        start |= {structured_name(e, s.id, s.structured): float(v) for s, v in zip(e.states, x0, strict=True)}
+        torque = structured_name(e, e.inputs[0].id, e.inputs[0].structured)
+        reading = structured_name(e, e.outputs[0].id, e.outputs[0].structured)
+        signal = np.array(list(zip(run.t, run.u[:, 0], strict=True)), dtype=[("time", float), (torque, float)])
+        spacing = float(run.t[1] - run.t[0])
+        result: Any = fmpy.simulate_fmu(
+            self.unzipped,
+            model_description=self.description,
+            stop_time=float(run.t[-1]),
+            output_interval=spacing,
+            step_size=spacing,
+            start_values=start,
+            input=signal,
+            output=[reading],
+        )
+        return np.asarray(result[reading])
+
+
+def main() -> None:
+    """Sample on both sides and print the ratio."""
+    mode, fitted = mode_of_joint()
+    begun = time.perf_counter()
+    ours = sample(mode, QUICK)
+    spent = time.perf_counter() - begun
+    rate = float(ours.effective.min()) / spent
+    steps, walkers = ours.chain.shape[1], ours.chain.shape[2]
+    print(f"kernel in lanes, one process: {ours.chain.shape[0]} x {steps} steps of {walkers} walkers in {spent:.1f} s")
+    print(f"  move {ours.move}, tau {ours.tau.max():.1f} steps, {rate:.1f} effective samples/s (burn-in included)")
+    with tempfile.TemporaryDirectory() as folder:
+        forward = FmuForward(mode.density.equations, Path(folder))
+        plain = mode.density.but(forward=forward)
+        points = (
+            mode.eta + 0.1 * np.random.default_rng(0).standard_normal((PLAIN_EVALUATIONS, mode.eta.size)) @ mode.lower.T
+        )
+        difference = float(np.abs(plain(points[:4]) - mode.density(points[:4])).max())
+        begun = time.perf_counter()
+        plain(points)
+        each = (time.perf_counter() - begun) / PLAIN_EVALUATIONS
+    sampler = emcee.EnsembleSampler(walkers, mode.eta.size, mode.density, vectorize=True)
+    sampler.random_state = np.random.RandomState(0).get_state()
+    sampler.run_mcmc(ours.chain[0, -1], 2000)
+    tau = float(np.max(sampler.get_autocorr_time(tol=0, quiet=True)))
+    print(f"emcee over fmpy.simulate_fmu ({len(fitted)} runs): {1e3 * each:.0f} ms per posterior density")
+    print(f"  log densities differ by {difference:.2g} between the two")
+    print(f"  stretch move, tau {tau:.0f} steps, {1 / (each * tau):.3f} effective samples/s")
+    print(f"ratio {rate * each * tau:.0f}")
+
+
+if __name__ == "__main__":
+    main()
