@@ -18,6 +18,7 @@ import numpy as np
 from identification.fit import Fit
 from identification.fitting import fit
 from identification.growth import growth
+from identification.jackknife import with_jackknife
 from identification.motion import dominant_period
 from identification.observed import Observed
 from identification.options import FitOptions
@@ -119,6 +120,8 @@ def fit_simulated(
         free = fit(simulator, runs, options=options.but(start=tuple(seen.theta)), workers=workers)
         if again.kind == "open_loop" or _quiet(free, options):
             return free
+    if not _quiet(seen, options):
+        seen = with_jackknife(Observed(simulator, strategy.gain), seen, runs, options.but(gains=(0.0,)), workers)
     notes = (*seen.notes, strategy.reason, *free_simulation(simulator, seen, runs))
     return seen.but(notes=notes, outcome=Outcome.OBSERVED, observer_gain=strategy.gain)
 
