@@ -23,7 +23,7 @@ import numpy as np
 
 from benchmarks.peers.environments import AMICI, CACHE, CASADI, MODESTPY, ROOT, Environment, NotInstalled
 from benchmarks.peers.problem import CASES, NAMES, THRESHOLD, Case
-from benchmarks.peers.table import best, lines, page
+from benchmarks.peers.table import lines, page, ratios
 from fmu_build.build import build_fmu
 from model.joint import joint_equations
 
@@ -53,7 +53,17 @@ CONTESTANTS = (
         for way, w in WAYS.items()
     ),
     Contestant(label="fmpy + SLSQP, finite differences", module="fmpy_slsqp", count=6, budget=45),
-    Contestant(label="CasADi single shooting, IPOPT", module="casadi_single", count=16, budget=30, environment=CASADI),
+    *(
+        Contestant(
+            label=f"CasADi single shooting, {n} steps/row",
+            module="casadi_single",
+            variant=n,
+            count=16,
+            budget=30,
+            environment=CASADI,
+        )
+        for n in ("1", "2", "4")
+    ),
     Contestant(label="ModestPy SLSQP", module="modestpy_slsqp", count=4, budget=60, environment=MODESTPY),
     Contestant(label="AMICI forward sensitivities, TRF", module="amici_trf", count=8, budget=45, environment=AMICI),
 )
@@ -123,7 +133,9 @@ def measure(name: str, chosen: list[Contestant]) -> list[dict[str, Any]]:
     rows = []
     for contestant in chosen:
         click.echo(f"{name}: {contestant.label} (load {os.getloadavg()[0]:.1f})", err=True)
-        rows.append(judged(contestant, case, run(contestant, folder)) | {"load_before": os.getloadavg()[0]})
+        before = os.getloadavg()[0]
+        row = judged(contestant, case, run(contestant, folder))
+        rows.append(row | {"load_before": before, "load_after": os.getloadavg()[0]})
     return rows
 
 
@@ -147,7 +159,7 @@ def main(peers: bool, only: str) -> None:
             "wall_s": time.perf_counter() - began,
             "threshold": THRESHOLD,
             "cases": {name: {"title": CASES[name].title, "contestants": rows} for name, rows in cases.items()},
-            "ratio_best_rival_to_best_haptid": {n: best(r, ours=False) / best(r, ours=True) for n, r in cases.items()},
+            "best_rival_over_haptid": {name: ratios(rows) for name, rows in cases.items()},
         }  # fmt: skip
         OUT.parent.mkdir(parents=True, exist_ok=True)
         OUT.write_text(json.dumps(kept, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")

@@ -8,9 +8,6 @@ from __future__ import annotations
 
 import casadi as ca
 
-SUBSTEPS = 2
-"""Per row of 5 ms: the coarsest whose error (1.3e-5 rad at most, noise 2e-4 rad) does not show on validation runs."""
-
 
 def _rates(x: ca.SX, u: ca.SX, p: ca.SX) -> tuple[ca.SX, ca.SX]:
     """Return ẋ (3,) and the bristle's relaxation rate."""
@@ -61,7 +58,7 @@ def _substep(x: ca.SX, u: ca.SX, p: ca.SX, h: float) -> ca.SX:
     return full * x + f1 * N0 + f2 * (Na + Nb) + f3 * Nc
 
 
-def row_step(spacing: float, substeps: int = SUBSTEPS) -> ca.Function:
+def row_step(spacing: float, substeps: int) -> ca.Function:
     """Return (x (3,), u, ln p (9,)) → x one row later."""
     x, u, s = ca.SX.sym("x", 3), ca.SX.sym("u"), ca.SX.sym("s", 9)
     end, p = x, ca.exp(s)

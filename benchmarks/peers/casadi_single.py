@@ -1,4 +1,7 @@
-"""CasADi, single shooting: IPOPT with bounds and a Gauss–Newton Hessian on the logarithms of the parameters."""
+"""CasADi, single shooting: IPOPT with bounds and a Gauss–Newton Hessian on the logarithms of the parameters.
+
+``--variant N`` takes N steps of the integrator per row.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,7 @@ def solver(statement: Statement, unknowns: ca.MX, residual: ca.MX) -> ca.Functio
 def prepare(statement: Statement) -> Fit:
     """Build the shooting function and the solver once."""
     s = ca.MX.sym("s", 9)
-    roll = row_step(statement.t[1]).mapaccum(statement.t.size - 1)
+    roll = row_step(statement.t[1], int(statement.variant)).mapaccum(statement.t.size - 1)
     states = roll(np.zeros(3), statement.u[None, :-1], ca.repmat(s, 1, statement.t.size - 1))
     residual = (states[0, :].T - statement.y[1:]) / statement.noise / np.sqrt(statement.t.size)
     solve = solver(statement, s, residual)
