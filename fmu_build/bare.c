@@ -33,8 +33,10 @@ BARE void *memmove(void *to, const void *from, size_t n) {
 
 #if defined(_WIN32)
 int _fltused = 1;
+void *bare_module; /* handle of this library */
 int __stdcall DllMainCRTStartup(void *module, unsigned long reason, void *reserved) {
-    (void)module; (void)reason; (void)reserved;
+    (void)reason; (void)reserved;
+    bare_module = module;
     return 1;
 }
 

@@ -76,7 +76,7 @@ def _kinds(root: Element, interface: Interface, python: bool) -> None:
         "modelIdentifier": interface.identifier,
         "needsExecutionTool": "false",
         "canBeInstantiatedOnlyOncePerProcess": "false",
-        "canNotUseMemoryManagementFunctions": "true" if python else "false",
+        "canNotUseMemoryManagementFunctions": "false",
         "canGetAndSetFMUstate": "true",
         "canSerializeFMUstate": "true",
         "providesDirectionalDerivative": derivatives,

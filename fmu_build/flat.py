@@ -37,10 +37,10 @@ def flat_source(kernel: Kernel) -> str:
     return "\n".join(("#define HK_API static", kernel.source, layout(kernel), _EXPORT, text_of("flat.c")))
 
 
-def bare_library(source: str, triple: str) -> Path:
+def bare_library(source: str, triple: str, *, flags: tuple[str, ...] = ()) -> Path:
     """Compile one C source to a shared library that depends on no other, and return its path in the cache."""
     files = {"all.c": source, "bare.c": text_of("bare.c")}
-    return compile_shared(files, main=("all.c", "bare.c"), triple=triple, flags=("-ffreestanding", "-nostdlib"))
+    return compile_shared(files, main=("all.c", "bare.c"), triple=triple, flags=("-ffreestanding", "-nostdlib", *flags))
 
 
 def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:

@@ -14,6 +14,7 @@ from fmu_build.archive import unpack
 from fmu_build.description import model_description
 from fmu_build.fallback import fallback_source
 from fmu_build.flat import bare_libraries, flat_source, functions, text_of
+from fmu_build.guard import guard_source, guarded
 from fmu_build.identity import guid_of
 from fmu_build.platforms import Platform
 from fmu_build.variables import LARGEST, SENSITIVITY_SWITCH, Interface
@@ -49,7 +50,8 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     """Return the files of the Python FMU, and its GUID."""
     slave, fallback = text_of("slave.py"), fallback_source(interface)
     plan = json.dumps(plan_of(interface, "?"))
-    digest = hashlib.sha256(repr((slave, fallback, plan, flat_source(interface.kernel))).encode()).hexdigest()[:16]
+    content = (slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
+    digest = hashlib.sha256(repr(content).encode()).hexdigest()[:16]
     module = f"{interface.identifier}_{digest}"
     guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)
     resources = {
@@ -57,7 +59,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, platforms),
     }
-    files = _built(module, slave, resources)
+    files = guarded(_built(module, slave, resources), interface.identifier, guid)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
 

@@ -3,8 +3,9 @@
 This file is copied into the FMU under a name that holds the digest of the FMU's content, so that two FMUs in one
 process never share a module. It needs the standard library and pythonfmu only. `plan.json` tells it everything else.
 
-pythonfmu turns a Python exception into fmi2Fatal and drops the instance; a False of `do_step` becomes fmi2Discard. So
-nothing here raises: what is wrong goes to the logger as an error, at once, and no step is done until it is put right.
+pythonfmu turns a Python exception into fmi2Fatal and drops the instance. So nothing here raises: what is wrong goes to
+the logger as an error, at once, and no step is done until it is put right. The guard around pythonfmu's loader turns a
+call during which an error was logged into fmi2Error.
 """
 
 from __future__ import annotations

@@ -36,10 +36,9 @@ def test_bad_values_are_refused_with_a_message(kind: Kind, name: str):
     value, expected = BAD[name]
     client = Client(fmu("joint4", kind)).start()
     seen = attempt(client, name, value)
-    assert "error" in seen if kind == "native" else "discard" in seen
+    assert "error" in seen
     assert client.messages
-    if expected != "NaN" or kind == "native":
-        assert expected in client.messages[-1]
+    assert expected.lower() in client.messages[-1].lower()
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -47,8 +46,7 @@ def test_a_refused_value_can_be_put_right(kind: Kind):
     client = Client(fmu("joint4", kind)).start()
     attempt(client, "joint4.inertia", -1.0)
     client.assign(["joint4.inertia", "joint4.torque"], [2e-4, 1e-3])
-    if kind == "native":
-        client.go()
+    client.go()
     client.fmi.doStep(0.0, 0.01)
     assert client.get("joint4.reading")[0] > 0
 
@@ -72,20 +70,23 @@ def test_a_state_that_runs_away_is_reported(kind: Kind):
     assert "finite" in client.messages[-1]
 
 
-def test_the_wrong_guid_is_refused():
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_wrong_guid_is_refused(kind: Kind):
     with pytest.raises(Exception, match="instantiate"):
-        Client(fmu("joint4", "native"), guid="{00000000-0000-0000-0000-000000000000}")
+        Client(fmu("joint4", kind), guid="{00000000-0000-0000-0000-000000000000}")
 
 
-def test_stepping_before_initialisation_is_refused():
-    client = Client(fmu("joint4", "native"))
+@pytest.mark.parametrize("kind", KINDS)
+def test_stepping_before_initialisation_is_refused(kind: Kind):
+    client = Client(fmu("joint4", kind))
     with pytest.raises(FMICallException):
         client.fmi.doStep(0.0, 0.01)
-    assert "mode" in client.messages[-1]
+    assert "mode" in client.messages[-1].lower()
 
 
-def test_unknown_references_are_refused():
-    client = Client(fmu("joint4", "native")).start().go()
+@pytest.mark.parametrize("kind", KINDS)
+def test_unknown_references_are_refused(kind: Kind):
+    client = Client(fmu("joint4", kind)).start().go()
     for call in (lambda: client.fmi.getReal([999]), lambda: client.fmi.setReal([999], [0.0])):
         with pytest.raises(FMICallException):
             call()
