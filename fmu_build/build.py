@@ -10,11 +10,11 @@ from typing import Literal
 
 from fmu_build.archive import pack
 from fmu_build.extras import extra_files
+from fmu_build.interface import Interface, interface_of
 from fmu_build.native_fmu import native_files
 from fmu_build.platforms import PLATFORMS, Platform, this_platform
 from fmu_build.provenance import Provenance
 from fmu_build.python_fmu import python_files
-from fmu_build.variables import Interface, interface_of
 from model.equations import Equations
 from model.kernel.generate import DEFAULT_STEP, generate
 from model.observer import with_observer

@@ -9,8 +9,9 @@ import sympy as sp
 from markupsafe import Markup
 from sympy.printing.mathml import mathml
 
+from fmu_build.interface import Interface
 from fmu_build.provenance import Provenance
-from fmu_build.variables import Interface, Variable
+from fmu_build.variables import Variable
 from model.equations import Equations
 
 _ENVIRONMENT = jinja2.Environment(

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 
 from fmu_build.documentation import documentation
 from fmu_build.flat import text_of
+from fmu_build.interface import Interface
 from fmu_build.picture import picture
 from fmu_build.provenance import Provenance, provenance_of
 from fmu_build.reference import reference
-from fmu_build.variables import Interface
 
 
 def extra_files(

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from fmu_build.flat import text_of
-from fmu_build.variables import Interface, block_offsets
+from fmu_build.interface import Interface, block_offsets
 from model.equations import Equations
 from model.kernel.generate import Kernel, coupling
 from model.kernel.printing import PythonPrinter, differentiate

@@ -8,8 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 
+from fmu_build.interface import block_offsets
 from fmu_build.platforms import Platform
-from fmu_build.variables import block_offsets
 from model.kernel.compiler import compile_shared
 from model.kernel.generate import Kernel
 

@@ -6,9 +6,9 @@ from fmu_build.description import model_description
 from fmu_build.fat import universal
 from fmu_build.flat import bare_libraries, layout, text_of
 from fmu_build.identity import guid_of
+from fmu_build.interface import Interface
 from fmu_build.platforms import Platform
 from fmu_build.tables import input_jacobian, tables
-from fmu_build.variables import Interface
 
 PARTS = ("fmi2_instance.c", "fmi2_state.c", "fmi2_co_simulation.c", "fmi2_model_exchange.c")
 

@@ -16,8 +16,9 @@ from fmu_build.fallback import fallback_source
 from fmu_build.flat import bare_libraries, flat_source, functions, text_of
 from fmu_build.guard import guard_source, guarded
 from fmu_build.identity import guid_of
+from fmu_build.interface import Interface
 from fmu_build.platforms import Platform
-from fmu_build.variables import LARGEST, SENSITIVITY_SWITCH, Interface
+from fmu_build.variables import LARGEST, SENSITIVITY_SWITCH
 
 
 def plan_of(interface: Interface, module: str) -> dict[str, object]:

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from fmu_build.flat import bare_library, flat_source
+from fmu_build.interface import Interface
 from fmu_build.platforms import this_platform
-from fmu_build.variables import Interface
 
 Array = NDArray[np.float64]
 ROWS, STEP, OMEGA, TIMES_STICTION = 401, 0.005, 2.0, 4.0

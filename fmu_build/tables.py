@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from fmu_build.variables import LARGEST, Interface
+from fmu_build.interface import Interface
+from fmu_build.variables import LARGEST
 from model.equations import Equations
 from model.kernel.printing import differentiate
 from model.kernel.text import assignments

@@ -1,19 +1,10 @@
-"""The variables of an FMU, read off the equations: names, value references, ranges, and the flat buffer they live in.
-
-All real variables of an instance are one array of doubles; the value reference is the index into it. Blocks, in order:
-
-u (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), slope (n_u), dy (n_y·n_c), S (n_x·n_c)
-
-with n_c = n_p + n_x directions of the sensitivities, or 0. Blocks that an FMU does not show are still there.
-"""
+"""The variables of an FMU, read off the equations: names, ranges, value references."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-
-import sympy as sp
 
 from model.equations import Equations
 from model.kernel.generate import Kernel
@@ -60,89 +51,6 @@ class Variable:
         return min(self.maximum, LARGEST) if self.settable else -LARGEST
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Interface:
-    """What an FMU shows of its kernel.
-
-    Parameters
-    ----------
-    identifier
-        Model identifier, a C identifier.
-    identification
-        Whether slopes and sensitivities are shown.
-    derivatives
-        Whether the state derivatives are shown (the native FMU).
-    """
-
-    kernel: Kernel
-    identifier: str
-    title: str
-    variables: tuple[Variable, ...]
-    identification: bool
-    derivatives: bool
-
-    @property
-    def equations(self) -> Equations:
-        """The equations of the kernel."""
-        return self.kernel.equations
-
-    @property
-    def offsets(self) -> dict[str, int]:
-        """Where each block of the buffer begins; ``end`` is its length."""
-        return block_offsets(self.kernel)
-
-    def of_role(self, role: str) -> tuple[Variable, ...]:
-        """Return the variables of one role, in the order of the value references."""
-        return tuple(v for v in self.variables if v.role == role)
-
-    def by_id(self, id: str) -> Variable:
-        """Return the variable of a state, input, output or parameter; KeyError lists the known ids."""
-        for variable in self.variables:
-            if variable.id == id:
-                return variable
-        msg = f"{self.identifier} has no variable {id!r}; it has {[v.id for v in self.variables]}"
-        raise KeyError(msg)
-
-    @property
-    def start(self) -> tuple[float, ...]:
-        """Initial content of the buffer; the tangent starts as the identity on the initial states."""
-        values = [0.0] * self.offsets["end"]
-        for variable in self.variables:
-            if variable.start is not None:
-                values[variable.reference] = variable.start
-        columns, parameters = len(self.kernel.columns), len(self.equations.parameters)
-        for i in range(len(self.equations.states) if columns else 0):
-            values[self.offsets["S"] + i * columns + parameters + i] = 1.0
-        return tuple(values)
-
-    @property
-    def stale_from(self) -> int:
-        """First reference that, when set, leaves the outputs stale: an input only where outputs use inputs."""
-        e = self.equations
-        used: set[sp.Symbol] = {u.symbol for u in e.inputs}
-        used |= {s for s, f in e.definitions if f.free_symbols & used}
-        through = any(sp.sympify(o.expression).free_symbols & used for o in e.outputs)
-        return 0 if through or self.identification else self.offsets["x"]
-
-    @property
-    def orderings(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of references (a, b) with a ≥ b required; a fit minds them itself and may pass where they fail."""
-        pairs = () if self.identification else self.equations.orderings
-        return tuple((self.by_id(a).reference, self.by_id(b).reference) for a, b in pairs)
-
-
-def block_offsets(kernel: Kernel) -> dict[str, int]:
-    """Return where each block begins in the buffer."""
-    e, columns = kernel.equations, len(kernel.columns)
-    nx, nu, n_p, ny = len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
-    lengths = {"u": nu, "x": nx, "p": n_p, "y": ny, "dx": nx, "slope": nu, "dy": ny * columns, "S": nx * columns}
-    offsets, total = {}, 0
-    for name, length in lengths.items():
-        offsets[name] = total
-        total += length
-    return {**offsets, "end": total}
-
-
 def structured_name(equations: Equations, id: str, structured: str) -> str:
     """Return the FMI structured name: below ``joint<j>`` where there is one joint and the name does not say so."""
     name = structured or id
@@ -156,28 +64,8 @@ def sensitivity_name(output: str, column: str) -> str:
     return f"sensitivity.{output}.{column}"
 
 
-def interface_of(
-    kernel: Kernel, *, identifier: str, identification: bool, derivatives: bool, values: dict[str, float]
-) -> Interface:
-    """Read the interface off a kernel's equations; ``values`` replaces start values by id."""
-    e, at = kernel.equations, block_offsets(kernel)
-    variables = [*_inputs(e, at["u"]), *_states(e, at["x"], values), *_parameters(e, at["p"], values, identification)]
-    variables += _outputs(e, at["y"])
-    if derivatives:
-        variables += _derivatives(e, at["dx"], at["x"])
-    if identification:
-        variables += [*_slopes(e, at["slope"]), *_sensitivities(kernel, at["dy"])]
-    return Interface(
-        kernel=kernel,
-        identifier=identifier,
-        title=e.title,
-        variables=tuple(variables),
-        identification=identification,
-        derivatives=derivatives,
-    )
-
-
-def _inputs(e: Equations, at: int) -> Iterator[Variable]:
+def input_variables(e: Equations, at: int) -> Iterator[Variable]:
+    """Yield them from value reference `at` on."""
     for i, x in enumerate(e.inputs, start=at):
         yield Variable(
             reference=i,
@@ -192,7 +80,8 @@ def _inputs(e: Equations, at: int) -> Iterator[Variable]:
         )
 
 
-def _states(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
+def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
+    """Yield them from value reference `at` on."""
     for i, x in enumerate(e.states, start=at):
         yield Variable(
             reference=i,
@@ -209,7 +98,8 @@ def _states(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variabl
         )
 
 
-def _parameters(e: Equations, at: int, values: dict[str, float], identification: bool) -> Iterator[Variable]:
+def parameter_variables(e: Equations, at: int, values: dict[str, float], identification: bool) -> Iterator[Variable]:
+    """Yield them from value reference `at` on."""
     for i, x in enumerate(e.parameters, start=at):
         start = float(values.get(x.id, x.initial))
         lower, upper = _range(x, start, identification)
@@ -237,7 +127,8 @@ def _range(x: Quantity, start: float, identification: bool) -> tuple[float, floa
     return min(x.lower, start), max(x.upper, start)
 
 
-def _outputs(e: Equations, at: int) -> Iterator[Variable]:
+def output_variables(e: Equations, at: int) -> Iterator[Variable]:
+    """Yield them from value reference `at` on."""
     for i, x in enumerate(e.outputs, start=at):
         yield Variable(
             reference=i,
@@ -252,7 +143,8 @@ def _outputs(e: Equations, at: int) -> Iterator[Variable]:
         )
 
 
-def _derivatives(e: Equations, at: int, states_at: int) -> Iterator[Variable]:
+def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Variable]:
+    """Yield them from value reference `at` on."""
     for i, x in enumerate(e.states):
         unit = x.unit[:-2] + "/s^2" if x.unit.endswith("/s") else f"{x.unit}/s" if x.unit != "1" else "1/s"
         yield Variable(
@@ -269,7 +161,8 @@ def _derivatives(e: Equations, at: int, states_at: int) -> Iterator[Variable]:
         )
 
 
-def _slopes(e: Equations, at: int) -> Iterator[Variable]:
+def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
+    """Yield them from value reference `at` on."""
     for i, x in enumerate(e.inputs, start=at):
         if x.id != GAIN:
             yield Variable(
@@ -285,7 +178,8 @@ def _slopes(e: Equations, at: int) -> Iterator[Variable]:
             )
 
 
-def _sensitivities(kernel: Kernel, at: int) -> Iterator[Variable]:
+def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
+    """Yield them from value reference `at` on."""
     e = kernel.equations
     for i, output in enumerate(e.outputs):
         for k, column in enumerate(kernel.columns):
