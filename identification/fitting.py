@@ -28,6 +28,9 @@ from identification.workers import Here, Processes, Workers, single_threaded
 from measurement.run import Array, Run
 from support.errors import NumericalError
 
+MANY_AGREE = 4
+"""Starts that must share the best minimum where it lies above the noise."""
+
 
 def fit(
     simulator: Simulator, runs: Sequence[Run], *, options: FitOptions | None = None, workers: Workers | None = None
@@ -75,12 +78,13 @@ def descend_from(problem: Problem, theta: Array) -> Descent:
 
 
 def _more(problem: Problem, done: Sequence[Descent]) -> int:
-    """How many more starts are needed at least: until enough share the best minimum at the noise."""
+    """How many more starts are needed at least: until enough share the best minimum, more of them above the noise."""
     options = problem.options
     basins = sort_into_basins(problem, done)
-    if not basins or basins[0].over_noise > options.tolerance:
+    if not basins:
         return 1
-    return max(options.agree - len(basins[0].starts), 0)
+    quiet = basins[0].over_noise <= options.tolerance
+    return max((options.agree if quiet else MANY_AGREE) - len(basins[0].starts), 0)
 
 
 def _result(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from identification.least_squares import step_within, triangle
-from identification.problem import Problem
+from identification.problem import Blocks, Problem
 from measurement.run import Array
 
 RIDGE = 1e-6
@@ -40,17 +40,18 @@ def gauss_newton(
     """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` of the cost."""
     A, b = problem.constraints()
     now = problem.blocks(x, gain)
-    cost = float(now.residual @ now.residual)
-    growth, calls = 2.0, 1
-    R, c, converged = *triangle(now.jacobian, now.residual), False
-    while calls < iterations and np.isfinite(cost) and not converged:
+    cost, growth, calls, converged = cost_of(now), 2.0, 1, False
+    if not np.isfinite(cost):
+        return Descent(x=x, cost=cost, calls=calls, converged=False)
+    R, c = triangle(now.jacobian, now.residual)
+    while calls < iterations and not converged:
         d, predicted = _damped_step(R, c, damping, A, b - A @ x)
         converged = predicted <= tolerance * cost
         if converged:
             break
         trial = problem.blocks(x + d, gain)
         calls += 1
-        new = float(trial.residual @ trial.residual)
+        new = cost_of(trial)
         ratio = (cost - new) / predicted if np.isfinite(new) else -1.0
         if ratio > 1e-4:
             x, cost, growth = x + d, new, 2.0
@@ -60,6 +61,13 @@ def gauss_newton(
             damping, growth = damping * growth, 2.0 * growth
             converged = damping > 1e12
     return Descent(x=x, cost=cost, calls=calls, converged=converged)
+
+
+def cost_of(blocks: Blocks) -> float:
+    """Return ‖r‖², infinite where a residual or a derivative is not a finite number."""
+    r = blocks.residual
+    finite = np.isfinite(r).all() and all(np.isfinite(J).all() for J in blocks.jacobians or ())
+    return float(r @ r) if finite else float("inf")
 
 
 def _damped_step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> tuple[Array, float]:

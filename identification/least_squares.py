@@ -12,7 +12,7 @@ from measurement.run import Array
 def triangle(J: Array, r: Array) -> tuple[Array, Array]:
     """Return R (n, n) and c (n,) with ‖J·d + r‖² = ‖R·d − c‖² + constant, by QR of [J, r]."""
     n = J.shape[1]
-    R: Array = np.asarray(np.linalg.qr(np.column_stack((J, r)), mode="r"))  # type: ignore[arg-type] # the stubs forget mode
+    R: Array = np.asarray(np.linalg.qr(np.column_stack((J, r)), mode="r"))
     if R.shape[0] < n + 1:
         R = np.vstack((R, np.zeros((n + 1 - R.shape[0], n + 1))))
     return R[:n, :n], -R[:n, n]

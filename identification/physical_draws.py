@@ -57,6 +57,6 @@ def _eigenvalues(body: Array, direction: Array) -> Array:
     if not direction.any():
         return np.zeros(1)
     L: Array = np.linalg.cholesky(np.asarray(pseudo_inertia(body.tolist())))
-    half: Array = np.linalg.solve(L, np.asarray(pseudo_inertia(direction.tolist())))
-    whitened: Array = np.linalg.solve(L, half.T)
+    half = np.linalg.solve(L, np.asarray(pseudo_inertia(direction.tolist())))
+    whitened = np.linalg.solve(L, half.T)
     return np.asarray(np.linalg.eigvalsh((whitened + whitened.T) / 2))

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from identification.gauss_newton import Descent
+from identification.gauss_newton import Descent, cost_of
 from identification.least_squares import triangle
 from identification.passivity import passivity
 from identification.problem import Problem
@@ -29,9 +29,10 @@ class _Cost:
     def __init__(self, problem: Problem, x: Array, gain: float, damping: float) -> None:
         self.problem, self.gain, self.x, self.calls = problem, gain, x, 0
         now = self._blocks(x)
-        r, J = now.residual, now.jacobian
-        self.best, self.cost = x, float(r @ r)
-        R, _ = triangle(J, r)
+        self.best, self.cost = x, cost_of(now)
+        if not np.isfinite(self.cost):
+            return
+        R, _ = triangle(now.jacobian, now.residual)
         curvature = np.vstack((R * np.sqrt(2.0 / self.cost), np.sqrt(damping) * np.eye(x.size)))
         self.T = solve_triangular(np.linalg.qr(curvature, mode="r"), np.eye(x.size))
 
@@ -45,8 +46,7 @@ class _Cost:
     def __call__(self, w: Array) -> tuple[float, Array]:
         x = self.point(w)
         now = self._blocks(x)
-        r = now.residual
-        cost = float(r @ r)
+        r, cost = now.residual, cost_of(now)
         if not np.isfinite(cost):
             return WORST, np.zeros_like(w)
         if cost < self.cost:

@@ -56,13 +56,19 @@ def first_slopes(run: Run) -> tuple[Array, Array]:
 
 
 def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> Start:
-    """Return the nuisance parameters of ``run``: velocities join where asked for, measured, or seen at its start."""
+    """Return the nuisance parameters of ``run``: velocities join where asked for, measured, or seen at its start.
+
+    Equations without joints are driven by the measured motion: their nuisances are all states, of their nominal size.
+    """
     n = len(equations.joints)
     base = np.array(initial_state(equations, run))
+    if not n:
+        nominal = np.array([state.nominal for state in equations.states])
+        return Start(base=base, states=tuple(range(base.size)), unit=nominal, prior=np.ones(base.size, dtype=bool))
     states, unit, prior = list(range(n)), list(run.sensor_std), [False] * n
     slope, std = first_slopes(run)
     moving = np.abs(slope) > MOVING * std
-    if n and (free_velocity or run.v is not None or bool(moving.any())):
+    if free_velocity or run.v is not None or bool(moving.any()):
         guess = base[n : 2 * n] if run.v is not None else np.where(moving, slope, 0.0)
         base[n : 2 * n] = guess
         states += range(n, 2 * n)

@@ -42,7 +42,9 @@ def torque_equations(equations: Equations) -> Equations:
         name=f"{base.name}_torque",
         title=f"{base.title}, from measured motion to torque",
         joints=(),
-        states=(base.states[2],),
+        states=(
+            replace(base.states[2], nominal=equations.parameter("Fc").initial / equations.parameter("sigma0").initial),
+        ),
         inputs=(
             Input(id=q.name, unit=base.states[0].unit, description="measured position"),
             Input(id=v.name, unit=base.states[1].unit, description="measured speed"),
@@ -73,7 +75,6 @@ def torque_run(run: Run) -> Run:
         u=run.y,
         y=run.u,
         v=None,
-        hold="linear",
         noise=np.array([estimate_noise(run.t, run.u[:, 0], step)]),
         resolution=np.array([step]),
     )
@@ -113,6 +114,10 @@ class TorqueSimulator:
 
 
 def measured_motion(run: Run) -> Array:
-    """Return position, speed and acceleration at the run's times from ``run.u``, shape (n_t, 3)."""
+    """Return position, speed and acceleration that belong to each row's torque from ``run.u``, shape (n_t, 3).
+
+    A torque that holds until the next row belongs to the motion half a step later.
+    """
     m = smoothed(run.but(y=run.u), width=WIDTH_S)
-    return np.column_stack([np.interp(run.t, m.t, signal) for signal in (m.q, m.v, m.a)])
+    t = run.t + 0.5 * np.diff(run.t, append=run.t[-1]) if run.hold == "zero" else run.t
+    return np.column_stack([np.interp(t, m.t, signal) for signal in (m.q, m.v, m.a)])

@@ -39,11 +39,7 @@ def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tup
     runs: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in step.configuration.runs}
     if step.torque_scored:
         runs = {key: torque_run(run) for key, run in runs.items()}
-        simulator = TorqueSimulator.of_torque(step.fit.equations)
-    elif step.fit.observer_gain > 0:
-        simulator = Observed(simulator_of(step.fit.equations), step.fit.observer_gain)
-    else:
-        simulator = simulator_of(step.fit.equations)
+    simulator = _simulator(step, simulator_of)
     free = [step.fit.index(id) for id in step.fit.free]
     made = []
     for score in step.fit.runs:
@@ -67,6 +63,14 @@ def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tup
             )
         )
     return tuple(made)
+
+
+def _simulator(step: Step, simulator_of: Callable[[Equations], Simulator]) -> Simulator:
+    """Return what simulates as the fit did."""
+    if step.torque_scored:
+        return TorqueSimulator.of_torque(step.fit.equations)
+    base = simulator_of(step.fit.equations)
+    return Observed(base, step.fit.observer_gain) if step.fit.observer_gain > 0 else base
 
 
 def _asked(values: Array | None) -> Array:
