@@ -41,7 +41,7 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
         numberOfEventIndicators="0",
     )
     _kinds(root, interface, python)
-    _units(root, {v.unit for v in interface.variables})
+    _units(root, {v.unit for v in interface.variables if v.unit})
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES:
         SubElement(categories, "Category", name=name, description=meaning)
@@ -124,8 +124,8 @@ def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
     if v.initial:
         attributes["initial"] = v.initial
     node = SubElement(parent, "ScalarVariable", attributes)
-    real = {"unit": v.unit}
-    display = parse_unit(v.unit).display
+    real = {"unit": v.unit} if v.unit else {}
+    display = parse_unit(v.unit).display if v.unit else None
     if display:
         real["displayUnit"] = display[0]
     for key, value in (("min", v.minimum), ("max", v.maximum)):

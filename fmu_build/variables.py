@@ -18,7 +18,7 @@ SENSITIVITY_SWITCH = "sensitivity.enabled"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variable:
-    """One FMI real variable; `reference` is its value reference and its place in the buffer."""
+    """One FMI real variable; `reference` is its value reference and its place in the buffer; `unit` may be unsaid."""
 
     reference: int
     id: str
@@ -65,7 +65,7 @@ def sensitivity_name(output: str, column: str) -> str:
 
 
 def input_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield them from value reference `at` on."""
+    """Yield the inputs, from value reference `at` on."""
     for i, x in enumerate(e.inputs, start=at):
         yield Variable(
             reference=i,
@@ -81,7 +81,7 @@ def input_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
-    """Yield them from value reference `at` on."""
+    """Yield the states, settable before the start, from value reference `at` on."""
     for i, x in enumerate(e.states, start=at):
         yield Variable(
             reference=i,
@@ -99,7 +99,7 @@ def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator
 
 
 def parameter_variables(e: Equations, at: int, values: dict[str, float], identification: bool) -> Iterator[Variable]:
-    """Yield them from value reference `at` on."""
+    """Yield the parameters with the range that the FMU holds its user to, from value reference `at` on."""
     for i, x in enumerate(e.parameters, start=at):
         start = float(values.get(x.id, x.initial))
         lower, upper = _range(x, start, identification)
@@ -128,7 +128,7 @@ def _range(x: Quantity, start: float, identification: bool) -> tuple[float, floa
 
 
 def output_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield them from value reference `at` on."""
+    """Yield the outputs, from value reference `at` on."""
     for i, x in enumerate(e.outputs, start=at):
         yield Variable(
             reference=i,
@@ -144,7 +144,7 @@ def output_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Variable]:
-    """Yield them from value reference `at` on."""
+    """Yield the state derivatives, from value reference `at` on."""
     for i, x in enumerate(e.states):
         unit = x.unit[:-2] + "/s^2" if x.unit.endswith("/s") else f"{x.unit}/s" if x.unit != "1" else "1/s"
         yield Variable(
@@ -162,7 +162,7 @@ def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Vari
 
 
 def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield them from value reference `at` on."""
+    """Yield a slope beside each input but the observer gain, from value reference `at` on."""
     for i, x in enumerate(e.inputs, start=at):
         if x.id != GAIN:
             yield Variable(
@@ -172,14 +172,14 @@ def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
                 role="slope",
                 causality="input",
                 variability="continuous",
-                unit=f"{x.unit}/s" if "/" not in x.unit else "1",
+                unit=f"{x.unit}/s" if "/" not in x.unit else "",
                 description=f"rate of change of {x.description} during the step; 0 holds it",
                 start=0.0,
             )
 
 
 def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
-    """Yield them from value reference `at` on."""
+    """Yield the derivatives of the outputs, row by row, from value reference `at` on."""
     e = kernel.equations
     for i, output in enumerate(e.outputs):
         for k, column in enumerate(kernel.columns):
@@ -190,7 +190,7 @@ def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
                 role="sensitivity",
                 causality="output",
                 variability="continuous",
-                unit="1",
+                unit="",
                 description=f"derivative of {output.description} with respect to {column}, SI units",
                 initial="calculated",
             )
