@@ -1,0 +1,57 @@
+"""Draw the readme's picture from a finished identification of the embedded campaign."""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+
+import click
+
+from identification.configurations import configurations_of
+from identification.equations_for import device_of
+from identification.kernel_simulator import KernelSimulator
+from identification.options import FitOptions
+from identification.sequence import Sequence
+from identification.traces import traces_of
+from identification.workers import Here
+from measurement.prepare import campaign_for_command
+from report.identification_figures import run_picture
+from support.environment import ROOT
+from support.files import write_bytes
+
+JOINT = 4  # the first to be fitted; it needs nothing from others
+SHOWN = 3
+
+
+@click.command()
+@click.option(
+    "--from",
+    "source",
+    type=click.Path(path_type=Path, exists=True, dir_okay=False),
+    default=ROOT / "artifacts" / "identification.json",
+    help="What identification.run wrote.",
+)
+def main(source: Path) -> None:
+    """Draw the last runs of joint 4, the held-out one among them, into docs/images."""
+    entries = json.loads(source.read_text(encoding="utf-8"))["configurations"]
+    campaign = campaign_for_command(None)
+    device = device_of(campaign)
+    sequence = Sequence(
+        campaign=campaign,
+        device=device,
+        build=KernelSimulator.of,
+        options=FitOptions(),
+        workers=Here(),
+        kept={0: next(e for e in entries if e["free_joints"] == [JOINT])},
+    )
+    step = next(sequence.steps(configurations_of(campaign, device, (JOINT,))))
+    traces = traces_of(step, KernelSimulator.of)
+    origin = "measured data" if campaign.measured else "synthetic data"
+    picture = run_picture(traces[-SHOWN:], f"joint {JOINT}, {origin}")
+    path = write_bytes(ROOT / "docs" / "images" / f"joint{JOINT}.png", base64.b64decode(picture.uri.partition(",")[2]))
+    click.echo(path.relative_to(ROOT))
+
+
+if __name__ == "__main__":
+    main()

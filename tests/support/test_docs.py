@@ -1,0 +1,40 @@
+"""The pages build without broken links, and the readme names only what exists."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from support.environment import ROOT
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+
+
+def test_pages_build(tmp_path: Path):
+    done = subprocess.run(
+        [sys.executable, "-m", "docs.build", "--out", tmp_path], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    effects = (tmp_path / "reference" / "effects.html").read_text(encoding="utf-8")
+    assert "cubic_spring" in effects
+    assert "--seed" in (tmp_path / "reference" / "commands.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("target", re.findall(r"\]\(([^)#]+)\)", README))
+def test_links_of_the_readme(target: str):
+    assert (ROOT / target).exists()
+
+
+@pytest.mark.parametrize("module", sorted(set(re.findall(r"python -m ([\w.]+)", README))))
+def test_commands_of_the_readme(module: str):
+    assert importlib.util.find_spec(module) is not None
+
+
+@pytest.mark.parametrize("verb", sorted(set(re.findall(r"`make (\w+)`", README)) | {"fmu", "test"}))
+def test_verbs_of_the_readme(verb: str):
+    assert f"\n{verb}: ;" in (ROOT / "Makefile").read_text(encoding="utf-8")
