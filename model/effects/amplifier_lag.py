@@ -1,6 +1,8 @@
 """An amplifier that follows its command with a lag, from rest or settled on the first command."""
 
-from model.effect import Effect, EffectState, faded, parameter, sp, t, w
+import sympy as sp
+
+from model.effect import Effect, EffectState, faded, parameter, t, w
 from model.equations import State
 
 LEAST = sp.Float(2e-3)

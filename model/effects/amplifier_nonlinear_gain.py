@@ -1,6 +1,8 @@
 """An amplifier whose gain changes with the torque asked for."""
 
-from model.effect import Effect, parameter, reference, sp, w
+import sympy as sp
+
+from model.effect import Effect, parameter, reference, w
 from model.scales import TORQUE
 
 a1, w0 = sp.symbols("gain_curvature gain_reference", real=True)

@@ -2,7 +2,9 @@
 
 from functools import partial
 
-from model.effect import Effect, faded, parameter, reference, sp, w
+import sympy as sp
+
+from model.effect import Effect, faded, parameter, reference, w
 from model.scales import TORQUE
 
 kappa, least = sp.symbols("saturation_softness saturation_least", real=True)

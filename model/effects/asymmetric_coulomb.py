@@ -1,6 +1,8 @@
 """Dry friction that differs between the two directions of motion."""
 
-from model.effect import Effect, parameter, sp, v
+import sympy as sp
+
+from model.effect import Effect, parameter, v
 
 a1 = sp.Symbol("coulomb_asymmetry", real=True)
 

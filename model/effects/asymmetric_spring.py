@@ -1,6 +1,8 @@
 """A spring that is stiffer on one side of its centre."""
 
-from model.effect import Effect, parameter, q, sp
+import sympy as sp
+
+from model.effect import Effect, parameter, q
 from model.scales import POSITION, TORQUE
 
 k2, epos = sp.symbols("k2 epos", real=True)

@@ -1,6 +1,8 @@
 """Play between motor and link, or between link and encoder."""
 
-from model.effect import Effect, EffectState, parameter, reference, sp, v, y
+import sympy as sp
+
+from model.effect import Effect, EffectState, parameter, reference, v, y
 from model.effects import tendons
 from model.equations import State
 from model.scales import POSITION

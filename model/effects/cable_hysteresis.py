@@ -1,6 +1,8 @@
 """A second, slower bristle: cables and tubes that drag and then slip (Maxwell slip)."""
 
-from model.effect import Effect, EffectState, parameter, sp, v
+import sympy as sp
+
+from model.effect import Effect, EffectState, parameter, v
 from model.equations import State
 from model.scales import POSITION, TORQUE
 

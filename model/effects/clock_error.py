@@ -1,6 +1,8 @@
 """Positions stamped by a clock that runs too fast or too slow, against the torque's clock."""
 
-from model.effect import Effect, a, parameter, sp, t, v, y
+import sympy as sp
+
+from model.effect import Effect, a, parameter, t, v, y
 
 eps = sp.Symbol("clock_rate", real=True)
 _late = eps * t

@@ -1,6 +1,8 @@
 """Inertia that changes with position, with the Christoffel term that goes with it."""
 
-from model.effect import Effect, parameter, q, sp
+import sympy as sp
+
+from model.effect import Effect, parameter, q
 from model.scales import POSITION
 
 c1, c2 = sp.symbols("inertia_slope inertia_curvature", real=True)

@@ -1,6 +1,8 @@
 """Dry friction that settles while the joint warms up."""
 
-from model.effect import Effect, parameter, sp, t
+import sympy as sp
+
+from model.effect import Effect, parameter, t
 from model.scales import DURATION
 
 a1, T = sp.symbols("coulomb_excess coulomb_warm_up", real=True)

@@ -1,6 +1,8 @@
 """A spring that stiffens or softens with the cube of its stretch."""
 
-from model.effect import Effect, parameter, q, sp
+import sympy as sp
+
+from model.effect import Effect, parameter, q
 from model.scales import POSITION, TORQUE
 
 k3, epos = sp.symbols("k3 epos", real=True)

@@ -1,6 +1,8 @@
 """An encoder disc that is mounted off its centre."""
 
-from model.effect import Effect, parameter, sp, y
+import sympy as sp
+
+from model.effect import Effect, parameter, y
 
 s, c = sp.symbols("eccentricity_sin eccentricity_cos", real=True)
 

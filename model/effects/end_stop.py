@@ -1,6 +1,8 @@
 """An elastic stop at one end of the travel, or at both."""
 
-from model.effect import Effect, parameter, q, reference, sp, v
+import sympy as sp
+
+from model.effect import Effect, parameter, q, reference, v
 from model.quantity import Quantity
 from model.scales import CENTRE, POSITION, SPEED, TORQUE
 

@@ -1,6 +1,8 @@
 """A Stribeck curve that follows the speed with a delay."""
 
-from model.effect import Effect, EffectState, faded, parameter, sp, v
+import sympy as sp
+
+from model.effect import Effect, EffectState, faded, parameter, v
 from model.equations import State
 
 T, seen = sp.symbols("friction_lag_time seen_speed", real=True)

@@ -1,6 +1,8 @@
 """A gain that drifts through a run."""
 
-from model.effect import Effect, parameter, sp, t, w
+import sympy as sp
+
+from model.effect import Effect, parameter, t, w
 from model.scales import DURATION
 
 r = sp.Symbol("gain_drift_rate", real=True)

@@ -1,6 +1,8 @@
 """Dry friction that grows with the torque in the transmission."""
 
-from model.effect import Effect, parameter, reference, sp, w
+import sympy as sp
+
+from model.effect import Effect, parameter, reference, w
 from model.scales import TORQUE
 
 a1, w0 = sp.symbols("load_friction load_reference", real=True)

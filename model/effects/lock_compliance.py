@@ -1,6 +1,8 @@
 """The locked neighbour moves: a mode that this joint's acceleration drives."""
 
-from model.effect import Effect, EffectState, a, parameter, sp
+import sympy as sp
+
+from model.effect import Effect, EffectState, a, parameter
 from model.equations import State
 
 mu, omega, zeta = sp.symbols("lock_share lock_frequency lock_damping", real=True)

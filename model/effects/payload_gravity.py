@@ -1,6 +1,8 @@
 """Gravity of a load that the model does not carry."""
 
-from model.effect import Effect, parameter, q, sp
+import sympy as sp
+
+from model.effect import Effect, parameter, q
 from model.scales import TORQUE
 
 g1, g2 = sp.symbols("payload_cos payload_sin", real=True)

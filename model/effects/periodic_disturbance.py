@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from model.effect import Effect, parameter, sp, t
+import sympy as sp
+
+from model.effect import Effect, parameter, t
 from model.scales import TORQUE
 
 s, c, omega = sp.symbols("disturbance_sin disturbance_cos disturbance_frequency", real=True)

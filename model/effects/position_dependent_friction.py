@@ -2,7 +2,9 @@
 
 from functools import partial
 
-from model.effect import Effect, parameter, q, sp
+import sympy as sp
+
+from model.effect import Effect, parameter, q
 from model.effects.waves import COARSE, wave, wave_number
 from model.scales import POSITION
 

@@ -1,6 +1,8 @@
 """Viscous friction that grows away from q = 0."""
 
-from model.effect import Effect, parameter, q, sp, v
+import sympy as sp
+
+from model.effect import Effect, parameter, q, v
 from model.scales import POSITION, SPEED, TORQUE
 
 d = sp.Symbol("viscous_curvature", real=True)

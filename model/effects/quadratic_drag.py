@@ -1,6 +1,8 @@
 """Drag that grows with the square of the speed."""
 
-from model.effect import Effect, parameter, sp, v
+import sympy as sp
+
+from model.effect import Effect, parameter, v
 from model.scales import SPEED, TORQUE
 
 d = sp.Symbol("drag", real=True)

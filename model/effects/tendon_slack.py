@@ -1,6 +1,8 @@
 """A tendon that goes slack around zero stretch."""
 
-from model.effect import Effect, parameter, reference, sp
+import sympy as sp
+
+from model.effect import Effect, parameter, reference
 from model.effects import tendons
 from model.scales import POSITION
 

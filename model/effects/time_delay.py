@@ -4,7 +4,9 @@ e^(−x) ≈ (60 − 24x + 3x²)/(60 + 36x + 9x² + x³) (Baker and Graves-Morri
 chain of three states that carry torque times the powers 0, 1, 2 of T.
 """
 
-from model.effect import Effect, EffectState, faded, parameter, sp, w
+import sympy as sp
+
+from model.effect import Effect, EffectState, faded, parameter, w
 from model.equations import State
 
 LEAST = sp.Float(4e-3)

@@ -1,6 +1,8 @@
 """A torque offset that grows through a run."""
 
-from model.effect import Effect, parameter, sp, t, w
+import sympy as sp
+
+from model.effect import Effect, parameter, t, w
 from model.scales import DURATION, TORQUE
 
 r = sp.Symbol("bias_drift_rate", real=True)

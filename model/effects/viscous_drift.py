@@ -1,6 +1,8 @@
 """Viscous friction that settles while the joint warms up."""
 
-from model.effect import Effect, parameter, sp, t
+import sympy as sp
+
+from model.effect import Effect, parameter, t
 from model.scales import DURATION
 
 a1, T = sp.symbols("viscous_excess viscous_warm_up", real=True)
