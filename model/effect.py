@@ -1,8 +1,8 @@
 """An effect of the catalogue: what it adds to the equation of a joint, as formulas in the standard symbols.
 
-The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle), ``w`` (torque that reaches the joint,
-as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far), ``y`` (reading as built so far),
-and every parameter and state by its id.
+The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle), ``w`` (torque that reaches the
+joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far), ``y`` (reading as built
+so far), and every parameter and state by its id.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ class Effect:
         Where it enters, one of `SIDES`.
     parameters
         The first ``amplitudes`` of them are zero in the base model (``initial`` is a small typical size); the rest give
-        the effect its shape. Numbers are multiples of the joint's own scales, as ``relative`` says, until `at` is called.
+        the effect its shape. Numbers are multiples of the joint's own scales, as ``relative`` says, until `at` is
+        called.
     amplitudes
         How many parameters, from the first on, have to vanish for the effect to vanish.
     relative, origin
@@ -170,7 +171,8 @@ def faded(amplitude: sp.Symbol, least: sp.Expr, full: sp.Expr, without: sp.Expr)
     """Blend from ``without`` at amplitude 0 to ``full`` at ``least`` and beyond.
 
     ``full`` is an expression of the amplitude that is singular at 0 (a time constant, a compliance). Below ``least``
-    its deviation is taken at ``least`` and scaled linearly, so that the effect vanishes exactly and has a derivative at 0.
+    its deviation is taken at ``least`` and scaled linearly, so that the effect vanishes exactly and has a derivative
+    at 0.
     """
     held = sp.Max(amplitude, least)
     return without + amplitude / held * (full.subs(amplitude, held) - without)

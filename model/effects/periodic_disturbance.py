@@ -1,7 +1,6 @@
 """A torque with a rhythm of its own."""
 
 import numpy as np
-
 import sympy as sp
 
 from model.effect import Effect, parameter, t
