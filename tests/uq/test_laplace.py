@@ -61,7 +61,8 @@ def test_longest_step_keeps_the_solver_error_below_what_parameters_could_feel(eq
     at = [(run, prepare(equations, run).x0) for run in runs]
     step = longest_step(equations, theta, at)
     kernel = kernel_of(equations).plain
-    errors = [kernel.simulate(r.t, r.u, theta, x, step=step) - kernel.simulate(r.t, r.u, theta, x, step=2e-5) for r, x in at]
+    coarse = [kernel.simulate(r.t, r.u, theta, x, step=step) for r, x in at]
+    errors = [y - kernel.simulate(r.t, r.u, theta, x, step=2e-5) for y, (r, x) in zip(coarse, at, strict=True)]
     rows = sum(r.t.size for r, _ in at)
     assert max(float(np.sqrt(np.mean(e**2))) for e in errors) < 0.11 * NOISE / np.sqrt(rows)
 
@@ -90,7 +91,7 @@ def test_held_out_score_prefers_scatter_where_there_is_some_and_only_there(equat
             assert chosen.model.scatter == "reading"
 
 
-def test_predictive_bands_cover_new_readings(equations, runs):
+def test_predictive_bands_cover_new_readings(equations):
     density = make_density(NoiseModel(), (make_run(equations, seed=31, rows=2000),), equations)
     found = laplace(density, kernel_of(equations), truth_eta(density))
     draws = found.eta + np.random.default_rng(0).standard_normal((1000, found.eta.size)) @ found.lower.T

@@ -76,7 +76,7 @@ def test_killed_at_random_moments_the_chain_ends_the_same(tmp_path):
         os.kill(process.pid, signal.SIGKILL)
         process.join()
     written = len(list(tmp_path.glob("*.h5")))
-    assert 0 < written
+    assert written > 0
     np.testing.assert_array_equal(sample(start(), LONG, folder=tmp_path).chain, sample(start(), LONG).chain)
 
 

@@ -1,4 +1,4 @@
-"""One small joint, driven by cosines, with a known truth: the smallest problem on which everything here can be tried."""
+"""One small joint, driven by cosines, with a known truth: the smallest problem on which everything can be tried."""
 
 from __future__ import annotations
 
@@ -43,8 +43,8 @@ def make_equations() -> Equations:
 
 
 def make_run(
-    equations: Equations, *, amplitude: float = 5e-3, omega: float = 3.0, rows: int = 400, seed: int = 0, s: float = 0.0,
-    use: str = "fit",
+    equations: Equations, *, amplitude: float = 5e-3, omega: float = 3.0, rows: int = 400, seed: int = 0,
+    s: float = 0.0, use: str = "fit",
 ) -> Run:  # fmt: skip
     """Simulate a run of 8 s with noise and a cycle-amplitude scatter of the reading."""
     rng = np.random.default_rng(seed)
