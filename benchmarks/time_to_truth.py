@@ -58,7 +58,7 @@ CONTESTANTS = (
             label=f"CasADi single shooting, {n} steps/row",
             module="casadi_single",
             variant=n,
-            count=16,
+            count=8,
             budget=30,
             environment=CASADI,
         )
