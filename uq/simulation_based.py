@@ -75,7 +75,7 @@ def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np
     hyper = dict(zip(coordinates.names, coordinates.values(eta), strict=True))
     rest = float(equilibrium(equations, theta[None], 0.0)[0])
     kernel = kernel_of(equations).plain
-    t: Array = np.arange(round(design.duration / design.spacing) + 1) * design.spacing
+    t = np.arange(round(design.duration / design.spacing) + 1, dtype=np.float64) * design.spacing
     made = []
     for k, (amplitude, omega) in enumerate(design.torques):
         u = amplitude * np.cos(omega * t)[:, None]
