@@ -27,19 +27,19 @@ GENERAL = (
 )
 
 
-def documentation(
-    interface: Interface, *, text: str, python: bool, provenance: Mapping[str, Provenance], notes: tuple[str, ...] = ()
-) -> str:
+def documentation(interface: Interface, *, text: str, python: bool, provenance: Mapping[str, Provenance]) -> str:
     """Return the page."""
     e = interface.equations
+    sources = list(dict.fromkeys(origin.source for origin in provenance.values()))
     return _ENVIRONMENT.get_template("documentation.html.j2").render(
         interface=interface,
         text=text,
         python=python,
-        notes=(*e.notes, *notes),
+        notes=e.notes,
         formulas=_formulas(e),
         general=GENERAL if e.definitions else (),
-        parameters=[(v, provenance[v.id]) for v in interface.of_role("parameter")],
+        parameters=[(v, provenance[v.id], sources.index(provenance[v.id].source) + 1) for v in _parameters(interface)],
+        sources=sources,
         others=[v for v in interface.variables if v.role != "parameter"],
         number=_number,
         error_bar=_error_bar,
@@ -47,21 +47,44 @@ def documentation(
     )
 
 
+def _parameters(interface: Interface) -> tuple[Variable, ...]:
+    return interface.of_role("parameter")
+
+
 def _formulas(e: Equations) -> list[Markup]:
     """Return the explicit equations as MathML; a recorded tape is not for reading."""
     if e.definitions:
         return []
+    levels = _stribeck_levels(e)
     rates = zip(e.states, e.rhs, strict=True)
-    lines = [(f"<mover>{_math(x.symbol)}<mo>˙</mo></mover>", f) for x, f in rates]
-    lines += [(_math(sp.Symbol(o.id)), o.expression) for o in e.outputs]
+    lines = [(f"<mover>{_math(x.symbol)}<mo>˙</mo></mover>", sp.sympify(f).subs(levels)) for x, f in rates]
+    lines += [(_math(g), level) for level, g in levels.items()]
+    lines += [(_math(sp.Symbol(o.id)), sp.sympify(o.expression)) for o in e.outputs]
     return [
-        Markup(f'<math display="block"><mrow>{left}<mo>=</mo>{_math(sp.sympify(f))}</mrow></math>')  # ours
+        Markup(f'<math display="block"><mrow>{left}<mo>=</mo>{_math(f)}</mrow></math>')  # ours
         for left, f in lines
     ]
 
 
+def _stribeck_levels(e: Equations) -> dict[sp.Expr, sp.Symbol]:
+    """Return g(v) of each joint, as it stands in the right-hand side, and the symbol to write for it."""
+    ids = {q.id for q in e.parameters}
+    levels = {}
+    for q in e.parameters:
+        suffix = q.id.removeprefix("Fc")
+        if q.id.startswith("Fc") and {f"Fs{suffix}", f"vs{suffix}"} <= ids:
+            vs, Fs = (sp.Symbol(f"{name}{suffix}", real=True) for name in ("vs", "Fs"))
+            v = sp.Symbol(f"v{suffix.removeprefix('_')}", real=True)
+            levels[q.symbol + (Fs - q.symbol) * sp.exp(-((v / vs) ** 2))] = sp.Symbol(f"g{suffix}")
+    return levels
+
+
 def _math(expression: sp.Expr) -> str:
-    return mathml(expression, printer="presentation")
+    """Return presentation MathML; ids that are words become the letters of the field, exponentials stay on one line."""
+    letters = {"inertia": "M", "gravity_cos": "g_c", "gravity_sin": "g_s", "epos": "e"}
+    names = {s: sp.Symbol(letters[s.name], real=True) for s in expression.free_symbols if s.name in letters}
+    exp = sp.Function("exp")
+    return mathml(expression.subs(names).replace(sp.exp, exp), printer="presentation")
 
 
 def _number(value: float | None) -> str:

@@ -10,12 +10,13 @@ from typing import Any
 import click
 
 from fmu_build.build import Fmu, Kind, build_fmu
-from fmu_build.identified import check_schema, of_device, of_joint
+from fmu_build.identified import check_schema, entries_of, of_device, of_joint
 from fmu_build.ssv import write_ssv
 from model.device import Device
 from model.device_file import load_device
 from model.joint import joint_equations
 from model.parameters import joint_parameters
+from model.quantity import Quantity
 from model.whole_device import full_equations
 from support.command import exit_codes, parse_joints
 from support.errors import InputError
@@ -33,12 +34,10 @@ def export_full(device: Device, identification: Mapping[str, Any], out: Path, ki
 
 def export_joint(identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python") -> Fmu:
     """Build the FMU of one joint with the values of ``identification``."""
-    found = of_joint(identification, joint)
-    slides = _unit_of(identification, joint, "inertia") == "kg"
-    known = [q for q in joint_parameters(prismatic=slides) if q.id in found.values]
-    parameters = [
-        q.but(initial=v, lower=min(q.lower, v), upper=max(q.upper, v)) for q in known for v in [found.values[q.id]]
-    ]
+    entries, found = entries_of(identification, joint), of_joint(identification, joint)
+    slides = entries["inertia"].get("unit") == "kg"
+    table = [q for q in joint_parameters(prismatic=slides) if q.id in found.values]
+    parameters = [_bounded(q, found.values[q.id], entries[q.id]) for q in table]
     equations = joint_equations(joint, parameters=parameters, prismatic=slides)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
@@ -49,11 +48,11 @@ def export_parameters(device: Device, identification: Mapping[str, Any], path: P
     return write_ssv(path, *of_device(identification).among(equations).named(equations), name=device.name)
 
 
-def _unit_of(identification: Mapping[str, Any], joint: int, id: str) -> str:
-    for configuration in identification["configurations"]:
-        if list(configuration["free_joints"]) == [joint]:
-            return str(configuration["parameters"].get(id, {}).get("unit", ""))
-    return ""
+def _bounded(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:
+    """Return the parameter at its identified value, within the bounds that the fit had where they are written down."""
+    lower = q.lower if entry.get("lower") is None else float(entry["lower"])
+    upper = q.upper if entry.get("upper") is None else float(entry["upper"])
+    return q.but(initial=value, lower=min(lower, value), upper=max(upper, value))
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -42,13 +42,18 @@ def check_schema(data: Mapping[str, Any], where: str) -> None:
         raise InputError(where, expected=f"an identification.json of schema {SCHEMA}", got=repr(data.get("schema")))
 
 
-def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
-    """Return the parameters of one joint tested alone, by their plain ids."""
+def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:
+    """Return the entries of the parameters of one joint tested alone."""
     for configuration in data["configurations"]:
         if list(configuration["free_joints"]) == [joint]:
-            return _of(configuration["parameters"], f"test of joint {joint}", _campaign(data))
+            return configuration["parameters"]
     where = f"joint {joint}"
     raise InputError(where, expected="a configuration with this joint alone", got="none")
+
+
+def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
+    """Return the parameters of one joint tested alone, by their plain ids."""
+    return _of(entries_of(data, joint), f"test of joint {joint}", _campaign(data))
 
 
 def of_device(data: Mapping[str, Any]) -> Identified:
