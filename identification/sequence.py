@@ -10,14 +10,13 @@ from identification.carry import carried, measurement_of
 from identification.configurations import Configuration
 from identification.consistency import Agreement, coefficients_agree, parameters_agree
 from identification.equations_for import equations_for
-from identification.fitting import fit
+from identification.fit_runs import fit_runs
 from identification.options import FitOptions
 from identification.outcome import Outcome
 from identification.result_json import fit_from_json
 from identification.simulator import Simulator
 from identification.step import Step
-from identification.strategy import choose_for, fit_simulated
-from identification.torque import TorqueSimulator, torque_run
+from identification.torque import torque_equations
 from identification.workers import Workers
 from measurement.campaign import Campaign
 from model.device import Device
@@ -89,22 +88,13 @@ class Sequence:
         return carried(equations, belief, coefficients, own, stated)
 
     def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
-        strategy = choose_for(configuration.runs)
-        if strategy.kind != "torque":
-            simulator = self.build(equations)
-            if kept is not None:
-                return Step(configuration=configuration, fit=fit_from_json(kept, equations))
-            made = fit_simulated(simulator, configuration.runs, options=self.options, workers=self.workers)
-            return Step(configuration=configuration, fit=made)
-        inverse = TorqueSimulator.of(equations)
         if kept is not None:
-            made = fit_from_json(kept, inverse.equations)
-        else:
-            runs = tuple(torque_run(run) for run in configuration.runs)
-            options = self.options.but(gains=(0.0,))
-            made = fit(inverse, runs, options=options, workers=self.workers)
-            made = made.but(outcome=Outcome.TORQUE_SCORED, notes=(*made.notes, strategy.reason))
-        return Step(configuration=configuration, fit=made, torque_scored=True)
+            torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
+            fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
+            return Step(configuration=configuration, fit=fitted, torque_scored=torque)
+        runs = configuration.runs
+        made, torque = fit_runs(equations, self.build, runs, options=self.options, workers=self.workers)
+        return Step(configuration=configuration, fit=made, torque_scored=torque)
 
 
 def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[str, float]:

@@ -1,7 +1,8 @@
 """What a run allows: free simulation, simulation through a stated observer, or scoring the torque.
 
-1. A torque that a position controller made holds the joint where it is told to be: simulated freely, the model drifts.
-   One joint: put the measured motion in and score the torque. Several: simulate through an observer.
+1. A torque that a position controller made holds the joint where it is told to be: simulated freely, a model that lacks
+   something drifts. Simulate through an observer; a single joint swept at constant speed, where speed and acceleration
+   say little, has its torque scored instead unless the observer leaves the noise (`identification.fit_runs`).
 2. Where an error of the start grows beyond `LIMIT` during a run, what a free simulation leaves is the growth of small
    errors of torque: simulate through an observer that forgets faster than the motion changes.
 3. Otherwise simulate freely, the strictest test.
@@ -25,7 +26,7 @@ from identification.options import FitOptions
 from identification.outcome import Outcome
 from identification.simulator import Simulator
 from identification.workers import Workers
-from measurement.control import position_control
+from measurement.control import STEADY, position_control, steady_share
 from measurement.run import Array, Run
 
 Kind = Literal["open_loop", "observer", "torque"]
@@ -70,7 +71,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
 
 def _controlled(run: Run, why: str) -> Strategy:
     gain = observer_gain(run)
-    if len(run.free_joints) == 1:
+    if len(run.free_joints) == 1 and steady_share(run.t, run.y[:, 0]) > STEADY:
         reason = f"{why}: the measured motion goes in and the torque is scored"
         return Strategy(kind="torque", reason=reason, gain=gain)
     reason = f"{why}: simulated with the measured position fed back through an observer of gain {gain:.3g} 1/s"
@@ -111,22 +112,22 @@ def fit_simulated(
     if strategy.kind == "open_loop":
         free = fit(simulator, runs, options=options, workers=workers)
         strategy = choose_for(runs, simulator, free.theta)
-        if strategy.kind == "open_loop" or _quiet(free, options):
+        if strategy.kind == "open_loop" or quiet(free, options):
             return free
     gains = (*(gain for gain in options.gains if gain > strategy.gain), 0.0)
     seen = fit(Observed(simulator, strategy.gain), runs, options=options.but(gains=gains), workers=workers)
     again = choose_for(runs, simulator, seen.theta)
-    if again.kind == "open_loop" or _quiet(seen, options):
+    if again.kind == "open_loop" or quiet(seen, options):
         free = fit(simulator, runs, options=options.but(start=tuple(seen.theta)), workers=workers)
-        if again.kind == "open_loop" or _quiet(free, options):
+        if again.kind == "open_loop" or quiet(free, options):
             return free
-    if not _quiet(seen, options):
+    if not quiet(seen, options):
         seen = with_jackknife(Observed(simulator, strategy.gain), seen, runs, options.but(gains=(0.0,)), workers)
     notes = (*seen.notes, strategy.reason, *free_simulation(simulator, seen, runs))
     return seen.but(notes=notes, outcome=Outcome.OBSERVED, observer_gain=strategy.gain)
 
 
-def _quiet(found: Fit, options: FitOptions) -> bool:
+def quiet(found: Fit, options: FitOptions) -> bool:
     """Whether what the fit left is the sensor's noise."""
     return bool(found.basins[0].over_noise <= options.tolerance)
 
