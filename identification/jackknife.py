@@ -5,6 +5,9 @@ of the motion is looked at, and the delete-one-block jackknife shows how far (K�
 chapter 11):
 
     var s = (K − 1)/K·Σ_k (s_k − s̄)²,  s_k fitted without block k.
+
+A parameter that one block alone shows stays where it was when that block is left out. Each refit therefore brings its
+own sandwich covariance, and the widest counts: what is known must show in two stretches of the motion.
 """
 
 from __future__ import annotations
@@ -14,6 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.covariance import curvature
 from identification.fit import Fit
 from identification.gauss_newton import gauss_newton
 from identification.identifiability import combinations, statuses
@@ -56,18 +60,22 @@ def with_jackknife(
 
 
 def jackknife_std(problem: Problem, x: Array, workers: Workers, blocks: int = BLOCKS) -> Array:
-    """Return the standard deviations of the unknowns at the minimum x by leaving out one block at a time, shape (n,).
+    """Return standard deviations of the unknowns at the minimum x by leaving out one block at a time, shape (n,).
 
     Every run is cut into equally many contiguous blocks, at least ``blocks`` in all. The first row of a run stays: it
     is the prior of its start.
     """
     tasks = [(replace(problem, roots=roots), x) for roots in left_out(problem.roots, blocks)]
-    s = np.array(workers.until(_refitted, tasks, lambda done: len(tasks) - len(done)))
-    return np.asarray(np.sqrt((len(s) - 1) / len(s) * np.sum((s - s.mean(axis=0)) ** 2, axis=0)))
+    refits = workers.until(_refitted, tasks, lambda done: len(tasks) - len(done))
+    s, widths = np.array([x for x, _ in refits]), np.array([std for _, std in refits])
+    spread = np.sqrt((len(s) - 1) / len(s) * np.sum((s - s.mean(axis=0)) ** 2, axis=0))
+    return np.asarray(np.maximum(spread, widths.max(axis=0)))
 
 
-def _refitted(problem: Problem, x: Array) -> Array:
-    return gauss_newton(problem, x, iterations=ITERATIONS, tolerance=1e-4).x
+def _refitted(problem: Problem, x: Array) -> tuple[Array, Array]:
+    """Return the minimum near x and the standard deviations there."""
+    found = gauss_newton(problem, x, iterations=ITERATIONS, tolerance=1e-4).x
+    return found, np.sqrt(np.maximum(np.diag(curvature(problem, found).covariance), 0.0))
 
 
 def left_out(roots: Sequence[Array], blocks: int) -> list[tuple[Array, ...]]:
