@@ -1,4 +1,4 @@
-"""What stands in an FMU beside its code: documentation, licences, picture, reference run."""
+"""What stands in an FMU beside its code: documentation, licences, parameter set, picture, reference run."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from fmu_build.interface import Interface
 from fmu_build.picture import picture
 from fmu_build.provenance import Provenance, provenance_of
 from fmu_build.reference import reference
+from fmu_build.ssv import ssv_bytes
 
 
 def extra_files(
@@ -22,6 +23,7 @@ def extra_files(
     files = {
         "documentation/index.html": page.encode(),
         "documentation/licenses/license.txt": text_of("license.txt").encode(),
+        "resources/parameters.ssv": _parameter_set(interface),
     }
     if python:
         files["documentation/licenses/pythonfmu.txt"] = _licence_of("pythonfmu")
@@ -30,6 +32,12 @@ def extra_files(
         files |= {f"documentation/{name}": data for name, data in run.files().items()}
         files["model.png"] = picture(run.t, run.y[:, 0])
     return files
+
+
+def _parameter_set(interface: Interface) -> bytes:
+    parameters = interface.of_role("parameter")
+    values = {v.name: v.start for v in parameters if v.start is not None}
+    return ssv_bytes(values, {v.name: v.unit for v in parameters})
 
 
 def _licence_of(distribution: str) -> bytes:

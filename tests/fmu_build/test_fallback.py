@@ -12,6 +12,9 @@ import pytest
 from fmu_build.build import Kind, build_fmu, interface_for
 from fmu_build.fallback import fallback_source
 from fmu_build.fallback_stepper import phi, solve, weigh
+from model.effects import catalogue
+from model.joint import joint_equations
+from model.kernel.compiled import CompiledKernel
 from tests.fmu_build.fmu_cases import STEP, Client, equations, fmu, initial, kernel, torques
 
 KIND: Kind = "python"
@@ -42,6 +45,20 @@ def test_equals_the_compiled_kernel_to_rounding(name: str, rows: int):
     u = torques(e, t)
     got = run(*fallback(name), t, u, len(e.outputs))
     expected = kernel(name).simulate(t, u, initial(e), np.zeros(len(e.states)))
+    np.testing.assert_allclose(got, expected, rtol=1e-10, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    "key", ["amplifier_saturation:hard", "backlash:encoder", "cogging", "coulomb_drift", "time_delay", "end_stop:both"]
+)
+def test_effects_equal_the_compiled_kernel(key: str):
+    e, t = joint_equations(3, effects=[catalogue()[key]]), STEP * np.arange(61)
+    interface = interface_for(e, kind=KIND)
+    module = ModuleType("fallback_effect")
+    exec(compile(fallback_source(interface), "fallback", "exec"), module.__dict__)  # the text under test
+    u, x0 = 1e-2 * np.cos(3 * t)[:, None], [s.start for s in e.states]
+    got = run(module, array("d", interface.start), interface.offsets, t, u, 1)
+    expected = CompiledKernel.of(e).simulate(t, u, initial(e), x0)
     np.testing.assert_allclose(got, expected, rtol=1e-10, atol=1e-13)
 
 
