@@ -16,6 +16,7 @@ from model.locked import locked_motion
 from model.whole_device import full_equations
 
 DEVICE = load_device("freedom6s")
+JOINT_IDS = ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc", "Ks", "epos")
 
 
 @cache
@@ -43,9 +44,7 @@ def test_coupled_joints_solve_the_mass_matrix(seed: int):
         np.array(x.subs(values), dtype=float)
         for x in (motion.mass_matrix, motion.christoffel_force + motion.gravity_force)
     )
-    own = [
-        {id: p[f"{id}_{i}"] for id in ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc", "Ks", "epos")} for i in range(2)
-    ]
+    own = [{id: p[f"{id}_{i}"] for id in JOINT_IDS} for i in range(2)]
     friction = [lugre_by_hand(own[i], v[i], z[i]) for i in range(2)]
     spring = [own[i]["Ks"] * (q[i] - own[i]["epos"]) for i in range(2)]
     acceleration = np.linalg.solve(M, tau - load[:, 0] - spring - [f for _, f in friction])
@@ -79,13 +78,18 @@ def inputs(**values: float) -> np.ndarray:
     return u
 
 
+def accelerations_per_torque(k: CompiledKernel, x: np.ndarray, p: np.ndarray) -> np.ndarray:
+    """Accelerations with 1 N m at one joint after the other, shape (6, 6)."""
+    return np.column_stack([k.derivatives(0.0, x, inputs(**{f"tau{j}": 1.0}), p)[6:12] for j in range(6)])
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_handle_force_does_the_work_of_its_jacobian(seed: int):
     e, k = whole()
     p, x, h = np.array([q.initial for q in e.parameters]), random_state(seed), 1e-6
     at = [[o.id for o in e.outputs].index(f"handle_{axis}") for axis in "xyz"]
     rest = k.derivatives(0.0, x, inputs(), p)[6:12]
-    per_torque = np.column_stack([k.derivatives(0.0, x, inputs(**{f"tau{j}": 1.0}), p)[6:12] - rest for j in range(6)])
+    per_torque = accelerations_per_torque(k, x, p) - rest[:, None]
     J = np.column_stack(
         [
             (k.output(0.0, x + h * step, inputs(), p)[at] - k.output(0.0, x - h * step, inputs(), p)[at]) / (2 * h)
@@ -110,7 +114,7 @@ def test_a_handle_torque_does_the_work_of_the_handles_rotation(seed: int):
         dq = (k.output(0.0, x + h * step, inputs(), p)[at] - k.output(0.0, x - h * step, inputs(), p)[at]) / (2 * h)
         columns.append(2 * (w * dq[1:] - dq[0] * np.array(vector) + np.cross(vector, dq[1:])))
     rest = k.derivatives(0.0, x, inputs(), p)[6:12]
-    per_torque = np.column_stack([k.derivatives(0.0, x, inputs(**{f"tau{j}": 1.0}), p)[6:12] - rest for j in range(6)])
+    per_torque = accelerations_per_torque(k, x, p) - rest[:, None]
     torque = np.random.default_rng(seed).normal(size=3)
     turned = k.derivatives(0.0, x, inputs(**{f"handle_torque_{a}": f for a, f in zip("xyz", torque, strict=True)}), p)
     expected = per_torque @ np.column_stack(columns).T @ torque
@@ -118,12 +122,12 @@ def test_a_handle_torque_does_the_work_of_the_handles_rotation(seed: int):
 
 
 def test_a_locked_joint_of_the_whole_device_moves_as_its_own_equation():
-    """With the other joints held by the torques that it takes, the free one has the acceleration of the locked equation."""
+    """With the others held by the torques that it takes, the free joint accelerates as its locked equation says."""
     e, k = whole()
     p, x = np.array([q.initial for q in e.parameters]), np.zeros(18)
     x[[4, 10, 16]] = 0.2, 0.3, 1e-4
     rest = k.derivatives(0.0, x, inputs(), p)[6:12]
-    per_torque = np.column_stack([k.derivatives(0.0, x, inputs(**{f"tau{j}": 1.0}), p)[6:12] - rest for j in range(6)])
+    per_torque = accelerations_per_torque(k, x, p) - rest[:, None]
     held = [0, 1, 2, 3, 5]
     torques = np.linalg.solve(per_torque[np.ix_(held, held)], -rest[held])
     acceleration = rest[4] + per_torque[4, held] @ torques
