@@ -35,13 +35,13 @@ def curvature(problem: Problem, x: Array) -> Curvature:
     blocks = problem.blocks(x)
     n = problem.size
     data = sum((J.reshape(-1, n).T @ J.reshape(-1, n) for J in blocks.jacobians or ()), np.zeros((n, n)))
-    data += _start_priors(problem, blocks)
     prior = blocks.prior_jacobian.T @ blocks.prior_jacobian
     flat = np.diag(_flat_information(problem))
     meat, tau = _meat(problem, blocks)
     bread = np.linalg.inv(data + prior + flat)
     covariance = bread @ (meat + prior + flat) @ bread
-    return Curvature(hessian=data + prior, data=data, covariance=covariance, correlation_time=tau)
+    alone = data + _start_priors(problem, blocks)
+    return Curvature(hessian=data + prior, data=alone, covariance=covariance, correlation_time=tau)
 
 
 def _start_priors(problem: Problem, blocks: Blocks) -> Array:

@@ -16,7 +16,5 @@ TURN = 3.0
 def pseudo_huber(r: Array, k: float = TURN) -> tuple[Array, Array]:
     """Return w and dw/dr, each of the shape of r."""
     root = np.sqrt(1.0 + (r / k) ** 2)
-    w = np.sign(r) * k * np.sqrt(2.0 * (root - 1.0))
-    slope = np.ones_like(r)
-    np.divide(r, root * w, out=slope, where=np.abs(r) > 1e-8)
-    return w, slope
+    half = np.sqrt(2.0 / (root + 1.0))
+    return r * half, 1.0 / (root * half)

@@ -47,8 +47,13 @@ def smoothed(run: Run, column: int = 0, *, width: float | None = None) -> Motion
     sigma = max((SHARE * dominant_period(run.t, y) if width is None else width) / dt, FEWEST)
     return Motion(
         t=t,
-        q=gaussian_filter1d(y, sigma, mode="nearest"),
-        v=gaussian_filter1d(y, sigma, order=1, mode="nearest") / dt,
-        a=gaussian_filter1d(y, sigma, order=2, mode="nearest") / dt**2,
-        torque=gaussian_filter1d(u, sigma, mode="nearest"),
+        q=_filtered(y, sigma, 0),
+        v=_filtered(y, sigma, 1) / dt,
+        a=_filtered(y, sigma, 2) / dt**2,
+        torque=_filtered(u, sigma, 0),
     )
+
+
+def _filtered(signal: Array, sigma: float, order: int) -> Array:
+    """Convolve with a derivative of the Gaussian; cut at 4σ, as by default, G″ would not have the sum 0."""
+    return np.asarray(gaussian_filter1d(signal, sigma, order=order, mode="nearest", truncate=8.0))

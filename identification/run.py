@@ -213,7 +213,8 @@ def _whole(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verificatio
         return None, Verification(runs=())
     whole = whole_device(device, steps, seed=job.options.seed)
     controller = job.campaign.extra.get("controller")
-    return whole, verify(device, whole.values, job.campaign.runs, controller, draws=whole.draws)
+    unseen = [run for run in job.campaign.runs if run.use == "validate"]
+    return whole, verify(device, whole.values, unseen, controller, draws=whole.draws)
 
 
 def _links_json(whole: Whole | None) -> dict[str, Any]:

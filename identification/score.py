@@ -15,7 +15,7 @@ from identification.simulator import Simulator
 from identification.starting import Start, start_of
 from measurement.run import Array, Run
 
-STEPS = 4
+STEPS = 8
 
 
 class HasTheta(Protocol):
@@ -36,15 +36,22 @@ def profiled_start(simulator: Simulator, theta: Array, run: Run, *, free_velocit
     """Return the initial state that fits ``run`` best at fixed parameters, by Gauss–Newton from the first sample."""
     start = start_of(simulator.equations, run, free_velocity=free_velocity)
     rows = slice(0, run.score_from) if run.score_from else slice(None)
-    best, lowest, delta = np.zeros(len(start.states)), np.inf, np.zeros(len(start.states))
+    delta = np.zeros(len(start.states))
+    r, J = _whitened(simulator, theta, run, start, delta, rows)
+    if not np.isfinite(r).all():
+        return start.at(delta)
+    step = -np.linalg.lstsq(J, r, rcond=None)[0]
     for _ in range(STEPS):
-        r, J = _whitened(simulator, theta, run, start, delta, rows)
-        cost = float(r @ r)
-        if not cost < lowest * (1.0 - 1e-9):
+        new_r, new_J = _whitened(simulator, theta, run, start, delta + step, rows)
+        gained = float(r @ r) - float(new_r @ new_r)
+        if gained > 0:
+            delta, r, J = delta + step, new_r, new_J
+            step = -np.linalg.lstsq(J, r, rcond=None)[0]
+        else:
+            step = step / 4.0
+        if abs(gained) < 1e-9 * float(r @ r):
             break
-        best, lowest = delta, cost
-        delta = delta - np.linalg.lstsq(J, r, rcond=None)[0]
-    return start.at(best)
+    return start.at(delta)
 
 
 def _whitened(

@@ -1,7 +1,8 @@
 """Initial states of a run as nuisance parameters: the position always, the velocity where the run starts in motion.
 
-x₀ = m + w·δ with δ fitted per run. The position's m is the first sample and its w the sensor's standard deviation; the
-first row of the residual is its prior. The velocity's m and w come from the first samples, with the prior δ ~ N(0, 1).
+x₀ = m + w·δ with δ fitted per run. The position's m is the first sample and its w the sensor's deviation; the
+first row of the residual is its prior. The velocity's m is the measured one, else 0; its w comes from the first
+samples, and its prior is δ ~ N(0, 1).
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from identification.simulator import initial_state
 from measurement.run import Array, Run
 from model.equations import Equations
 
-FIRST_ROWS = 7
+FIRST_ROWS = 9
 MOVING = 6.0
 """Slope over its standard deviation from which a run counts as started in motion."""
 
@@ -48,11 +49,11 @@ class Start:
 
 
 def first_slopes(run: Run) -> tuple[Array, Array]:
-    """Return initial velocities by a straight line through the first rows, and their standard deviations [rad/s]."""
+    """Return initial velocities by a parabola through the first rows, and their standard deviations [rad/s]."""
     n = min(FIRST_ROWS, run.t.size)
-    t = run.t[:n] - run.t[:n].mean()
-    spread = float(t @ t)
-    return (t @ run.y[:n]) / spread, run.sensor_std / np.sqrt(spread)
+    A = np.stack((np.ones(n), run.t[:n], run.t[:n] ** 2), axis=1)
+    inverse = np.linalg.pinv(A)
+    return (inverse @ run.y[:n])[1], run.sensor_std * float(np.linalg.norm(inverse[1]))
 
 
 def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> Start:
@@ -69,9 +70,7 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
     slope, std = first_slopes(run)
     moving = np.abs(slope) > MOVING * std
     if free_velocity or run.v is not None or bool(moving.any()):
-        guess = base[n : 2 * n] if run.v is not None else np.where(moving, slope, 0.0)
-        base[n : 2 * n] = guess
         states += range(n, 2 * n)
-        unit += list(np.maximum(3.0 * std, 0.3 * np.abs(guess)))
+        unit += list(np.maximum(3.0 * std, 0.3 * np.abs(base[n : 2 * n]) if run.v is not None else np.abs(slope)))
         prior += [True] * n
     return Start(base=base, states=tuple(states), unit=np.array(unit), prior=np.array(prior))

@@ -1,0 +1,143 @@
+"""The command: files, exit codes, interruption, real data."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import identification.run as command
+from identification.run import main
+from tests.identification.bench_joint import TRUE
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.inputs import Cosine
+from virtual_device.sensor import Sensor
+
+DATA = Path(__file__).parents[3] / "shared" / "data"
+FAST = ("--quiet", "--workers", "1", "--fmu", "none", "--method", "gauss_newton")
+COSINES = (
+    Cosine(amplitude=0.005, frequency=1.13, duration=6.0),
+    Cosine(amplitude=0.004, frequency=2.4, duration=6.0),
+    Cosine(amplitude=0.0045, frequency=1.75, duration=6.0, use="validate"),
+)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("campaign")
+    make_joint_campaign(folder, 4, {**TRUE, "Kp": 1.0}, COSINES, sensor=Sensor(noise=2e-4, resolution=1.5e-4), seed=4)
+    return folder
+
+
+def run(*arguments: object):
+    return CliRunner().invoke(main, [str(a) for a in arguments])
+
+
+@pytest.fixture(scope="module")
+def identified(campaign, tmp_path_factory):
+    out = tmp_path_factory.mktemp("out")
+    done = run(campaign, "--out", out, "--no-export", *FAST)
+    assert done.exit_code == 0, done.output
+    return out, json.loads((out / "identification.json").read_text()), done
+
+
+def test_single_joint_needs_no_numbers(identified):
+    _, data, _ = identified
+    (one,) = data["configurations"]
+    assert one["outcome"] == "converged"
+    unseen = [r for r in one["runs"] if r["use"] == "validate"]
+    assert unseen[0]["rmse_over_noise"] < 1.06
+    for id in ("sigma0", "sigma2", "Fs", "Fc", "vs", "inertia"):
+        found = one["parameters"][id]
+        assert abs(found["value"] - TRUE[id]) < 4 * found["std"], id
+
+
+def test_json_has_the_fields_that_stay_fixed(identified):
+    _, data, _ = identified
+    head = {"schema", "device", "campaign", "measured", "seed", "software", "locking_order", "configurations"}
+    assert head | {"links", "verification"} <= set(data)
+    assert data["schema"] == "identification/1"
+    assert data["measured"] is False
+    assert data["locking_order"] == [[4]]
+    (one,) = data["configurations"]
+    assert {
+        "free_joints",
+        "parameters",
+        "runs",
+        "noise_rad",
+        "cost",
+        "outcome",
+        "starts",
+        "simulations",
+        "wall_s",
+    } <= set(one)
+    assert all({"value", "std", "unit", "status"} <= set(p) for p in one["parameters"].values())
+    assert all({"file", "use", "rmse_rad", "rmse_over_noise", "nrmse"} <= set(r) for r in one["runs"])
+
+
+def test_report_is_one_file_with_the_synthetic_label(identified):
+    out, _, done = identified
+    page = (out / "report.html").read_text()
+    assert "SYNTHETIC DATA" in page
+    assert "http" not in page.replace("http://www.w3.org", "")
+    assert "data:image/png;base64" in page
+    assert "joint 4" in done.stdout
+
+
+def test_interrupted_run_goes_on_where_it_stopped(identified, campaign, tmp_path, monkeypatch):
+    _, whole, _ = identified
+    sought = []
+    real = command.write_json
+
+    def stop_after_first(path, data):
+        real(path, data)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "write_json", stop_after_first)
+    assert run(campaign, "--out", tmp_path, "--no-export", *FAST).exit_code == 130
+    monkeypatch.setattr(command, "write_json", real)
+    kept = json.loads((tmp_path / "identification.json").read_text())
+    assert kept["complete"] is False
+    assert len(kept["configurations"]) == 1
+    monkeypatch.setattr("identification.sequence.fit_runs", lambda *a, **_: sought.append(a))
+    assert run(campaign, "--out", tmp_path, "--no-export", *FAST).exit_code == 0
+    again = json.loads((tmp_path / "identification.json").read_text())
+    assert sought == []
+    assert again["complete"] is True
+    assert again["configurations"][0]["parameters"] == whole["configurations"][0]["parameters"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("nowhere",), "nowhere"),
+        (("--joints", "9"), "--joints"),
+        (("--joints", "x"), "--joints"),
+        (("--scheduler", "tcp://127.0.0.1:1", "--joints", "4"), "--scheduler"),
+    ],
+)
+def test_bad_input_writes_nothing(arguments, told, tmp_path):
+    out = tmp_path / "out"
+    done = run(*arguments, "--out", out, *FAST)
+    assert done.exit_code == 2, done.output
+    assert told in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not out.exists()
+
+
+def test_out_must_not_be_a_file(campaign, tmp_path):
+    (tmp_path / "out").write_text("")
+    assert run(campaign, "--out", tmp_path / "out", *FAST).exit_code == 2
+
+
+@pytest.mark.skipif(not (DATA / "dvrk_mtm_joint4").is_dir(), reason="needs ../shared/data/dvrk_mtm_joint4")
+def test_real_tendon_joint_does_not_claim_a_good_fit(tmp_path):
+    done = run(DATA / "dvrk_mtm_joint4", "--out", tmp_path, "--no-export", *FAST)
+    assert done.exit_code == 0, done.output
+    (one,) = json.loads((tmp_path / "identification.json").read_text())["configurations"]
+    assert one["outcome"] != "converged"
+    assert all(np.isfinite(p["value"]) for p in one["parameters"].values())
+    assert 0.02 < one["parameters"]["Fc"]["value"] < 0.08
