@@ -5,6 +5,8 @@ from __future__ import annotations
 import hashlib
 from pathlib import Path
 
+from pythonfmu.builder import FmuBuilder
+
 import fmu_build
 from fmu_build.build import Fmu, Kind, build_fmu
 from model import kernel
@@ -30,7 +32,12 @@ def description_digest(equations: Equations) -> str:
 
 
 def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
-    """Return the identification FMU of ``equations`` from the cache, built where it is not there yet."""
+    """Return the identification FMU of ``equations`` from the cache, built where it is not there yet.
+
+    Where pythonfmu has no loader for this machine, it is the native packaging of the same kernel.
+    """
+    if not FmuBuilder.has_binary():
+        kind = "native"
     seen = [(q.id, q.structured, q.scale) for q in equations.parameters]
     content = hashlib.sha256(repr((equations.digest, seen)).encode()).hexdigest()[:16]
     return _kept(equations, content, kind, identification=True)

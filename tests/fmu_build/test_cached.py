@@ -1,0 +1,37 @@
+"""FMUs from the cache: built once, told apart by all that an FMU shows, native where pythonfmu has no loader."""
+
+from __future__ import annotations
+
+import pytest
+
+from fmu_build.cached import cached_fmu, description_digest, identification_fmu
+from fmu_build.platforms import this_platform
+from tests.fmu_build.fmu_cases import equations
+
+
+@pytest.fixture(autouse=True)
+def own_cache(monkeypatch, tmp_path):
+    monkeypatch.setattr("fmu_build.cached.cache_folder", lambda _: tmp_path)
+    monkeypatch.setattr("fmu_build.build.PLATFORMS", this_platform())
+
+
+def test_built_once():
+    e = equations("joint4")
+    first = identification_fmu(e)
+    stamp = first.path.stat().st_mtime_ns
+    again = identification_fmu(e)
+    assert again == first
+    assert again.path.stat().st_mtime_ns == stamp
+
+
+def test_first_guesses_tell_shipped_fmus_apart_but_not_those_of_fits():
+    e = equations("joint4")
+    other = e.with_parameters({"Ks": {"initial": 0.011}})
+    assert description_digest(e) != description_digest(other)
+    assert cached_fmu(e).path != cached_fmu(other).path
+    assert identification_fmu(e).path == identification_fmu(other).path
+
+
+def test_native_where_pythonfmu_has_no_loader(monkeypatch):
+    monkeypatch.setattr("fmu_build.cached.FmuBuilder.has_binary", lambda: False)
+    assert identification_fmu(equations("joint4"), kind="python").kind == "native"
