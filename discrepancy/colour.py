@@ -1,0 +1,94 @@
+"""Correlation of the sensor noise, from what does not repeat with the drive.
+
+The residual of a wrong model repeats from cycle to cycle and lies on the harmonics of the drive; noise lies between them.
+Harmonics (and their drift) and every cycle's amplitude are regressed out of the residual; a periodogram of the rest is fitted
+by white noise plus a first-order autoregressive process (Whittle 1953). Frequencies that the regression took away count
+by the share that it left.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import minimize
+
+from discrepancy.harmonics import harmonics
+from discrepancy.noise import Colour
+from measurement.cycles import Cycles
+from measurement.run import Array, Run
+
+EVIDENCE = 20.0
+"""Twice the gain in log-likelihood over white noise that correlation has to bring."""
+LEFT = 0.3
+"""Least share of a frequency that the regression has to leave."""
+LONGEST = 0.5
+"""Longest correlation time that counts as sensor noise [s]; what is slower is drift or a wrong model."""
+CLIPPED = 8.0
+"""A line this many times above the spectrum is no noise: it counts as this much."""
+
+
+def _left_over(r: Array, run: Run, cycles: Cycles) -> tuple[Array, Array]:
+    """Periodogram of the residual's non-repeating part, and the share of each frequency that is left; both (n_f,)."""
+    inside = (cycles.index[:, None] == np.arange(cycles.count)).astype(float)
+    smooth = run.y - r[:, None] * run.sensor_std  # the simulated reading: the measured one holds the noise itself
+    columns = np.column_stack((harmonics(run, cycles, highest=60.0, most=60, drifting=True), inside, inside * smooth))
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    Q, R = np.linalg.qr(columns / size)
+    Q = Q[:, np.abs(np.diag(R)) > 1e-6]
+    rest = r - Q @ (Q.T @ r)
+    n = r.size
+    power = np.abs(np.fft.rfft(rest)) ** 2 / n
+    taken = (np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1) / n
+    return power[1:-1], np.clip(1.0 - taken[1:-1], 0.0, 1.0)
+
+
+def _spectrum(angle: Array, p: Array) -> Array:
+    """White variance e^p0 plus AR(1) of variance e^p1 and pole φ = 1/(1 + e^−p2), at ``angle`` [rad per row]."""
+    phi = 1.0 / (1.0 + np.exp(-p[2]))
+    return np.asarray(np.exp(p[0]) + np.exp(p[1]) * (1 - phi**2) / (1 + phi**2 - 2 * phi * np.cos(angle)))
+
+
+def estimate_colour(residuals: list[Array], runs: tuple[Run, ...], cycles: dict[str, Cycles]) -> Colour:
+    """Estimate the noise's correlation from residuals over the sensor's std; white where nothing speaks against it."""
+    angles, powers, shares = [], [], []
+    for r, run in zip(residuals, runs, strict=True):
+        scored = r[run.score_from :]
+        if scored.size != r.size:
+            continue
+        power, left = _left_over(r, run, cycles[run.file])
+        keep = left > LEFT
+        angles.append((2 * np.pi * np.arange(1, power.size + 1) / r.size)[keep])
+        powers.append(power[keep])
+        shares.append(left[keep])
+    if not angles:
+        return Colour()
+    angle, power = np.concatenate(angles), np.concatenate(powers) / np.concatenate(shares)
+
+    spacing = float(np.median(np.diff(runs[0].t)))
+    slowest = float(np.log(LONGEST / spacing))
+
+    def deviance(p: Array) -> float:
+        if not -2.0 <= p[2] <= slowest:
+            return float("inf")
+        S = _spectrum(angle, p)
+        return float(2.0 * np.sum(np.log(S) + np.minimum(power / S, CLIPPED)))
+
+    white = deviance(np.array([0.0, -40.0, 0.0]))
+    tried = [
+        minimize(deviance, start, method="Nelder-Mead", options={"maxiter": 600, "xatol": 1e-4, "fatol": 1e-3})
+        for start in (np.array([0.0, -1.0, 2.0]), np.array([0.0, -3.0, 4.0]))
+    ]
+    best = min(tried, key=lambda found: float(found.fun))
+    if white - float(best.fun) < EVIDENCE:
+        return Colour()
+    return to_arma(np.asarray(best.x))
+
+
+def to_arma(p: Array) -> Colour:
+    """Write white noise plus AR(1) as one ARMA(1,1) process with an invertible moving-average part."""
+    phi, white, coloured = 1.0 / (1.0 + np.exp(-p[2])), float(np.exp(p[0])), float(np.exp(p[1]))
+    a = white * (1 + phi**2) + coloured * (1 - phi**2)
+    b = white * phi
+    if b < 1e-12 * a:
+        return Colour(phi=phi, theta=0.0, sigma=float(np.sqrt(a)))
+    theta = (a - np.sqrt(max(a**2 - 4 * b**2, 0.0))) / (2 * b)
+    return Colour(phi=float(phi), theta=float(theta), sigma=float(np.sqrt(b / theta)))

@@ -1,0 +1,147 @@
+"""One joint, from its runs to a finding: search, verdict, rebuilt FMU, gap before and after."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from discrepancy.held_out import predict
+from discrepancy.rebuilt import Rebuilt, rebuild
+from discrepancy.search import Search, search
+from discrepancy.study import Study
+from discrepancy.verdict import Judgement, NamedEffect, judge
+from discrepancy.where import Map, Region, maps, regions
+from fmu_build.build import Kind
+from measurement.run import Array, Run
+
+SCHEMA = "discrepancy/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gap:
+    """RMS of measured − simulated over some runs [rad]: before, after, and the sensor's noise."""
+
+    before: float
+    after: float
+    noise: float
+
+    @property
+    def closed(self) -> float | None:
+        """(before − after)/(before − noise); None where there was no gap to close."""
+        gap = self.before - self.noise
+        return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
+
+    def as_json(self) -> dict[str, float | None]:
+        """Fields of INTERFACES."""
+        return {"before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """A run with its simulation before and after, for the picture."""
+
+    run: Run
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """Everything that the page and the JSON show of one joint."""
+
+    joint: int
+    search: Search
+    judgement: Judgement
+    rebuilt: Rebuilt | None
+    gaps: dict[str, Gap]
+    curves: tuple[Curve, ...]
+    maps: tuple[Map, ...]
+    regions: tuple[Region, ...]
+    wall_s: float
+
+
+def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: Callable[[str], None]) -> Finding:
+    """Run all stages for one joint; FMUs go below ``out``."""
+    began = time.perf_counter()
+    found = search(study, seed=seed, starts=starts, tell=tell)
+    tell("verdict")
+    judgement = judge(study, found)
+    rebuilt = None
+    if found.final.effects and judgement.verdict in ("named", "ambiguous"):
+        tell("FMU and refit")
+        rebuilt = rebuild(study, found, found.final.effects, out / "fmu", kind)
+    before_fit, after_fit = predict(study, found.base, study.fitted), predict(study, found.final, study.fitted)
+    groups = {"fit": (study.fitted, before_fit.rms, after_fit.rms)}
+    if study.unseen:
+        groups["validate"] = (study.unseen, found.base_prediction.rms, found.final_prediction.rms)
+    shown = (
+        (study.unseen, found.base_prediction.y, found.final_prediction.y)
+        if study.unseen
+        else (study.fitted, before_fit.y, after_fit.y)
+    )
+    runs, simulated = (*study.fitted, *study.unseen), (*before_fit.y, *found.base_prediction.y)
+    energy = maps(runs, simulated)
+    return Finding(
+        joint=study.joint,
+        search=found,
+        judgement=judgement,
+        rebuilt=rebuilt,
+        gaps={name: _gap(*group, rebuilt) for name, group in groups.items()},
+        curves=tuple(Curve(run=r, before=b, after=a) for r, b, a in zip(*shown, strict=True)),
+        maps=energy,
+        regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
+        wall_s=time.perf_counter() - began,
+    )
+
+
+def _gap(runs: tuple[Run, ...], before: tuple[float, ...], after: tuple[float, ...], rebuilt: Rebuilt | None) -> Gap:
+    """RMS over the runs; after the rebuilt FMU's own scores where there is one."""
+    final = list(after)
+    if rebuilt is not None:
+        scores = {s.file: s.rmse_rad for s in rebuilt.fit.runs}
+        final = [scores.get(run.file, a) for run, a in zip(runs, after, strict=True)]
+    return Gap(before=_rms(before), after=_rms(final), noise=_rms([float(run.sensor_std[0]) for run in runs]))
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
+    """``discrepancy/joint<j>.json`` of INTERFACES."""
+    judgement, rebuilt = finding.judgement, finding.rebuilt
+    shape, proposal = judgement.shape, judgement.next_experiment
+    return {
+        "schema": SCHEMA,
+        "joint": finding.joint,
+        "measured": measured,
+        "seed": seed,
+        "verdict": judgement.verdict,
+        "sentence": judgement.sentence,
+        "effects": [_effect_json(e) for e in judgement.effects] if judgement.verdict != "nothing_missing" else [],
+        "alternatives": [{"ids": [c.id], "evidence": c.evidence, "bic": c.bic} for c in judgement.alternatives],
+        "next_experiment": proposal.as_json() if proposal else None,
+        "where": [r.as_json() for r in finding.regions[:3]],
+        "gap": {"validate": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
+        "unnamed_shape": shape.as_json() if shape else None,
+        "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
+        "refit": dict(rebuilt.fit.values) if rebuilt else None,
+        "omnibus_p": {"before": finding.search.steps[0].test.p, "after": finding.search.last_test.p},
+        "base_starts_at_best": list(finding.search.reached),
+        "simulations": finding.search.simulations,
+        "wall_s": finding.wall_s,
+    }
+
+
+def _effect_json(effect: NamedEffect) -> dict[str, Any]:
+    return {
+        "id": effect.id,
+        "variant": effect.key.partition(":")[2] or None,
+        "parameters": {id: {"value": v, "std": s, "unit": unit} for id, (v, s, unit) in effect.parameters.items()},
+        "evidence": effect.evidence,
+    }

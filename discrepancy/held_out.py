@@ -1,0 +1,61 @@
+"""Runs that no fit saw: their log predictive score and their RMS error, the initial position profiled."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.levenberg import minimise
+from discrepancy.noise import Noise
+from discrepancy.solution import Solution, whiteners
+from discrepancy.study import Study
+from discrepancy.whitened import Whitened
+from measurement.run import Array, Run
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Prediction:
+    """How a solution predicts some runs.
+
+    Parameters
+    ----------
+    score
+        Log predictive score Σ −½(‖r‖² + ln det C), whitened residuals r under the noise model.
+    rms
+        RMS of measured − simulated over the scored rows of every run [rad].
+    y
+        Simulated readings of every run.
+    """
+
+    score: float
+    rms: tuple[float, ...]
+    y: tuple[Array, ...]
+
+
+def predict(
+    study: Study, solution: Solution, runs: Sequence[Run] | None = None, *, noise: Noise | None = None
+) -> Prediction:
+    """Predict ``runs`` (by default the unseen ones) with the fitted parameters, under ``noise`` (by default its own)."""
+    chosen = tuple(study.unseen if runs is None else runs)
+    model = solution.noise if noise is None else noise
+    if not chosen:
+        return Prediction(score=0.0, rms=(), y=())
+    held = {q.id: {"initial": float(p), "lower": float(p), "upper": float(p), "fixed": True}
+            for q, p in zip(solution.equations.parameters, solution.theta, strict=True)}  # fmt: skip
+    simulator = study.factory(solution.equations.with_parameters(held))
+    problem = Whitened.under(
+        simulator, chosen, whiteners(simulator, chosen, model.but(scatter=0.0), solution.theta, ())
+    )
+    x = minimise(problem, np.zeros(problem.size), iterations=12).x
+    x0 = problem.x0(x)
+    if model.scatter > 0:
+        problem = Whitened.under(simulator, chosen, whiteners(simulator, chosen, model, solution.theta, x0))
+        x = minimise(problem, x, iterations=12).x
+        x0 = problem.x0(x)
+    found = problem.blocks(x, jacobian=False)
+    chi2 = float(found.residual @ found.residual)
+    y = tuple(simulator.simulate(solution.theta, run, x0=start).y[:, 0] for run, start in zip(chosen, x0, strict=True))
+    rms = tuple(float(np.sqrt(np.mean((run.y[:, 0] - s)[run.scored] ** 2))) for run, s in zip(chosen, y, strict=True))
+    return Prediction(score=-0.5 * (chi2 + problem.log_determinant), rms=rms, y=y)

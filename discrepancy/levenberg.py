@@ -1,0 +1,58 @@
+"""Levenberg–Marquardt for the search: no fixed ridge, so that long valleys (gravity against spring) are walked to their end.
+
+Steps are damped in the scale of the Jacobian's own columns (Marquardt 1963; damping after Nielsen 1999) and respect
+bounds and orderings as `identification.least_squares` does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identification.gauss_newton import Descent
+from identification.least_squares import step_within, triangle
+from identification.problem import Problem
+from measurement.run import Array
+
+FLOOR = 1e-10
+"""Least damping: keeps a direction that the data do not see at all from making the step singular."""
+
+
+def minimise(
+    problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 0.01
+) -> Descent:
+    """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (in squares over the noise)."""
+    A, b = problem.constraints()
+    now = problem.blocks(x, gain)
+    cost = float(now.residual @ now.residual)
+    damping, growth, calls, converged = 1e-3, 2.0, 1, False
+    if not np.isfinite(cost):
+        return Descent(x=x, cost=np.inf, calls=calls, converged=False)
+    R, c = triangle(now.jacobian, now.residual)
+    while calls < iterations:
+        d, predicted = _step(R, c, damping, A, b - A @ x)
+        converged = predicted <= tolerance and damping < 1.0
+        if converged or damping > 1e9:
+            break
+        trial = problem.blocks(x + d, gain)
+        calls += 1
+        new = float(trial.residual @ trial.residual)
+        usable = np.isfinite(new) and np.isfinite(trial.jacobian).all()
+        ratio = (cost - new) / max(predicted, 1e-12) if usable else -1.0
+        if ratio > 1e-4:
+            x, cost, growth = x + d, new, 2.0
+            R, c = triangle(trial.jacobian, trial.residual)
+            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
+        else:
+            damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
+    return Descent(x=x, cost=cost, calls=calls, converged=converged)
+
+
+def _step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> tuple[Array, float]:
+    """Return the step and the decrease of the cost that the linear model predicts for it."""
+    columns = np.maximum(np.linalg.norm(R, axis=0), 1e-12 * max(float(np.abs(R).max()), 1e-300))
+    damped, target = triangle(
+        np.vstack((R, np.diag(np.sqrt(damping) * columns))), -np.concatenate((c, np.zeros_like(c)))
+    )
+    d = step_within(damped, target, A, np.minimum(slack, 0.0))
+    left = c - R @ d
+    return d, float(c @ c - left @ left)

@@ -1,0 +1,80 @@
+"""The run that would tell rivals apart: the cosine, within the torque already used, at which they differ most.
+
+T-optimality (Atkinson and Fedorov 1975) over a grid of amplitude, frequency and offset, both models simulated at their
+optimum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.refit import Candidate
+from discrepancy.solution import Solution
+from discrepancy.study import Study
+from measurement.cycles import find_cycles
+from measurement.run import Array, Run
+
+AMPLITUDES, OFFSETS, FASTER = (0.5, 1.0), (0.0, 0.3), (0.5, 1.0, 2.0, 4.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """A cosine torque, and the RMS difference of the rivals' readings over the sensor's noise."""
+
+    amplitude: float
+    frequency: float
+    offset: float
+    separation: float
+
+    def as_json(self) -> dict[str, float | str]:
+        """Return the run in SI units and in words."""
+        words = (
+            f"cosine torque of {self.amplitude:.3g} N m at {self.frequency:.3g} rad/s "
+            f"about {self.offset:.3g} N m, from rest"
+        )
+        return {
+            "torque_amplitude_Nm": self.amplitude, "frequency_rad_s": self.frequency, "torque_offset_Nm": self.offset,
+            "separation_over_noise": self.separation, "run": words,
+        }  # fmt: skip
+
+
+def propose(study: Study, winner: Solution, rivals: Sequence[Candidate]) -> Proposal:
+    """Return the run of the grid at which the least separated rival differs most from the winner."""
+    template = max(study.fitted, key=lambda run: run.t[-1])
+    largest = max(float(np.abs(run.u).max()) for run in study.fitted)
+    fastest = max(find_cycles(run).omega for run in study.fitted)
+    grid = [
+        (a * largest, fastest * f, o * largest)
+        for a in AMPLITUDES
+        for f in FASTER
+        for o in OFFSETS
+        if a + o <= 1.0 + 1e-9
+    ]
+    tried = [
+        Proposal(
+            amplitude=a,
+            frequency=w,
+            offset=o,
+            separation=_separation(study, winner, rivals, _cosine(template, a, w, o)),
+        )
+        for a, w, o in grid
+    ]
+    return max(tried, key=lambda p: p.separation)
+
+
+def _cosine(template: Run, amplitude: float, omega: float, offset: float) -> Run:
+    u = offset + amplitude * np.cos(omega * template.t)
+    return template.but(file="proposed", u=u[:, None], v=None, extra={})
+
+
+def _separation(study: Study, winner: Solution, rivals: Sequence[Candidate], run: Run) -> float:
+    reference = _reading(study, winner, run)
+    differences = [np.sqrt(np.mean((_reading(study, r.solution, run) - reference) ** 2)) for r in rivals]
+    return float(min(differences) / run.sensor_std[0])
+
+
+def _reading(study: Study, solution: Solution, run: Run) -> Array:
+    return study.factory(solution.equations).simulate(solution.theta, run).y[:, 0]

@@ -1,0 +1,109 @@
+"""What is known of the noise of a run: its correlation in time, and amplitudes that scatter from cycle to cycle.
+
+The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ: A is that of the sensor
+noise (an ARMA(1,1) process: white noise plus a first-order autoregressive one), and column c of M is the change of the
+reading with the relative amplitude of cycle c.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from scipy.signal import lfilter
+
+from measurement.run import Array
+
+Path = Literal["reading", "torque"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Colour:
+    """Sensor noise (1 − φB)·r = (1 − θB)·σ·ε with white ε of variance 1; r is in units of the stated noise."""
+
+    phi: float = 0.0
+    theta: float = 0.0
+    sigma: float = 1.0
+
+    @property
+    def white(self) -> bool:
+        """Whether neighbouring rows are uncorrelated."""
+        return self.phi == self.theta
+
+    def whiten(self, x: Array) -> Array:
+        """Apply the inverse filter along axis 0."""
+        if self.white:
+            return np.asarray(x / self.sigma)
+        return np.asarray(lfilter([1.0, -self.phi], [1.0, -self.theta], x, axis=0) / self.sigma)
+
+    @property
+    def low_frequency_gain(self) -> float:
+        """Return the noise's amplitude at frequency 0 over that of the stated white noise."""
+        return self.sigma * abs((1.0 - self.theta) / (1.0 - self.phi))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Noise of all runs of a joint.
+
+    Parameters
+    ----------
+    colour
+        Correlation of the sensor noise.
+    scatter
+        Standard deviation s of the relative amplitude of a cycle; 0 for none.
+    path
+        Whether the scatter acts on the torque or on the reading.
+    centre
+        Position about which the reading's amplitude is taken [rad].
+    """
+
+    colour: Colour = field(default_factory=Colour)
+    scatter: float = 0.0
+    path: Path = "reading"
+    centre: float = 0.0
+
+    def but(self, **changes: Any) -> Noise:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Whitener:
+    """Square root of the inverse covariance of one run: (I − Q·diag(1 − 1/√(1 + λ))·Qᵀ)·filter.
+
+    Parameters
+    ----------
+    colour
+        Inverse filter that is applied first.
+    Q, growth
+        Orthonormal directions (n_t, K) in which the variance is 1 + λ, and λ (K,).
+    """
+
+    colour: Colour = field(default_factory=Colour)
+    Q: Array | None = None
+    growth: Array | None = None
+
+    @classmethod
+    def of(cls, colour: Colour, scatter: float = 0.0, M: Array | None = None) -> Whitener:
+        """Build from scatter s and M (n_t, n_cycles), the latter over the sensor's standard deviation."""
+        if scatter == 0.0 or M is None:
+            return cls(colour=colour)
+        Q, d, _ = np.linalg.svd(scatter * colour.whiten(M), full_matrices=False)
+        keep = d > 1e-9
+        return cls(colour=colour, Q=Q[:, keep], growth=d[keep] ** 2)
+
+    def __call__(self, x: Array) -> Array:
+        """Whiten x (n_t,) or (n_t, k), given over the sensor's standard deviation."""
+        flat = self.colour.whiten(x)
+        if self.Q is None or self.growth is None:
+            return flat
+        shrink = 1.0 - 1.0 / np.sqrt(1.0 + self.growth)
+        along = self.Q.T @ flat
+        return np.asarray(flat - self.Q @ (shrink * along.T).T)
+
+    def log_determinant(self, rows: int) -> float:
+        """Return ln det C."""
+        scattered = 0.0 if self.growth is None else float(np.log1p(self.growth).sum())
+        return 2.0 * rows * float(np.log(self.colour.sigma)) + scattered

@@ -1,0 +1,157 @@
+"""Score tests over the whole catalogue, with the error rate of the family.
+
+T = rᵀD(DᵀD)⁻¹Dᵀr with the whitened residual r and signatures D projected off the tangent space of the fitted model: under
+"nothing is missing" T is χ² with as many degrees of freedom as D has columns. The smallest p over all entries and shapes is
+judged against its distribution under white noise, which depends on the Gram matrix of all signatures alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import qr
+from scipy.stats import chi2
+
+from discrepancy.signatures import Point, Signatures
+from discrepancy.solution import Solution
+from measurement.run import Array
+
+SEEN = 1e-3
+"""Share of a signature that must survive the projection for it to be scored."""
+DRAWS = 2000
+TAIL = 0.25
+"""Share of the smallest draws from which the number of independent tests is taken."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """The best shape of one entry.
+
+    Parameters
+    ----------
+    point
+        The shape.
+    T, dof, p
+        Score statistic, degrees of freedom, p of this one test.
+    family_p
+        p over the whole catalogue.
+    amplitude
+        Linear estimate of the factor on each column's values.
+    survives
+        Share of the signature's norm that base parameters cannot reproduce.
+    others
+        Next best shapes of the same entry, each as (point, T, amplitude).
+    """
+
+    point: Point
+    T: float
+    dof: int
+    p: float
+    family_p: float
+    amplitude: tuple[float, ...]
+    survives: float
+    others: tuple[tuple[Point, float, tuple[float, ...]], ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scan:
+    """Scores by entry, best first, and the number of independent tests that the catalogue amounts to."""
+
+    scores: tuple[Score, ...]
+    tests: float
+    projected: Array
+    points: tuple[Point, ...]
+
+
+def movable(solution: Solution) -> NDArray[np.bool_]:
+    """Which unknowns can move both ways: parameters away from their bounds, and initial states; shape (n,)."""
+    lower, upper = solution.problem.scaling.bounds
+    n = solution.problem.n_parameters
+    s = solution.x[:n]
+    room = 1e-6 * np.minimum(np.where(np.isfinite(upper - lower), upper - lower, 1.0), 1.0)
+    free = np.ones(solution.x.size, dtype=bool)
+    free[:n] = (s - lower > room) & (upper - s > room)
+    return free
+
+
+def tangent_space(solution: Solution) -> Array:
+    """Orthonormal basis (n_r, k) of what parameters and initial states can move, rows of the priors included."""
+    J = solution.blocks.jacobian[:, movable(solution)]
+    J = J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    Q, R, _ = qr(J, mode="economic", pivoting=True)
+    kept = np.abs(np.diag(R)) > 1e-9 * abs(R[0, 0]) if R.size else np.zeros(0, dtype=bool)
+    return np.asarray(Q[:, kept])
+
+
+def project(solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:
+    """Return residual (n_r,), projected signatures (n_r, n_columns) and the share that survives (n_columns,)."""
+    Q = tangent_space(solution)
+    r = solution.residual
+    D = np.zeros((r.size, found.D.shape[1]))
+    D[: found.D.shape[0]] = found.D
+    before = np.linalg.norm(D, axis=0)
+    D -= Q @ (Q.T @ D)
+    r = r - Q @ (Q.T @ r)
+    return r, D, np.linalg.norm(D, axis=0) / np.maximum(before, 1e-300)
+
+
+def _statistics(G: Array, c: Array, columns: slice) -> tuple[float, Array]:
+    block, right = G[columns, columns], c[columns]
+    amplitude = np.linalg.lstsq(block, right, rcond=1e-10)[0]
+    return float(right @ amplitude), amplitude
+
+
+def scan(solution: Solution, found: Signatures, *, seed: int = 0) -> Scan:
+    """Score every entry at every shape and keep the best shape of each."""
+    r, D, survives = project(solution, found)
+    c, G = D.T @ r, D.T @ D
+    visible = [p for p in found.points if survives[p.columns].max() > SEEN and found.D[:, p.columns].any()]
+    tests = independent_tests(G, visible, seed)
+    best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
+    for point in visible:
+        T, amplitude = _statistics(G, c, point.columns)
+        p = float(chi2.logsf(T, len(point.values)))
+        best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
+    scores = [_score(sorted(rows, key=lambda row: row[0]), tests, survives) for rows in best.values()]
+    ordered = tuple(sorted(scores, key=lambda s: (s.p, -s.T)))
+    return Scan(scores=ordered, tests=tests, projected=D, points=found.points)
+
+
+def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: float, survives: Array) -> Score:
+    log_p, point, T, amplitude = rows[0]
+    p = float(np.exp(log_p))
+    family = float(-np.expm1(tests * np.log1p(-min(p, 1 - 1e-16))))
+    return Score(
+        point=point,
+        T=T,
+        dof=len(point.values),
+        p=p,
+        family_p=family,
+        amplitude=amplitude,
+        survives=float(survives[point.columns].max()),
+        others=tuple((other, t, a) for _, other, t, a in rows[1:4]),
+    )
+
+
+def independent_tests(G: Array, points: list[Point], seed: int) -> float:
+    """Number N of independent tests with the same distribution of the smallest p, by draws of Dᵀε ~ N(0, G).
+
+    P(min p > x) = (1 − x)^N; N is the maximum-likelihood estimate from the draws whose smallest p is in the lower tail.
+    """
+    if not points:
+        return 1.0
+    rng = np.random.default_rng(seed)
+    size = np.sqrt(np.maximum(np.diag(G), 1e-300))
+    values, vectors = np.linalg.eigh(G / np.outer(size, size))
+    keep = values > 1e-10 * values[-1]
+    root = vectors[:, keep] * np.sqrt(values[keep])
+    drawn = (root @ rng.standard_normal((int(keep.sum()), DRAWS))) * size[:, None]
+    smallest = np.zeros(DRAWS)
+    for point in points:
+        block = drawn[point.columns]
+        inverse = np.linalg.pinv(G[point.columns, point.columns], rcond=1e-10, hermitian=True)
+        T = np.einsum("id,ij,jd->d", block, inverse, block)
+        smallest = np.minimum(smallest, chi2.logsf(T, len(point.values)))
+    return float(max(1.0, -1.0 / np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))

@@ -1,0 +1,129 @@
+"""First-order signatures: how each entry of the catalogue would move the readings, over its grid of shapes.
+
+Column j of an entry is (y(θ, effect at a small size) − y(θ, no effect))/σ at the base's optimum, simulated for all shapes
+side by side. Parameters whose grid holds amplitudes (a dead band, a time constant) are taken at those amplitudes.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.solution import Solution
+from discrepancy.study import Study
+from identification.kernel_simulator import KernelSimulator
+from identification.simulator import initial_state
+from measurement.run import Array
+from model.effect import Effect
+
+BLOWN = 1e6
+"""A column larger than this many standard deviations counts as a simulation that blew up."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Point:
+    """One shape of one entry: the values that the effect's parameters take, column by column.
+
+    Parameters
+    ----------
+    key
+        Entry of the catalogue.
+    values
+        Parameters per column.
+    columns
+        Where its columns lie in the matrix of signatures.
+    """
+
+    key: str
+    values: tuple[dict[str, float], ...]
+    columns: slice
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signatures:
+    """Signatures of the whole catalogue at one optimum.
+
+    Parameters
+    ----------
+    points
+        Shapes, in the order of the columns.
+    D
+        Whitened signatures of all fitted runs, shape (n_rows, n_columns).
+    simulations
+        Runs simulated.
+    """
+
+    points: tuple[Point, ...]
+    D: Array
+    simulations: int
+
+
+def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
+    """Return for every shape of an SI-scaled effect the parameter values of its columns."""
+    initial = {x.id: x.initial for x in effect.parameters}
+    amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
+    gridded = {id for id, _ in effect.shapes}
+    found = []
+    for combination in itertools.product(*(grid for _, grid in effect.shapes)):
+        chosen = initial | {id: value for (id, _), value in zip(effect.shapes, combination, strict=True)}
+        if gridded & set(amplitudes):
+            found.append((chosen,))
+        else:
+            found.append(tuple(chosen | {a: 0.0 for a in amplitudes if a != alone} for alone in amplitudes))
+    return found
+
+
+def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[list[tuple[dict[str, float], ...]], Array]:
+    """Return the shapes of one entry and its raw columns over σ, shape (n_rows, n_columns), rows of all runs stacked."""
+    simulator = study.factory(study.equations((*solution.effects, effect)))
+    grid = shapes(effect)
+    sets = [{}, *(values for point in grid for values in point)]
+    neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
+    theta = np.array([_parameters(simulator, solution, neutral | values) for values in sets])
+    stacked = []
+    for run, x0 in zip(study.fitted, solution.x0, strict=True):
+        start = np.array(initial_state(simulator.equations, run))
+        start[: x0.size] = x0
+        y = simulator.simulate_many(theta, run, x0=start)[:, :, 0]
+        stacked.append((y[1:] - y[0]).T / run.sensor_std[0])
+    return grid, np.concatenate(stacked)
+
+
+def _parameters(simulator: KernelSimulator, solution: Solution, extra: dict[str, float]) -> list[float]:
+    known = solution.values | extra
+    return [known[q.id] for q in simulator.equations.parameters]
+
+
+def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> Signatures:
+    """Take the signatures of ``entries`` (SI-scaled, not random) about ``solution``, whitened as its residuals are."""
+    with ThreadPoolExecutor(2) as pool:
+        taken = list(pool.map(lambda e: entry_columns(study, solution, e), entries))
+    edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
+    points, blocks, column = [], [], 0
+    for effect, (grid, raw) in zip(entries, taken, strict=True):
+        whitened = np.concatenate(
+            [
+                _scored(w(raw[a:b]), run.score_from)
+                for w, a, b, run in zip(solution.problem.whiteners, edges[:-1], edges[1:], study.fitted, strict=True)
+            ]
+        )
+        at = 0
+        for point in grid:
+            block = whitened[:, at : at + len(point)]
+            at += len(point)
+            if not np.isfinite(block).all() or np.abs(block).max() > BLOWN:
+                continue
+            points.append(Point(key=effect.key, values=point, columns=slice(column, column + len(point))))
+            blocks.append(block)
+            column += len(point)
+    simulations = sum(raw.shape[1] + 1 for _, raw in taken) * len(study.fitted)
+    return Signatures(points=tuple(points), D=np.concatenate(blocks, axis=1), simulations=simulations)
+
+
+def _scored(rows: Array, first: int) -> Array:
+    rows[1:first] = 0.0
+    return rows

@@ -1,0 +1,155 @@
+"""A fitted model: base parameters, effects and noise, with everything that later stages ask of its optimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.levenberg import minimise
+from discrepancy.noise import Noise, Whitener
+from discrepancy.scatter import cycle_columns
+from discrepancy.study import Study
+from discrepancy.whitened import Whitened
+from identification.problem import Blocks, Problem
+from identification.simulator import Simulator
+from measurement.run import Array, Run
+from model.effect import Effect
+from model.equations import Equations
+
+ROUNDS = 2
+"""Fits between which the cycles' columns of the scatter are computed anew."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """Optimum of a model on the fitted runs.
+
+    Parameters
+    ----------
+    effects
+        Effects in the equations, in SI units.
+    noise
+        Noise model under which it was fitted.
+    equations
+        Base and effects.
+    theta
+        Parameters (n_p,), in the order of ``equations.parameters``.
+    x0
+        Initial state of every fitted run.
+    problem, x
+        The least-squares problem and its optimum.
+    raw, blocks
+        Residuals over the sensor's std and their Jacobians there, and the same whitened.
+    log_likelihood
+        −½(‖r‖² + ln det C), priors included.
+    calls
+        Simulations of all runs that it took.
+    converged
+        Whether the minimiser met its tolerance.
+    """
+
+    effects: tuple[Effect, ...]
+    noise: Noise
+    equations: Equations
+    theta: Array
+    x0: tuple[Array, ...]
+    problem: Whitened
+    x: Array
+    raw: Blocks
+    blocks: Blocks
+    log_likelihood: float
+    calls: int
+    converged: bool
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by id."""
+        return {q.id: float(p) for q, p in zip(self.equations.parameters, self.theta, strict=True)}
+
+    @property
+    def residual(self) -> Array:
+        """Whitened residuals of all fitted runs and of the priors, shape (n_r,)."""
+        return self.blocks.residual
+
+    @property
+    def chi2(self) -> float:
+        """‖r‖²."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the effects, the random one among them."""
+        return (*(e.key for e in self.effects), *(("amplitude_scatter",) if self.noise.scatter > 0 else ()))
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of the effects, the random one among them."""
+        return tuple(dict.fromkeys(key.partition(":")[0] for key in self.keys))
+
+
+def whiteners(
+    simulator: Simulator, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array]
+) -> tuple[Whitener, ...]:
+    """Whiteners of ``runs`` about the trajectories at ``theta``."""
+    if noise.scatter == 0.0:
+        return tuple(Whitener(colour=noise.colour) for _ in runs)
+    columns = (cycle_columns(simulator, run, noise, theta, start) for run, start in zip(runs, x0, strict=True))
+    return tuple(Whitener.of(noise.colour, noise.scatter, M) for M in columns)
+
+
+def start_vector(equations: Equations, values: Mapping[str, float]) -> Array:
+    """Parameters (n_p,) from ``values`` where given, else first guesses, inside their bounds."""
+    return np.array([min(max(values.get(q.id, q.initial), q.lower), q.upper) for q in equations.parameters])
+
+
+def solve(
+    study: Study,
+    effects: Sequence[Effect],
+    noise: Noise,
+    values: Mapping[str, float],
+    *,
+    x0: Sequence[Array] | None = None,
+    iterations: int = 40,
+) -> Solution:
+    """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals."""
+    simulator = study.simulator(effects)
+    theta = start_vector(simulator.equations, values)
+    runs = study.fitted
+    problem = Whitened.under(simulator, runs, tuple(Whitener(colour=noise.colour) for _ in runs))
+    x = problem.first(theta)
+    if x0 is not None:
+        x = with_starts(problem, x, x0)
+    calls, converged = 0, True
+    for _ in range(ROUNDS if noise.scatter > 0 else 1):
+        current = whiteners(simulator, runs, noise, problem.theta(x), problem.x0(x))
+        problem = Whitened.under(simulator, runs, current)
+        found = minimise(problem, x, iterations=iterations)
+        x, calls, converged = found.x, calls + found.calls, found.converged
+    raw = Problem.blocks(problem, x)
+    blocks = problem.whitened(raw)
+    chi2 = float(blocks.residual @ blocks.residual)
+    return Solution(
+        effects=tuple(effects),
+        noise=noise,
+        equations=simulator.equations,
+        theta=problem.theta(x),
+        x0=problem.x0(x),
+        problem=problem,
+        x=x,
+        raw=raw,
+        blocks=blocks,
+        log_likelihood=-0.5 * (chi2 + problem.log_determinant),
+        calls=calls,
+        converged=converged,
+    )
+
+
+def with_starts(problem: Whitened, x: Array, x0: Sequence[Array]) -> Array:
+    """Return x with every run started at the position and speed of ``x0``."""
+    moved = x.copy()
+    for start, part, state in zip(problem.starts, problem.slices(), x0, strict=True):
+        chosen = list(start.states)
+        moved[part] = (np.asarray(state)[chosen] - start.base[chosen]) / start.unit
+    return moved

@@ -1,0 +1,133 @@
+"""One joint under study: its runs, its base equations, and what turns equations into simulators."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from discrepancy.kernels import Factory
+from identification.equations_for import device_of, equations_for
+from identification.simulator import Simulator
+from measurement.campaign import Campaign
+from measurement.cycles import Cycles, find_cycles
+from measurement.run import Run
+from model.effect import Effect
+from model.equations import Equations
+from model.joint import joint_equations
+from model.scales import Scales
+from support.errors import InputError
+
+REACH = 40.0
+"""Largest stiffness, as a multiple of torque over travel."""
+DECADES = 100.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study:
+    """What every stage of the search is handed.
+
+    Parameters
+    ----------
+    joint
+        Number of the free joint.
+    fitted, unseen
+        Runs that are fitted, and runs that no fit sees.
+    base
+        Equations without effects; their parameters have first guesses, bounds and priors.
+    entries
+        The catalogue by key, in multiples of the joint's scales.
+    prismatic
+        Whether the joint slides.
+    factory
+        Equations in, simulator out.
+    """
+
+    joint: int
+    fitted: tuple[Run, ...]
+    unseen: tuple[Run, ...]
+    base: Equations
+    entries: Mapping[str, Effect]
+    prismatic: bool = False
+    factory: Factory = field(default_factory=Factory)
+
+    @property
+    def rows(self) -> int:
+        """Rows of all fitted runs that count."""
+        return sum(run.t.size - run.score_from for run in self.fitted)
+
+    def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
+        """Return the base with ``effects``, by default under the number 0: then all joints share their kernels."""
+        return joint_equations(joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic)
+
+    def simulator(self, effects: Sequence[Effect] = (), *, observed: bool = False) -> Simulator:
+        """Return a simulator of the base with ``effects``."""
+        return self.factory(self.equations(effects), observed=observed)
+
+    def cycles(self) -> dict[str, Cycles]:
+        """Cycles of the torque of every run, by file."""
+        return {run.file: find_cycles(run) for run in (*self.fitted, *self.unseen)}
+
+
+def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect]) -> Study:
+    """Return the study of one joint of a campaign.
+
+    Raises
+    ------
+    InputError
+        Where the campaign has no run of this joint to fit, or the joint's equation is not that of one axis.
+    """
+    fitted = campaign.runs_of((joint,), "fit")
+    if not fitted:
+        known = ", ".join(map(str, campaign.joints)) or "none"
+        raise InputError(f"--joint {joint}", expected=f"a joint that some run frees alone ({known})", got=str(joint))
+    base = equations_for(campaign, device_of(campaign), (joint,))
+    slides = bool(fitted[0].prismatic[0])
+    expected = joint_equations(joint, parameters=base.parameters, prismatic=slides)
+    if expected.digest != base.digest:
+        raise InputError(f"joint {joint}", expected="constant inertia once all others are locked", got=base.title)
+    base = within_reach(base, fitted)
+    unseen = campaign.runs_of((joint,), "validate")
+    return Study(joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides)
+
+
+def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
+    """Return the base with ranges of no more than a hundred times the first guess, a stiffness after torque and travel.
+
+    A range of many orders of magnitude would set the scale of the step in a linear parameter, and drown the others.
+    """
+    travel = max(float(np.ptp(np.concatenate([run.y[:, 0] for run in runs]))), 1e-9)
+    stiffest = REACH * max(float(np.abs(run.u[:, 0]).max()) for run in runs) / travel
+    Ks = base.parameter("Ks")
+    changes: dict[str, dict[str, float]] = {
+        q.id: {"lower": max(q.lower, q.initial / DECADES), "upper": min(q.upper, q.initial * DECADES)}
+        for q in base.parameters
+        if q.scale == "log" and not q.fixed
+    }
+    changes["Ks"] = {"upper": min(Ks.upper, max(stiffest * base.parameter("Kp").initial, 10 * Ks.initial, Ks.lower))}
+    return base.with_parameters(changes)
+
+
+def scales_of(study: Study, theta: Mapping[str, float]) -> Scales:
+    """Return the joint's scales over the fitted runs, at fitted base parameters ``theta``."""
+    y = np.concatenate([run.y[:, 0] for run in study.fitted])
+    torque = max(float(np.abs(run.u[:, 0]).max()) for run in study.fitted) * theta["Kp"]
+    low, high = float(y.min()), float(y.max())
+    span = max(high - low, 1e-9)
+    return Scales(
+        torque=max(torque, 1e-12),
+        position=span / 2,
+        centre=(high + low) / 2,
+        speed=max(max(_speed(run) for run in study.fitted), 1e-9),
+        inertia=theta["inertia"],
+        friction=theta["Fc"],
+        viscous=theta["sigma2"],
+        duration=max(float(run.t[-1]) for run in study.fitted),
+    )
+
+
+def _speed(run: Run) -> float:
+    """Largest speed over a fiftieth of the run [rad/s]."""
+    span = max(run.t.size // 50, 1)
+    return float(np.abs((run.y[span:, 0] - run.y[:-span, 0]) / (run.t[span:] - run.t[:-span])).max())
