@@ -38,3 +38,16 @@ def test_commands_of_the_readme(module: str):
 @pytest.mark.parametrize("verb", sorted(set(re.findall(r"`make (\w+)`", README)) | {"fmu", "test"}))
 def test_verbs_of_the_readme(verb: str):
     assert f"\n{verb}: ;" in (ROOT / "Makefile").read_text(encoding="utf-8")
+
+
+def test_every_page_is_reached_from_an_index():
+    docs = ROOT / "docs"
+    linked = {
+        (index.parent / target).resolve()
+        for index in (docs / "index.md", docs / "decisions" / "index.md")
+        for target in re.findall(r"\]\(([^)#]+)\)", index.read_text(encoding="utf-8"))
+    }
+    lost = [
+        str(p.relative_to(docs)) for p in docs.rglob("*.md") if p != docs / "index.md" and p.resolve() not in linked
+    ]
+    assert not lost
