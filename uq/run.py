@@ -4,24 +4,36 @@ from __future__ import annotations
 
 import time
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import click
 import numpy as np
 
+from fmu_build.build import Kind
+from fmu_build.cached import identification_fmu
+from identification.configurations import Configuration, configurations_of
 from identification.equations_for import device_of, equations_for
+from identification.fit import Fit
 from identification.fitting import fit
+from identification.fmu_simulator import FmuSimulator
 from identification.options import FitOptions
+from identification.simulator import Simulator
+from identification.step import Step
+from identification.verification_result import Verification
 from identification.workers import Processes, Submitting, single_threaded
 from measurement.campaign import Campaign
 from measurement.prepare import campaign_for_command
+from model.device import Device
+from model.equations import Equations
+from report.full_model_section import full_model_sections
 from report.posterior_page import posterior_page
 from support.command import common_options, exit_codes, parse_joints, progress
 from support.errors import InputError
 from support.files import write_json, write_text
 from uq.forward import kernel_of
+from uq.full_model import as_fit, full_model_bands
 from uq.infer import QUICK, InferOptions, infer
 from uq.posterior import Posterior
 from uq.record import SCHEMA, as_json, save_chains, save_draws
@@ -33,9 +45,20 @@ class _Command:
     """What the command line said."""
 
     campaign: Campaign
+    device: Device | None
     out: Path
     options: InferOptions
+    kind: Kind | None
     quiet: bool
+
+
+@dataclass(slots=True)
+class _Results:
+    """What is finished so far."""
+
+    posteriors: list[Posterior] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    full: Verification = field(default_factory=lambda: Verification(runs=()))
 
 
 @click.command(help=__doc__)
@@ -43,22 +66,40 @@ class _Command:
 @common_options
 @click.option("--quick", is_flag=True, help="A short chain: under a minute a joint; says that it is short.")
 @click.option("--sensitivity", is_flag=True, help="Also with all priors half and twice as wide.")
+@click.option(
+    "--fmu",
+    "kind",
+    type=click.Choice(["python", "native", "none"]),
+    default="none",
+    show_default=True,
+    help="Packaging that the sampler runs; none runs the same equations' kernel in process, many sets side by side.",
+)
 @exit_codes
 def main(campaign: Path | None, **settings: Any) -> None:
     """Sample, write, summarise."""
     read = campaign_for_command(campaign)
-    joints = _joints(read, parse_joints(settings["joints"]))
+    device = device_of(read)
     sampling = replace(QUICK if settings["quick"] else SamplingOptions(), seed=settings["seed"])
-    options = InferOptions(sampling=sampling, noise_given=read.noise_given, sensitivity=settings["sensitivity"])
-    command = _Command(campaign=read, out=settings["out"], options=options, quiet=settings["quiet"])
-    posteriors: list[Posterior] = []
+    command = _Command(
+        campaign=read,
+        device=device,
+        out=settings["out"],
+        options=InferOptions(sampling=sampling, noise_given=read.noise_given, sensitivity=settings["sensitivity"]),
+        kind=None if settings["kind"] == "none" else settings["kind"],
+        quiet=settings["quiet"],
+    )
+    results = _Results()
     with workers_of(settings["scheduler"], settings["workers"]) as pool:
-        for joint in joints:
-            posterior = single_threaded(_one, command, joint, pool)
-            posteriors.append(posterior)
-            save_chains(posterior, command.out / "posterior" / f"joint{joint}.nc", measured=read.measured)
-            _write(command, posteriors)
+        for configuration in _configurations(read, device, parse_joints(settings["joints"])):
+            fitted, posterior = single_threaded(_one, command, configuration, pool)
+            results.posteriors.append(posterior)
+            results.steps.append(Step(configuration=configuration, fit=as_fit(fitted, posterior)))
+            save_chains(posterior, command.out / "posterior" / f"joint{posterior.joint}.nc", measured=read.measured)
+            _write(command, results)
             click.echo(_summary(posterior))
+    if device is not None:
+        results.full = full_model_bands(read, device, results.steps, seed=sampling.seed)
+        _write(command, results)
 
 
 def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Submitting]:
@@ -70,32 +111,34 @@ def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Subm
     return Cluster(scheduler)
 
 
-def _joints(campaign: Campaign, wanted: tuple[int, ...] | None) -> tuple[int, ...]:
-    """Return the joints to sample; each needs a run to fit."""
-    fitted = tuple(j for j in campaign.joints if campaign.runs_of((j,), "fit"))
-    for joint in wanted or ():
-        if joint not in fitted:
-            raise InputError("--joints", expected=f"joints with a run to fit, of {fitted}", got=str(joint))
-    if not fitted:
+def _configurations(
+    campaign: Campaign, device: Device | None, wanted: tuple[int, ...] | None
+) -> tuple[Configuration, ...]:
+    """Return the configurations of one free joint, in locking order, each joint in the first posture of its runs."""
+    single: dict[tuple[int, ...], Configuration] = {}
+    for one in configurations_of(campaign, device, wanted):
+        if len(one.free_joints) == 1:
+            single.setdefault(one.free_joints, one)
+    if not single:
         raise InputError(str(campaign.folder), expected="a run to fit with one free joint", got="none")
-    return wanted or fitted
+    return tuple(single.values())
 
 
-def _one(command: _Command, joint: int, pool: Submitting) -> Posterior:
-    campaign, sampling = command.campaign, command.options.sampling
-    equations = equations_for(campaign, device_of(campaign), (joint,))
-    simulator = kernel_of(equations)
-    runs = campaign.runs_of((joint,))
+def _one(command: _Command, configuration: Configuration, pool: Submitting) -> tuple[Fit, Posterior]:
+    joint, runs = configuration.free_joints[0], configuration.runs
+    sampling = command.options.sampling
+    equations = equations_for(command.campaign, command.device, (joint,), configuration.posture)
+    kernel = kernel_of(equations)
     bar: Any
     with progress(total=sampling.longest, title=f"joint {joint}: fit", quiet=command.quiet) as bar:
-        found = fit(simulator, runs, options=FitOptions(seed=sampling.seed), workers=pool)
+        found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
 
         def report(steps: int, tau: float, effective: float) -> None:
             bar.n = steps
             bar.set_postfix_str(f"τ {tau:.1f}, ESS {effective:.0f}")
 
         posterior = infer(
-            simulator,
+            _simulator(command, equations),
             runs,
             np.array(found.theta),
             command.options,
@@ -104,13 +147,21 @@ def _one(command: _Command, joint: int, pool: Submitting) -> Posterior:
             folder=command.out / "posterior" / f"joint{joint}.chains",
             report=report,
             say=lambda what: bar.set_description(f"joint {joint}: {what}"),
+            through_simulator=command.kind is not None,
         )
-    return replace(posterior, notes=(*found.notes, *found.warnings, f"The fit it starts from: {found.outcome.value}."))
+    notes = (*found.notes, *found.warnings, f"The fit it starts from: {found.outcome.value}.")
+    return found, replace(posterior, notes=notes)
 
 
-def _write(command: _Command, posteriors: list[Posterior]) -> None:
+def _simulator(command: _Command, equations: Equations) -> Simulator:
+    if command.kind is None:
+        return kernel_of(equations)
+    return FmuSimulator.of(identification_fmu(equations, kind=command.kind), equations)
+
+
+def _write(command: _Command, results: _Results) -> None:
     """Write what all finished joints share, so that an interrupted command keeps it."""
-    campaign, out = command.campaign, command.out
+    campaign, out, posteriors = command.campaign, command.out, results.posteriors
     seed = command.options.sampling.seed
     head = {
         "schema": SCHEMA,
@@ -120,11 +171,16 @@ def _write(command: _Command, posteriors: list[Posterior]) -> None:
         "seed": seed,
         "intervals": "equal-tailed",
     }
-    write_json(out / "posterior.json", {**head, "joints": [as_json(p) for p in posteriors]})
+    joints = [as_json(p) for p in posteriors]
+    write_json(out / "posterior.json", {**head, "joints": joints, "full_model": results.full.as_json()})
     save_draws(posteriors, out / "parameters_posterior.csv", np.random.default_rng([seed, 5]))
     footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", campaign.title]
     page = posterior_page(
-        posteriors, title="How well the parameters are known", synthetic=not campaign.measured, footer=footer
+        posteriors,
+        title="How well the parameters are known",
+        synthetic=not campaign.measured,
+        footer=footer,
+        full=full_model_sections(results.full),
     )
     write_text(out / "posterior.html", page)
 

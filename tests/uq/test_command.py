@@ -1,0 +1,106 @@
+"""The command on a small campaign of the user's own, and through an FMU."""
+
+import csv
+import json
+import warnings
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from fmu_build.cached import identification_fmu
+from identification.fmu_simulator import FmuSimulator
+from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
+from uq.forward import EachForward, KernelForward, kernel_of
+from uq.noise_model import NoiseModel
+from uq.run import main
+
+RUNS = ((2.5, 1, "fit"), (4.0, 2, "fit"), (3.2, 3, "validate"))
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory, equations):
+    folder = tmp_path_factory.mktemp("campaign")
+    lines = [
+        '[campaign]\ntitle = "small"\ndevice = "single_joint"\nmeasured = false',
+        "[sensor]\nnoise_rad = 2e-4\nresolution_rad = 0.0",
+    ]
+    lines.append("[joint.4.parameters]")
+    for name, value in TRUTH.items():
+        if name in FREE:
+            lines.append(f"{name} = {{ initial = {value}, prior = {{ mean = {value}, std = {0.1 * abs(value)} }} }}")
+        else:
+            lines.append(f"{name} = {{ fixed = {value} }}")
+    for omega, seed, use in RUNS:
+        run = make_run(equations, omega=omega, seed=seed, s=0.02)
+        with (folder / f"run{seed}.csv").open("w", newline="") as stream:
+            writer = csv.writer(stream)
+            writer.writerow(["time_s", "torque_4_Nm", "position_4_rad"])
+            rows = list(zip(run.t, run.u[:, 0], run.y[:, 0], strict=True))
+            writer.writerows(rows[:260])
+        lines.append(f'[[runs]]\nfile = "run{seed}.csv"\nfree_joints = [4]\nuse = "{use}"')
+    (folder / "campaign.toml").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def test_the_command_writes_what_it_promises(campaign, tmp_path):
+    result = CliRunner().invoke(main, [str(campaign), "--quick", "--out", str(tmp_path), "--workers", "1", "--quiet"])
+    assert result.exit_code == 0, result.output
+    assert "cycle to cycle" in result.output
+    data = json.loads((tmp_path / "posterior.json").read_text())
+    assert data["measured"] is False
+    (joint,) = data["joints"]
+    for name in FREE:
+        found = joint["parameters"][name]
+        assert abs(found["mean"] - TRUTH[name]) < 4.5 * found["std"]
+        low, high = found["intervals"]["0.95"]
+        assert low < found["intervals"]["0.5"][0] < found["median"] < found["intervals"]["0.5"][1] < high
+    low, high = joint["parameters"]["cycle_scatter"]["intervals"]["0.95"]
+    assert low < 0.02 < 2 * high
+    page = (tmp_path / "posterior.html").read_text()
+    assert "SYNTHETIC DATA" in page
+    assert "http" not in page.replace("http-equiv", "").split("<style>")[1].split("data:image")[0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        import arviz  # noqa: PLC0415 # announces its next version at import
+
+        stored = arviz.from_netcdf(tmp_path / "posterior" / "joint4.nc", engine="h5netcdf")
+    assert set(stored.groups()) >= {"posterior", "prior", "log_likelihood", "observed_data"}
+    assert stored.posterior["Ks"].dims == ("chain", "draw")
+    assert float(stored.posterior["Ks"].mean()) == pytest.approx(joint["parameters"]["Ks"]["mean"], rel=1e-2)
+    rows = [line.split(",") for line in (tmp_path / "parameters_posterior.csv").read_text().splitlines()]
+    assert "joint4.spring.Ks" in rows[0]
+    assert len(rows) == 501
+    again = CliRunner().invoke(main, [str(campaign), "--quick", "--out", str(tmp_path), "--workers", "1", "--quiet"])
+    assert again.exit_code == 0
+    repeated = json.loads((tmp_path / "posterior.json").read_text())["joints"][0]
+    assert repeated["parameters"] == joint["parameters"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [(["--joints", "2"], "--joints"), (["--joints", "x"], "joint numbers"), (["--seed", "x"], "seed")],
+)
+def test_bad_input_ends_with_2_and_one_line(campaign, tmp_path, arguments, words):
+    result = CliRunner().invoke(main, [str(campaign), *arguments, "--out", str(tmp_path / "none"), "--quiet"])
+    assert result.exit_code == 2
+    assert words in result.output
+    assert not (tmp_path / "none").exists()
+
+
+def test_missing_campaign_ends_with_2(tmp_path):
+    result = CliRunner().invoke(main, [str(tmp_path / "nothing"), "--quiet"])
+    assert result.exit_code == 2
+    assert "nothing" in result.output
+
+
+@pytest.mark.parametrize("kind", ["python", "native"])
+def test_the_fmu_gives_the_kernel_s_posterior(kind, equations, runs):
+    density = make_density(NoiseModel(scatter="reading"), runs[:2], equations)
+    rng = np.random.default_rng(0)
+    eta = truth_eta(density) + 1e-3 * rng.standard_normal((3, density.coordinates.size))
+    fmu = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
+    step = kernel_of(equations).plain.kernel.step
+    here = density.but(forward=KernelForward(equations=equations, step=step))(eta)
+    there = density.but(forward=EachForward(simulator=fmu))(eta)
+    np.testing.assert_allclose(there, here, rtol=1e-9, atol=1e-6)
