@@ -82,7 +82,7 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
             step, cost = _step(study, current, unseen, scales, seed, tell)
             calls += cost
         steps.append(step)
-        if step.taken is None:
+        if step.taken is None or (current.keys and step.test.p >= SIGNIFICANT):
             break
         current, unseen = step.taken.solution, step.taken.prediction
     tell("backward removal")
