@@ -64,7 +64,7 @@ def test_controlled_run_reaches_the_noise_and_the_truth(rich: Run) -> None:
     assert found.runs[0].over_noise < 1.05
     for id in ("inertia", "Ks", "sigma2"):
         assert found.values[id] == pytest.approx(true[id], rel=0.02)
-    assert found.values["Fc"] == pytest.approx(true["Fc"], rel=0.1)
+    assert found.values["Fc"] == pytest.approx(true["Fc"], abs=4 * found.std[found.index("Fc")])
 
 
 def test_sweep_of_a_right_model_needs_no_torque_scored(sweep: Run) -> None:
@@ -79,8 +79,10 @@ def test_sweep_with_a_hidden_torque_is_scored_by_torque_and_knows_little() -> No
     found, torque = fit_runs(joint(0, [run]), KernelSimulator.of, [run], options=OPTIONS)
     assert torque
     assert found.outcome is Outcome.TORQUE_SCORED
-    assert found.statuses["inertia"] != "identified"
-    assert found.statuses["vs"] != "identified"
+    at = found.index("inertia")
+    assert abs(found.theta[at] - truth_of(0)["inertia"]) < 3 * found.std[at]
+    assert found.std[at] > 0.2 * found.theta[at]
+    assert found.statuses["Fc"] == found.statuses["sigma2"] == "unidentifiable"
     assert found.values["Ks"] == pytest.approx(truth_of(0)["Ks"], rel=0.4)
     assert any("residual torque" in note and "its white noise" in note for note in found.notes)
     assert any("observer" in note for note in found.notes)
@@ -151,12 +153,14 @@ def test_jackknife_of_a_problem_is_per_unknown(rich: Run) -> None:
 @pytest.mark.skipif(not (DATA / "dvrk_mtm_joint4").is_dir(), reason="the real measurements are not beside the project")
 def test_real_sweep_is_fitted_like_the_published_ones_and_not_called_good() -> None:
     campaign = campaign_for_command(DATA / "dvrk_mtm_joint4")
-    found = fit_torque(equations_for(campaign, None, (4,)), campaign.runs, options=OPTIONS)
+    found = fit_torque(equations_for(campaign, None, (4,)), campaign.runs, options=FitOptions(starts=2))
     fitted, judged = found.runs
     # Published: polynomials of order 7 for each direction leave 4.2 mN m; a straight spring with Coulomb friction 19 %.
     assert 3e-3 < fitted.rmse[0] < 8e-3
     assert fitted.over_noise > 3
     assert judged.over_noise > 3
     assert found.outcome is not Outcome.CONVERGED
-    assert {id for id, status in found.statuses.items() if status == "unidentifiable"} >= {"inertia", "sigma0", "Fs"}
+    assert {id for id, status in found.statuses.items() if status == "identified"}.isdisjoint(
+        {"inertia", "sigma0", "Fs", "vs"}
+    )
     assert 0.03 < found.values["Fc"] + 0.4 * found.values["sigma2"] < 0.1
