@@ -37,7 +37,8 @@ from uq.terms import prepare
 
 PLAIN_EVALUATIONS = 6
 PLAIN_STEPS = 500
-"""Steps of stretch moves that measure their autocorrelation time; too few make it too small, in the plain side's favour."""
+"""Steps of stretch moves that measure their autocorrelation time; too few make it too small,
+in the plain side's favour."""
 JOINT = 4
 
 

@@ -88,7 +88,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
 def with_guides(base: Equations) -> Equations:
     """Return the base with a weak prior around every first guess that has none.
 
-    At a high observer gain some of friction's parameters hardly act; the prior keeps them from running off into a corner
+    At a high observer gain some of friction's parameters hardly act; the prior keeps them from running into a corner
     (vs and Fs without meaning where Fs = Fc) from which no lower gain brings them back. The last level does without.
     """
     changes = {}

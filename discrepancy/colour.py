@@ -1,7 +1,7 @@
 """Correlation of the sensor noise, from what does not repeat with the drive.
 
-The residual of a wrong model repeats from cycle to cycle and lies on the harmonics of the drive; noise lies between them.
-Harmonics (and their drift) and every cycle's amplitude are regressed out of the residual; a periodogram of the rest is fitted
+The residual of a wrong model repeats from cycle to cycle and lies on the harmonics of the drive; noise lies between.
+Harmonics (and their drift) and each cycle's amplitude are regressed out of the residual; a periodogram of it is fitted
 by white noise plus a first-order autoregressive process (Whittle 1953). Frequencies that the regression took away count
 by the share that it left.
 """

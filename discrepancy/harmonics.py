@@ -1,4 +1,4 @@
-"""What repeats with the drive: harmonics of the torque's frequency, the natural basis for a residual that is not noise."""
+"""What repeats with the drive: harmonics of the torque's frequency, a basis for residuals that are not noise."""
 
 from __future__ import annotations
 

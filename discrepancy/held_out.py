@@ -37,7 +37,7 @@ class Prediction:
 def predict(
     study: Study, solution: Solution, runs: Sequence[Run] | None = None, *, noise: Noise | None = None
 ) -> Prediction:
-    """Predict ``runs`` (by default the unseen ones) with the fitted parameters, under ``noise`` (by default its own)."""
+    """Predict ``runs`` (by default the unseen ones) with the fitted parameters, under ``noise`` (default its own)."""
     chosen = tuple(study.unseen if runs is None else runs)
     model = solution.noise if noise is None else noise
     if not chosen:

@@ -1,4 +1,4 @@
-"""Simulators of a joint with effects, compiled once per process and formula, with the longest step that is accurate enough."""
+"""Simulators of a joint with effects, compiled once per process and formula, at the longest accurate step."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Levenberg–Marquardt for the search: no fixed ridge, so that long valleys (gravity against spring) are walked to their end.
+"""Levenberg–Marquardt for the search: no fixed ridge, so that long valleys (gravity and spring) are walked to the end.
 
 Steps are damped in the scale of the Jacobian's own columns (Marquardt 1963; damping after Nielsen 1999) and respect
 bounds and orderings as `identification.least_squares` does.
@@ -20,7 +20,7 @@ FLOOR = 1e-10
 def minimise(
     problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 0.01
 ) -> Descent:
-    """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (in squares over the noise)."""
+    """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (squares over noise)."""
     A, b = problem.constraints()
     now = problem.blocks(x, gain)
     cost = float(now.residual @ now.residual)

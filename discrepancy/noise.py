@@ -1,8 +1,8 @@
 """What is known of the noise of a run: its correlation in time, and amplitudes that scatter from cycle to cycle.
 
-The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ: A is that of the sensor
-noise (an ARMA(1,1) process: white noise plus a first-order autoregressive one), and column c of M is the change of the
-reading with the relative amplitude of cycle c.
+The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ: A is that of the
+sensor noise (an ARMA(1,1) process: white noise plus a first-order autoregressive one), and column c of M is the change
+of the reading with the relative amplitude of cycle c.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Noise of a fitted model: correlation from what does not repeat with the drive, scatter from cycle to cycle within runs."""
+"""Noise of a fitted model: correlation from what does not repeat with the drive, scatter from cycle to cycle."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from discrepancy.study import Study
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Omnibus:
-    """Energy of the residual on the harmonics of the drive: χ² with ``dof`` degrees of freedom where only noise is left."""
+    """Energy of the residual on the harmonics of the drive: χ² with ``dof`` degrees of freedom where noise is left."""
 
     energy: float
     dof: int

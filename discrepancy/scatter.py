@@ -17,8 +17,8 @@ PROBE = 1e-2
 def cycle_columns(simulator: Simulator, run: Run, noise: Noise, theta: Array, x0: Array) -> Array:
     """Return M (n_t, n_cycles): change of the reading with the relative amplitude of each cycle, over the sensor's std.
 
-    Where the scatter acts on the reading, column c is q − centre within cycle c and 0 outside; where it acts on the torque,
-    it is the difference of two simulations, the torque of cycle c changed by a hundredth.
+    Where the scatter acts on the reading, column c is q − centre within cycle c and 0 outside; where it acts on the
+    torque, it is the difference of two simulations, the torque of cycle c changed by a hundredth.
     """
     cycles = find_cycles(run)
     y = simulator.simulate(theta, run, x0=x0).y[:, 0]

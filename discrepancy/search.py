@@ -1,7 +1,7 @@
 """The search: scan, refit the best, guard against a stuck base, accept or stop; then remove backwards.
 
-Steps 2-9 of the recipe: base fit, omnibus test, score scan with family-wise error, joint refits judged on runs that no fit
-saw, re-base, forward selection of up to `MOST` effects, backward removal.
+Base fit, omnibus test, score scan with family-wise error, joint refits judged on runs that no fit saw,
+re-base, forward selection of up to `MOST` effects, backward removal.
 """
 
 from __future__ import annotations
@@ -139,7 +139,7 @@ def _step(
 
 
 def acceptable(found: Candidate, study: Study) -> bool:
-    """Whether a candidate gains on fitted runs after its parameters are paid for, and on unseen ones where there are any."""
+    """Whether a candidate gains on fitted runs after its parameters are paid for, and on unseen ones."""
     return found.bic > 2.0 and (not study.unseen or found.evidence > 2.0)
 
 

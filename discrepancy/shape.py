@@ -52,7 +52,8 @@ def spline(variable: str, knots: Array, scale: float) -> Effect:
     hats = [sp.Max(1 - sp.Abs(x - float(c)) / width, 0) for c in knots]
     torque = -sp.Add(*(quantity.symbol * hat for quantity, hat in zip(quantities, hats, strict=True)))
     return Effect(
-        id=f"shape_over_{variable.partition('_')[0]}", title=f"remaining torque over {variable}", formula="−Σ aₖ·hatₖ(x)",
+        id=f"shape_over_{variable.partition('_')[0]}",
+        title=f"remaining torque over {variable}", formula="−Σ aₖ·hatₖ(x)",
         lives_in=variable.partition("_")[0], side="torque", parameters=quantities, amplitudes=knots.size, torque=torque,
     )  # fmt: skip
 

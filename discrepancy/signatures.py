@@ -1,7 +1,7 @@
 """First-order signatures: how each entry of the catalogue would move the readings, over its grid of shapes.
 
-Column j of an entry is (y(θ, effect at a small size) − y(θ, no effect))/σ at the base's optimum, simulated for all shapes
-side by side. Parameters whose grid holds amplitudes (a dead band, a time constant) are taken at those amplitudes.
+Column j of an entry is (y(θ, effect at a small size) − y(θ, no effect))/σ at the base's optimum, simulated for all
+shapes side by side. Parameters whose grid holds amplitudes (a dead band, a time constant) are taken at those.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
     initial = {x.id: x.initial for x in effect.parameters}
     amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
     gridded = {id for id, _ in effect.shapes}
-    found = []
+    found: list[tuple[dict[str, float], ...]] = []
     for combination in itertools.product(*(grid for _, grid in effect.shapes)):
         chosen = initial | {id: value for (id, _), value in zip(effect.shapes, combination, strict=True)}
         if gridded & set(amplitudes):
@@ -78,7 +78,7 @@ def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
 
 
 def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[list[tuple[dict[str, float], ...]], Array]:
-    """Return the shapes of one entry and its raw columns over σ, shape (n_rows, n_columns), rows of all runs stacked."""
+    """Return the shapes of one entry and its raw columns over σ (n_rows, n_columns), rows of all runs stacked."""
     simulator = study.factory(study.equations((*solution.effects, effect)))
     grid = shapes(effect)
     sets = [{}, *(values for point in grid for values in point)]

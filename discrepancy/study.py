@@ -81,12 +81,14 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect]) -> S
     fitted = campaign.runs_of((joint,), "fit")
     if not fitted:
         known = ", ".join(map(str, campaign.joints)) or "none"
-        raise InputError(f"--joint {joint}", expected=f"a joint that some run frees alone ({known})", got=str(joint))
+        where = f"--joint {joint}"
+        raise InputError(where, expected=f"a joint that some run frees alone ({known})", got=str(joint))
     base = equations_for(campaign, device_of(campaign), (joint,))
     slides = bool(fitted[0].prismatic[0])
     expected = joint_equations(joint, parameters=base.parameters, prismatic=slides)
     if expected.digest != base.digest:
-        raise InputError(f"joint {joint}", expected="constant inertia once all others are locked", got=base.title)
+        where = f"joint {joint}"
+        raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
     base = within_reach(base, fitted)
     unseen = campaign.runs_of((joint,), "validate")
     return Study(joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides)
@@ -119,7 +121,7 @@ def scales_of(study: Study, theta: Mapping[str, float]) -> Scales:
         torque=max(torque, 1e-12),
         position=span / 2,
         centre=(high + low) / 2,
-        speed=max(max(_speed(run) for run in study.fitted), 1e-9),
+        speed=max(1e-9, *(_speed(run) for run in study.fitted)),
         inertia=theta["inertia"],
         friction=theta["Fc"],
         viscous=theta["sigma2"],

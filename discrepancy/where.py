@@ -35,7 +35,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Map:
-    """Excess of residual energy over the noise per bin of one variable: edges (BINS + 1,), excess (BINS,), rows (BINS,)."""
+    """Excess of residual energy over the noise per bin of one variable; edges are (BINS + 1,), the rest (BINS,)."""
 
     variable: str
     edges: Array
@@ -50,7 +50,7 @@ def maps(runs: Sequence[Run], simulated: Sequence[Array]) -> tuple[Map, ...]:
         [((run.y[:, 0] - y) / run.sensor_std[0])[k] ** 2 for run, y, k in zip(runs, simulated, kept, strict=True)]
     )
     variables = {
-        "position_rad": [y for y in simulated],
+        "position_rad": list(simulated),
         "velocity_rad_s": [np.gradient(y, run.t) for run, y in zip(runs, simulated, strict=True)],
         "torque_Nm": [run.u[:, 0] for run in runs],
         "time_s": [run.t for run in runs],

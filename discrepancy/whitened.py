@@ -1,4 +1,4 @@
-"""The fit of `identification.problem` with correlated noise: every run's residual and Jacobian are whitened as a whole."""
+"""The fit of `identification.problem` with correlated noise: residual and Jacobian of a run are whitened as a whole."""
 
 from __future__ import annotations
 

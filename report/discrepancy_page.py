@@ -51,7 +51,8 @@ def where_picture(maps: tuple[Map, ...]) -> Picture:
             axis.set_xlabel(m.variable.replace("_", " "), fontsize=8)
         made.axes[0].set_ylabel("energy over the noise")
     return Picture(
-        uri=data_uri(made), caption="Where the base model misses: mean squared residual above the sensor's noise, in σ².",
+        uri=data_uri(made),
+        caption="Where the base model misses: mean squared residual above the sensor's noise, in σ².",
         alt="residual energy over position, speed, torque and time",
     )  # fmt: skip
 
@@ -114,7 +115,8 @@ def _settle(finding: Finding) -> list[str]:
     lines = []
     if proposal is not None:
         lines.append(
-            f"The run that would tell: {proposal.as_json()['run']}; there the rivals differ by {proposal.separation:.0f} times the noise."
+            f"The run that would tell: {proposal.as_json()['run']}; "
+            f"there the rivals differ by {proposal.separation:.0f} times the noise."
         )
     if shape is not None:
         points = ", ".join(f"{x:.3g}: {y:.2g}" for x, y in zip(shape.knots, shape.torque, strict=True))
@@ -126,11 +128,15 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     """Render the page of one joint."""
     j = finding.judgement
     sections = [
-        Section(title="Before and after", anchor="gap", pictures=[before_after_picture(finding.curves)], tables=[_gaps(finding)]),
+        Section(
+            title="Before and after", anchor="gap",
+            pictures=[before_after_picture(finding.curves)], tables=[_gaps(finding)],
+        ),
         Section(
             title="Where the gap was", anchor="where", pictures=[where_picture(finding.maps)],
             paragraphs=[
-                f"{100 * r.share_of_gap:.0f} % of the gap lies at {r.variable.replace('_', ' ')} {r.lower:.3g} to {r.upper:.3g}, "
+                f"{100 * r.share_of_gap:.0f} % of the gap lies at {r.variable.replace('_', ' ')} "
+                f"{r.lower:.3g} to {r.upper:.3g}, "
                 f"in {100 * r.share_of_rows:.0f} % of the samples."
                 for r in finding.regions[:2]
             ],
@@ -145,13 +151,17 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     sections += [
         Section(
             title="What was tried", anchor="tried", tables=_ranking(finding),
-            paragraphs=["Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."],
+            paragraphs=[
+                "Evidence is twice the gain in log predictive score on runs that no fit saw; "
+                "BIC charges each parameter ln n."
+            ],
         ),
         Section(title="Parameters that moved", anchor="moved", tables=[_moved(finding)]),
     ]  # fmt: skip
     best, tried = finding.search.reached
     footer = [
-        f"{best} of {tried} starts reached the base model's best minimum; {finding.search.simulations} simulations in {finding.wall_s:.0f} s."
+        f"{best} of {tried} starts reached the base model's best minimum; "
+        f"{finding.search.simulations} simulations in {finding.wall_s:.0f} s."
     ]
     return render_page(
         title=f"Joint {finding.joint}: {title}",
