@@ -63,7 +63,7 @@ def candidate(study: Study, key: str, richer: Solution, before: Solution, unseen
 def refit(
     study: Study, before: Solution, unseen: Prediction, effect: Effect, score: Score, tries: int = 2
 ) -> Candidate:
-    """Add ``effect`` (in SI units) and refit everything, from the best ``tries`` shapes of its scan; the best fit counts."""
+    """Add ``effect`` (SI units) and refit everything, from the ``tries`` best shapes of its scan; the best counts."""
     starts = [(score.point, score.amplitude), *((point, amplitude) for point, _, amplitude in score.others)]
     fits = []
     for point, amplitude in starts[:tries]:

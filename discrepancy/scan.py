@@ -1,8 +1,8 @@
 """Score tests over the whole catalogue, with the error rate of the family.
 
-T = rᵀD(DᵀD)⁻¹Dᵀr with the whitened residual r and signatures D projected off the tangent space of the fitted model: under
-"nothing is missing" T is χ² with as many degrees of freedom as D has columns. The smallest p over all entries and shapes is
-judged against its distribution under white noise, which depends on the Gram matrix of all signatures alone.
+T = rᵀD(DᵀD)⁻¹Dᵀr with the whitened residual r and signatures D projected off the tangent space of the fitted model:
+under "nothing is missing" T is χ² with as many degrees of freedom as D has columns. The smallest p over all entries and
+shapes is judged against its distribution under white noise, which depends on the Gram matrix of all signatures alone.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def project(solution: Solution, found: Signatures) -> tuple[Array, Array, Array]
 def _statistics(G: Array, c: Array, columns: slice) -> tuple[float, Array]:
     block, right = G[columns, columns], c[columns]
     amplitude = np.linalg.lstsq(block, right, rcond=1e-10)[0]
-    return float(right @ amplitude), amplitude
+    return float(right @ amplitude), np.asarray(amplitude, dtype=np.float64)
 
 
 def scan(solution: Solution, found: Signatures, *, seed: int = 0) -> Scan:
@@ -136,7 +136,7 @@ def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: flo
 
 
 def independent_tests(G: Array, points: list[Point], seed: int) -> float:
-    """Number N of independent tests with the same distribution of the smallest p, by draws of Dᵀε ~ N(0, G).
+    """Return the number N of independent tests with the same distribution of the smallest p, by draws of N(0, G).
 
     P(min p > x) = (1 − x)^N; N is the maximum-likelihood estimate from the draws whose smallest p is in the lower tail.
     """
@@ -154,4 +154,4 @@ def independent_tests(G: Array, points: list[Point], seed: int) -> float:
         inverse = np.linalg.pinv(G[point.columns, point.columns], rcond=1e-10, hermitian=True)
         T = np.einsum("id,ij,jd->d", block, inverse, block)
         smallest = np.minimum(smallest, chi2.logsf(T, len(point.values)))
-    return float(max(1.0, -1.0 / np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))
+    return max(1.0, float(-1.0 / np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))
