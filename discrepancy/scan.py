@@ -1,12 +1,13 @@
 """Score tests over the whole catalogue, with the error rate of the family.
 
-T = rᵀD(DᵀD)⁻¹Dᵀr with the whitened residual r and signatures D projected off the tangent space of the fitted model:
-under "nothing is missing" T is χ² with as many degrees of freedom as D has columns. The smallest p over all entries and
-shapes is judged against its distribution under white noise, which depends on the Gram matrix of all signatures alone.
+T = rᵀD(DᵀD)⁻¹Dᵀr with the whitened residual r and signatures D projected off the tangent space of the fitted model: under
+"nothing is missing" T is χ² with as many degrees of freedom as D has columns. The smallest p over all entries and shapes is
+judged against its distribution under white noise, which depends on the Gram matrix of all signatures alone.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from scipy.stats import chi2
 from discrepancy.signatures import Point, Signatures
 from discrepancy.solution import Solution
 from measurement.run import Array
+from model.effect import Effect
 
 SEEN = 1e-3
 """Share of a signature that must survive the projection for it to be scored."""
@@ -53,6 +55,11 @@ class Score:
     amplitude: tuple[float, ...]
     survives: float
     others: tuple[tuple[Point, float, tuple[float, ...]], ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Key of the entry."""
+        return self.point.key
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,13 +104,17 @@ def project(solution: Solution, found: Signatures) -> tuple[Array, Array, Array]
     return r, D, np.linalg.norm(D, axis=0) / np.maximum(before, 1e-300)
 
 
-def _statistics(G: Array, c: Array, columns: slice) -> tuple[float, Array]:
-    block, right = G[columns, columns], c[columns]
+def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float, Array]:
+    """Return T at the best amplitudes within the effect's bounds, and these as factors on the columns."""
+    block, right = G[point.columns, point.columns], c[point.columns]
     amplitude = np.linalg.lstsq(block, right, rcond=1e-10)[0]
-    return float(right @ amplitude), np.asarray(amplitude, dtype=np.float64)
+    rows = effect.parameters[: len(point.values)]
+    limits = [sorted((q.lower / v[q.id], q.upper / v[q.id])) for q, v in zip(rows, point.values, strict=True)]
+    held = np.array([min(max(a, low), high) for a, (low, high) in zip(amplitude, limits, strict=True)])
+    return float(2 * held @ right - held @ block @ held), held
 
 
-def scan(solution: Solution, found: Signatures, *, seed: int = 0) -> Scan:
+def scan(solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, seed: int = 0) -> Scan:
     """Score every entry at every shape and keep the best shape of each."""
     r, D, survives = project(solution, found)
     c, G = D.T @ r, D.T @ D
@@ -111,7 +122,7 @@ def scan(solution: Solution, found: Signatures, *, seed: int = 0) -> Scan:
     tests = independent_tests(G, visible, seed)
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
-        T, amplitude = _statistics(G, c, point.columns)
+        T, amplitude = _statistics(G, c, point, entries[point.key])
         p = float(chi2.logsf(T, len(point.values)))
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
     scores = [_score(sorted(rows, key=lambda row: row[0]), tests, survives) for rows in best.values()]
@@ -136,7 +147,7 @@ def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: flo
 
 
 def independent_tests(G: Array, points: list[Point], seed: int) -> float:
-    """Return the number N of independent tests with the same distribution of the smallest p, by draws of N(0, G).
+    """Number N of independent tests with the same distribution of the smallest p, by draws of Dᵀε ~ N(0, G).
 
     P(min p > x) = (1 − x)^N; N is the maximum-likelihood estimate from the draws whose smallest p is in the lower tail.
     """
@@ -154,4 +165,4 @@ def independent_tests(G: Array, points: list[Point], seed: int) -> float:
         inverse = np.linalg.pinv(G[point.columns, point.columns], rcond=1e-10, hermitian=True)
         T = np.einsum("id,ij,jd->d", block, inverse, block)
         smallest = np.minimum(smallest, chi2.logsf(T, len(point.values)))
-    return max(1.0, float(-1.0 / np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))
+    return float(max(1.0, -1.0 / np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))
