@@ -20,6 +20,15 @@ from fmu_build.interface import Interface
 from fmu_build.platforms import Platform
 from fmu_build.variables import LARGEST, SENSITIVITY_SWITCH
 
+ENTRY = '''"""Entry of the slave."""
+
+import {module}_slave as implementation
+
+implementation.keep(globals())
+Slave = implementation.Slave
+'''
+"""The module that pythonfmu's loader imports and whose classes it goes through: it holds one."""
+
 
 def plan_of(interface: Interface, module: str) -> dict[str, object]:
     """Return what the slave reads from ``plan.json``."""
@@ -51,21 +60,22 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     """Return the files of the Python FMU, and its GUID."""
     slave, fallback = text_of("slave.py"), fallback_source(interface)
     plan = json.dumps(plan_of(interface, "?"))
-    content = (slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
+    content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
     digest = hashlib.sha256(repr(content).encode()).hexdigest()[:16]
     module = f"{interface.identifier}_{digest}"
     guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)
     resources = {
         "plan.json": json.dumps(plan_of(interface, module)).encode(),
+        f"{module}_slave.py": slave.encode(),
         f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, platforms),
     }
-    files = guarded(_built(module, slave, resources), interface.identifier, guid)
+    files = guarded(_built(module, resources), interface.identifier, guid)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
 
 
-def _built(module: str, slave: str, resources: dict[str, bytes]) -> dict[str, bytes]:
+def _built(module: str, resources: dict[str, bytes]) -> dict[str, bytes]:
     """Let pythonfmu build the archive and return its files."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "source"
@@ -73,12 +83,13 @@ def _built(module: str, slave: str, resources: dict[str, bytes]) -> dict[str, by
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             (folder / path).write_bytes(content)
         script = folder / f"{module}.py"
-        script.write_text(slave, encoding="utf-8")
-        known = list(sys.path)
+        script.write_text(ENTRY.format(module=module), encoding="utf-8")
+        known, loaded = list(sys.path), set(sys.modules)
         try:
             others = sorted(path for path in folder.iterdir() if path != script)
             built = FmuBuilder.build_FMU(script, dest=Path(name) / "built.fmu", project_files=others)
         finally:
             sys.path[:] = known
-            sys.modules.pop(module, None)
+            for fresh in {name for name in sys.modules if name.startswith(module)} - loaded:
+                del sys.modules[fresh]
         return {k.replace("\\", "/"): v for k, v in unpack(built.read_bytes()).items() if "__pycache__" not in k}

@@ -1,7 +1,8 @@
 """The slave inside a Python FMU: FMI calls on one flat buffer, stepped by the compiled kernel beside this file.
 
 This file is copied into the FMU under a name that holds the digest of the FMU's content, so that two FMUs in one
-process never share a module. It needs the standard library and pythonfmu only. `plan.json` tells it everything else.
+process never share a module, and imported by a module that holds little else. It needs the standard library and
+pythonfmu only. `plan.json` tells it everything else.
 
 pythonfmu turns a Python exception into fmi2Fatal and drops the instance. So nothing here raises: what is wrong goes to
 the logger as an error, at once, and no step is done until it is put right. The guard around pythonfmu's loader turns a
@@ -50,12 +51,21 @@ KERNEL = load_kernel()
 COMPILED = isinstance(KERNEL, ctypes.CDLL)
 
 
+def keep(names: dict[str, Any]) -> None:
+    """Add a reference to the names of the entry module.
+
+    pythonfmu 0.7 drops one at each instantiation that it never had, and with the last one the module's names are gone.
+    """
+    ctypes.pythonapi.Py_IncRef(ctypes.py_object(names))
+
+
 class Slave(Fmi2Slave):
     """One instance: a buffer, the time, and whether the outputs still hold."""
 
     def __init__(self, **kwargs: Any) -> None:
         """Make the buffer with its start values."""
         super().__init__(**kwargs)
+        keep(vars(sys.modules[PLAN["module"]]))
         self.modelName = PLAN["identifier"]
         self._values = array("d", PLAN["start"])
         self._buffer = ctypes.c_void_p(self._values.buffer_info()[0]) if COMPILED else self._values

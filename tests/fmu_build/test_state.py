@@ -70,3 +70,15 @@ def test_reset_starts_over(kind: Kind):
     first = client.run(e, T, u)
     client.fmi.reset()
     np.testing.assert_array_equal(client.start().go().run(e, T, u), first)
+
+
+def test_many_instantiations_of_a_python_fmu_leave_it_whole():
+    """pythonfmu's loader drops a reference to the slave's module each time, and loses the module where nobody minds."""
+    built, clients = fmu("joint4", "python"), []
+    for k in range(60):
+        clients.append(Client(built, name=f"instance{k}").start().go())
+        if k % 2:
+            clients.pop().fmi.freeInstance()
+    for client in clients:
+        client.fmi.doStep(0.0, 0.01)
+    assert len({client.get("joint4.reading")[0] for client in clients}) == 1
