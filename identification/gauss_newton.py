@@ -12,6 +12,7 @@ import numpy as np
 
 from identification.least_squares import step_within, triangle
 from identification.problem import Blocks, Problem
+from identification.retraction import Retraction
 from measurement.run import Array
 
 RIDGE = 1e-6
@@ -38,23 +39,24 @@ def gauss_newton(
     damping: float = 1e-4,
 ) -> Descent:
     """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` of the cost."""
-    A, b = problem.constraints()
+    along = Retraction.of(problem)
     now = problem.blocks(x, gain)
     cost, growth, calls, converged = cost_of(now), 2.0, 1, False
     if not np.isfinite(cost):
         return Descent(x=x, cost=cost, calls=calls, converged=False)
     R, c = triangle(now.jacobian, now.residual)
     while calls < iterations and not converged:
-        d, predicted = _damped_step(R, c, damping, A, b - A @ x)
+        d, predicted = _damped_step(R, c, damping, *along.constraints(x))
         converged = predicted <= tolerance * cost
         if converged:
             break
-        trial = problem.blocks(x + d, gain)
+        moved = along.move(x, d)
+        trial = problem.blocks(moved, gain)
         calls += 1
         new = cost_of(trial)
         ratio = (cost - new) / predicted if np.isfinite(new) else -1.0
         if ratio > 1e-4:
-            x, cost, growth = x + d, new, 2.0
+            x, cost, growth = moved, new, 2.0
             R, c = triangle(trial.jacobian, trial.residual)
             damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), 1e-15)
         else:
@@ -75,6 +77,6 @@ def _damped_step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> 
     columns = np.linalg.norm(R, axis=0)
     ridge = np.sqrt(damping * columns**2 + (RIDGE * columns.max()) ** 2)
     damped, target = triangle(np.vstack((R, np.diag(ridge))), -np.concatenate((c, np.zeros_like(c))))
-    d = step_within(damped, target, A, np.minimum(slack, 0.0))
+    d = step_within(damped, target, A, slack)
     left = c - R @ d
     return d, float(c @ c - left @ left)

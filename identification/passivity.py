@@ -41,8 +41,8 @@ def margin(equations: Equations, theta: Array) -> tuple[Array, Array]:
     return value, gradient
 
 
-def passivity(problem: Problem, point: Callable[[Array], Array], T: Array) -> dict[str, Any]:
-    """Return the constraint in SLSQP's form, for variables w with x = point(w), dx/dw = T."""
+def passivity(problem: Problem, point: Callable[[Array], Array], tangent: Callable[[Array], Array]) -> dict[str, Any]:
+    """Return the constraint in SLSQP's form, for variables w with x = point(w), dx/dw = tangent(w)."""
     scaling, n = problem.scaling, problem.n_parameters
 
     def value(w: Array) -> Array:
@@ -51,6 +51,6 @@ def passivity(problem: Problem, point: Callable[[Array], Array], T: Array) -> di
     def jacobian(w: Array) -> Array:
         theta = problem.theta(point(w))
         columns = margin(scaling.equations, theta)[1][:, list(scaling.free)] * scaling.slope(theta)
-        return np.pad(columns, ((0, 0), (0, problem.size - n))) @ T
+        return np.pad(columns, ((0, 0), (0, problem.size - n))) @ tangent(w)
 
     return {"type": "ineq", "fun": value, "jac": jacobian}

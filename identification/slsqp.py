@@ -17,6 +17,7 @@ from identification.gauss_newton import Descent, cost_of
 from identification.least_squares import triangle
 from identification.passivity import passivity
 from identification.problem import Problem
+from identification.retraction import Retraction
 from measurement.run import Array
 
 WORST = 80.0
@@ -28,6 +29,7 @@ class _Cost:
 
     def __init__(self, problem: Problem, x: Array, gain: float, damping: float) -> None:
         self.problem, self.gain, self.x, self.calls = problem, gain, x, 0
+        self.along = Retraction.of(problem)
         now = self._blocks(x)
         self.best, self.cost = x, cost_of(now)
         if not np.isfinite(self.cost):
@@ -41,7 +43,11 @@ class _Cost:
         return self.problem.blocks(x, self.gain)
 
     def point(self, w: Array) -> Array:
-        return self.x + self.T @ w
+        return self.along.move(self.x, self.T @ w)
+
+    def tangent(self, w: Array) -> Array:
+        """Return dx/dw, shape (n, n)."""
+        return self.along.slope(self.x, self.T @ w) @ self.T
 
     def __call__(self, w: Array) -> tuple[float, Array]:
         x = self.point(w)
@@ -51,7 +57,7 @@ class _Cost:
             return WORST, np.zeros_like(w)
         if cost < self.cost:
             self.best, self.cost = x, cost
-        return float(np.log(cost / self.problem.weight)), self.T.T @ (2.0 * (now.jacobian.T @ r) / cost)
+        return float(np.log(cost / self.problem.weight)), self.tangent(w).T @ (2.0 * (now.jacobian.T @ r) / cost)
 
 
 def slsqp(
@@ -83,11 +89,11 @@ def slsqp(
 def _minimised(cost: _Cost, iterations: int, tolerance: float) -> bool:
     """Run SLSQP once from w = 0 and say whether it met its tolerance."""
     problem = cost.problem
-    A, b = problem.constraints()
-    G, h = A @ cost.T, A @ cost.x - b
+    A, slack = cost.along.constraints(cost.x)
+    G, h = A @ cost.T, -slack
     constraints: list[dict[str, Any]] = [{"type": "ineq", "fun": lambda w: G @ w + h, "jac": lambda _: G}]
     if problem.options.passive:
-        constraints.append(passivity(problem, cost.point, cost.T))
+        constraints.append(passivity(problem, cost.point, cost.tangent))
     done = minimize(
         cost,
         np.zeros(cost.x.size),
