@@ -21,11 +21,9 @@ from model.quantity import Normal
 from support.command import exit_codes, parse_joints, progress
 from support.errors import InputError
 from support.files import write_json
-from uq.forward import longest_step
 from uq.hyper import NOISE_KNOWN
 from uq.noise_model import NoiseModel
 from uq.simulation_based import Design, Outcome, chi_square_bins, covered, rank_one_set
-from uq.terms import prepare
 
 PRIOR = 0.1
 """Relative width of the priors from which truths are drawn."""
@@ -83,10 +81,8 @@ def design_of(campaign: Campaign, joint: int) -> Design:
     """Return runs like the campaign's, shorter, of a joint with normal priors around its first guesses."""
     equations = with_priors(equations_for(campaign, device_of(campaign), (joint,)))
     runs = campaign.runs_of((joint,), "fit")[:3]
-    theta = np.array([q.initial for q in equations.parameters])
     torques = tuple((float(np.ptp(run.u)) / 2, _omega(run.t, run.u[:, 0])) for run in runs)
-    step = longest_step(equations, theta, [(run, prepare(equations, run).x0) for run in runs])
-    return Design(equations=equations, model=NoiseModel(scatter="reading"), torques=torques, step=step)
+    return Design(equations=equations, model=NoiseModel(scatter="reading"), torques=torques)
 
 
 def _omega(t: Array, u: Array) -> float:

@@ -20,6 +20,8 @@ from uq.normal_equations import expand
 from uq.terms import Terms, prepare
 
 DRAWS = 64
+UNEXPLAINED = 1.2
+"""Noise factor from which a noise model counts as not explaining the data."""
 MARGIN = 2.0
 """Gain in held-out log predictive density below which the simpler model is kept."""
 
@@ -54,8 +56,22 @@ class Problem:
     def mode(self, model: NoiseModel, theta: Array, hyper: dict[str, float] | None = None) -> Laplace:
         """Climb from θ and known values of the noise model's parameters to the mode under ``model``."""
         density = self.density(model)
-        start = np.array([(hyper or {}).get(h.id, h.start) for h in density.coordinates.hyper])
-        return laplace(density, self.simulator, density.coordinates.eta(theta, start))
+        found = []
+        for assumed in _noise_starts(model, hyper or {}):
+            start = np.array([assumed.get(h.id, h.start) for h in density.coordinates.hyper])
+            found.append(laplace(density, self.simulator, density.coordinates.eta(theta, start)))
+        return max(found, key=lambda mode: mode.log_density)
+
+
+def _noise_starts(model: NoiseModel, hyper: dict[str, float]) -> list[dict[str, float]]:
+    """Values of the noise model's parameters to climb from.
+
+    Where the model before left more than noise, also from true noise with a large scatter, and from a way between: the
+    scatter then takes up what a least-squares fit had put into the parameters.
+    """
+    if model.scatter == "none" or hyper.get("noise_factor", 1.0) < UNEXPLAINED:
+        return [hyper]
+    return [hyper, *(hyper | {"noise_factor": nu, "cycle_scatter": s} for nu, s in ((1.0, 0.1), (5.0, 0.05)))]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -16,8 +16,10 @@ from uq.hyper import Hyper
 class Coordinates:
     """η = (free parameters of the equations, then the noise model's): log x where ``scale`` is ``log``, else x.
 
-    The prior of a parameter is its normal prior cut at the bounds, or flat in η between the bounds. Orderings (Fs ≥ Fc)
-    cut the rest away. ``widen`` multiplies the standard deviation of every prior (prior sensitivity).
+    The prior of a parameter is its normal prior cut at the bounds, or flat between the bounds: in log x where ``scale``
+    is ``log``, else in x. Positive quantities move in log x whatever their prior is flat in: where amplitudes scatter, the
+    data leave a common factor of inertia, stiffness and damping open, and that is a straight line only in logarithms.
+    Orderings (Fs ≥ Fc) cut the rest away. ``widen`` multiplies the standard deviation of every prior.
     """
 
     equations: Equations
@@ -42,7 +44,7 @@ class Coordinates:
     @property
     def logarithmic(self) -> tuple[bool, ...]:
         """Which coordinates are logarithms."""
-        return (*(q.scale == "log" for q in self.free), *(True for _ in self.hyper))
+        return (*(positive(q) for q in self.free), *(True for _ in self.hyper))
 
     @property
     def size(self) -> int:
@@ -54,7 +56,7 @@ class Coordinates:
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds of η, shape (n,) each; the noise model's are wide."""
-        pairs = [(np.log(q.lower), np.log(q.upper)) if q.scale == "log" else (q.lower, q.upper) for q in self.free]
+        pairs = [(np.log(_floor(q)), np.log(q.upper)) if positive(q) else (q.lower, q.upper) for q in self.free]
         pairs += [(-25.0, 5.0)] * len(self.hyper)
         lower, upper = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
         return lower, upper
@@ -98,7 +100,8 @@ class Coordinates:
             if quantity.prior is not None:
                 value = theta[..., ids.index(quantity.id)]
                 total = total - 0.5 * ((value - quantity.prior.mean) / (self.widen * quantity.prior.std)) ** 2
-                total = total + (eta[..., i] if quantity.scale == "log" else 0.0)
+            if positive(quantity) and (quantity.prior is not None or quantity.scale != "log"):
+                total = total + eta[..., i]
         for i, h in enumerate(self.hyper):
             total = total + h.prior.widened(self.widen).log_density(eta[..., len(self.free) + i])
         return np.asarray(total)
@@ -114,13 +117,24 @@ class Coordinates:
         return kept[:size]
 
 
+def positive(quantity: Quantity) -> bool:
+    """Whether a quantity is positive, so that it moves in its logarithm."""
+    return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
+
+
+def _floor(quantity: Quantity) -> float:
+    """Lower bound, or a billionth of the first guess where that is 0."""
+    return quantity.lower if quantity.lower > 0 else 1e-9 * quantity.initial
+
+
 def _draw_quantity(quantity: Quantity, widen: float, rng: np.random.Generator, size: int) -> Array:
     if quantity.prior is not None:
         value = quantity.prior.mean + widen * quantity.prior.std * rng.standard_normal(size)
-        return np.log(np.maximum(value, 1e-300)) if quantity.scale == "log" else value
-    logarithmic = quantity.scale == "log"
-    low, high = (np.log(quantity.lower), np.log(quantity.upper)) if logarithmic else (quantity.lower, quantity.upper)
-    return rng.uniform(low, high, size)
+    elif quantity.scale == "log":
+        return rng.uniform(np.log(quantity.lower), np.log(quantity.upper), size)
+    else:
+        value = rng.uniform(quantity.lower, quantity.upper, size)
+    return np.log(np.maximum(value, 1e-300)) if positive(quantity) else value
 
 
 def prior_words(quantity: Quantity) -> str:

@@ -48,7 +48,7 @@ class Laplace:
         return np.asarray(np.linalg.cholesky(self.covariance), dtype=np.float64)
 
 
-def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 6, steps: int = 8) -> Laplace:
+def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 20, steps: int = 8) -> Laplace:
     """Climb from η to the mode: Gauss–Newton in the parameters and Nelder–Mead in the noise model, in turns.
 
     Raises
@@ -59,8 +59,8 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
     best = -np.inf
     for _ in range(rounds):
         density = density.linearised(simulator, eta)
-        eta = _climb_noise(density, eta)
         density, eta = _climb_parameters(density, simulator, eta, steps)
+        eta = _climb_noise(density, eta)
         value = float(density(eta)[0])
         if abs(value - best) < SETTLED:
             break

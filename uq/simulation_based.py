@@ -19,7 +19,7 @@ from uq.choice import Problem
 from uq.coordinates import Coordinates
 from uq.cycle_index import cycle_index
 from uq.equilibrium import equilibrium
-from uq.forward import KernelForward, coarse, kernel_of
+from uq.forward import KernelForward, coarse
 from uq.hyper import NOISE_KNOWN
 from uq.laplace import Laplace
 from uq.noise_model import NoiseModel
@@ -27,7 +27,7 @@ from uq.sampling import SamplingOptions, sample
 
 RANKS = 99
 """Posterior draws among which the truth is ranked: ranks 0 to 99."""
-SAMPLING = SamplingOptions(ensembles=1, chunk=60, burn=40, pilot=0, longest=60)
+SAMPLING = SamplingOptions(ensembles=1, chunk=140, burn=60, pilot=0, longest=140)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ class Design:
     noise
         Standard deviation of the sensor [rad].
     step
-        Inner step of the sampler's simulations [s]; data are made with the kernel's own.
+        Inner step of all simulations [s], those that make the data included.
     """
 
     equations: Equations
@@ -56,7 +56,7 @@ class Design:
     duration: float = 12.0
     spacing: float = 0.02
     noise: float = 2e-4
-    step: float = 2.5e-3
+    step: float = 5e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,7 +74,7 @@ def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np
     theta = coordinates.thetas(eta)
     hyper = dict(zip(coordinates.names, coordinates.values(eta), strict=True))
     rest = float(equilibrium(equations, theta[None], 0.0)[0])
-    kernel = kernel_of(equations).plain
+    kernel = coarse(equations, design.step).plain
     t = np.arange(round(design.duration / design.spacing) + 1, dtype=np.float64) * design.spacing
     made = []
     for k, (amplitude, omega) in enumerate(design.torques):
