@@ -18,6 +18,8 @@ from model.effect import Effect
 
 FIRST, FULL = 8, 60
 """Most simulations of all runs: of a first try from one shape, and of the fit from the best."""
+LARGE, ALIKE = 10.0, 0.7
+"""Factor on an effect's typical size from which a smaller start is tried too, and share of T from which another shape is."""
 INFORMED = 0.5
 """A shape parameter counts as fitted where its std is below this share of its range (or of a factor e)."""
 
@@ -104,18 +106,24 @@ def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> di
     return {q.id: min(max(values[q.id], q.lower), q.upper) for q in effect.parameters}
 
 
-def refit(study: Study, current: Solution, effect: Effect, score: Score, *, noise: Noise | None = None) -> Candidate:
-    """Add ``effect`` to ``current`` and fit everything, from its best shape and from the best one unlike it."""
+def quick(study: Study, current: Solution, effect: Effect, score: Score) -> tuple[Solution, int]:
+    """Add ``effect`` to ``current`` and begin to fit everything, from several sizes and shapes; return the best and the cost.
+
+    The linear estimate of a large amplitude leads astray: a quarter of it is tried too, and the next best shape unlike it.
+    """
     effects = (*current.effects, effect)
-    under = current.noise if noise is None else noise
     starts = [start_values(effect, score.point, score.amplitude)]
-    starts += [start_values(effect, point, amplitude) for point, _, amplitude in score.others[1:3:2]]
+    if max(map(abs, score.amplitude)) > LARGE:
+        starts.append(start_values(effect, score.point, [0.25 * a for a in score.amplitude]))
+    if score.others and score.others[0][1] > ALIKE * score.T and len(score.others) > 1:
+        _, (point, _, amplitude), *_ = score.others
+        starts.append(start_values(effect, point, amplitude))
     tried = [
-        solve(study, effects, under, current.values | values, x0=current.x0, iterations=FIRST) for values in starts
+        solve(study, effects, current.noise, current.values | values, x0=current.x0, iterations=FIRST)
+        for values in starts
     ]
-    calls = sum(s.calls for s in tried)
     best = max(tried, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
-    return settle(study, effects, best, calls)
+    return best, sum(s.calls for s in tried)
 
 
 def settle(study: Study, effects: Sequence[Effect], first: Solution, calls: int = 0) -> Candidate:
@@ -130,6 +138,24 @@ def settle(study: Study, effects: Sequence[Effect], first: Solution, calls: int 
         calls += again.calls
         solution = again
     return judged(study, solution, calls)
+
+
+def significance(solution: Solution) -> tuple[float, bool]:
+    """Return the least Wald statistic of an effect's amplitudes, and whether one of them ended at its bound."""
+    ids = solution.problem.scaling.ids
+    J = solution.blocks.jacobian
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    covariance = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-12, hermitian=True)
+    zero = solution.problem.scaling.scaled(np.zeros(solution.theta.size))
+    lower, upper = solution.problem.scaling.bounds
+    wald, at_bound = np.inf, False
+    for effect in solution.effects:
+        at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
+        a = (solution.x[at] - zero[at]) * size[at]
+        wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
+        room = 1e-4 * (upper[at] - lower[at])
+        at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | ((solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room))))
+    return wald, at_bound
 
 
 def alike(a: Noise, b: Noise) -> bool:

@@ -17,14 +17,13 @@ from scipy.stats import chi2
 
 from discrepancy.signatures import Point, Signatures
 from discrepancy.solution import Solution
+from discrepancy.study import Study
 from measurement.run import Array
 from model.effect import Effect
 
 SEEN = 1e-3
 """Share of a signature that must survive the projection for it to be scored."""
 DRAWS = 2000
-TAIL = 0.25
-"""Share of the smallest draws from which the number of independent tests is taken."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -35,8 +34,8 @@ class Score:
     ----------
     point
         The shape.
-    T, dof, p
-        Score statistic, degrees of freedom, p of this one test.
+    T, dof, log_p
+        Score statistic, degrees of freedom, logarithm of the p of this one test.
     family_p
         p over the whole catalogue.
     amplitude
@@ -50,7 +49,7 @@ class Score:
     point: Point
     T: float
     dof: int
-    p: float
+    log_p: float
     family_p: float
     amplitude: tuple[float, ...]
     survives: float
@@ -68,8 +67,11 @@ class Scan:
 
     scores: tuple[Score, ...]
     tests: float
-    projected: Array
-    points: tuple[Point, ...]
+
+    @property
+    def family_p(self) -> float:
+        """Return the smallest p over the whole catalogue."""
+        return self.scores[0].family_p if self.scores else 1.0
 
 
 def movable(solution: Solution) -> NDArray[np.bool_]:
@@ -92,12 +94,12 @@ def tangent_space(solution: Solution) -> Array:
     return np.asarray(Q[:, kept])
 
 
-def project(solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:
+def project(study: Study, solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:
     """Return residual (n_r,), projected signatures (n_r, n_columns) and the share that survives (n_columns,)."""
     Q = tangent_space(solution)
     r = solution.residual
-    D = np.zeros((r.size, found.D.shape[1]))
-    D[: found.D.shape[0]] = found.D
+    D = np.zeros((r.size, found.raw.shape[1]))
+    D[: found.raw.shape[0]] = found.whitened(study, solution)
     before = np.linalg.norm(D, axis=0)
     D -= Q @ (Q.T @ D)
     r = r - Q @ (Q.T @ r)
@@ -114,31 +116,31 @@ def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float
     return float(2 * held @ right - held @ block @ held), held
 
 
-def scan(solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, seed: int = 0) -> Scan:
-    """Score every entry at every shape and keep the best shape of each."""
-    r, D, survives = project(solution, found)
+def scan(
+    study: Study, solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, tests: float | None = None
+) -> Scan:
+    """Score every entry at every shape and keep the best shape of each; ``tests`` is counted by draws where not given."""
+    r, D, survives = project(study, solution, found)
     c, G = D.T @ r, D.T @ D
-    visible = [p for p in found.points if survives[p.columns].max() > SEEN and found.D[:, p.columns].any()]
-    tests = independent_tests(G, visible, seed)
+    visible = [p for p in found.points if survives[p.columns].max() > SEEN]
+    count = independent_tests(G, visible) if tests is None else tests
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
         T, amplitude = _statistics(G, c, point, entries[point.key])
         p = float(chi2.logsf(T, len(point.values)))
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
-    scores = [_score(sorted(rows, key=lambda row: row[0]), tests, survives) for rows in best.values()]
-    ordered = tuple(sorted(scores, key=lambda s: (s.p, -s.T)))
-    return Scan(scores=ordered, tests=tests, projected=D, points=found.points)
+    scores = [_score(sorted(rows, key=lambda row: row[0]), count, survives) for rows in best.values()]
+    return Scan(scores=tuple(sorted(scores, key=lambda s: (s.log_p, -s.T))), tests=count)
 
 
 def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: float, survives: Array) -> Score:
     log_p, point, T, amplitude = rows[0]
-    p = float(np.exp(log_p))
-    family = float(-np.expm1(tests * np.log1p(-min(p, 1 - 1e-16))))
+    family = float(-np.expm1(tests * np.log1p(-min(float(np.exp(log_p)), 1 - 1e-16))))
     return Score(
         point=point,
         T=T,
         dof=len(point.values),
-        p=p,
+        log_p=log_p,
         family_p=family,
         amplitude=amplitude,
         survives=float(survives[point.columns].max()),
@@ -146,7 +148,7 @@ def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: flo
     )
 
 
-def independent_tests(G: Array, points: list[Point], seed: int) -> float:
+def independent_tests(G: Array, points: list[Point], seed: int = 0) -> float:
     """Number N of independent tests with the same distribution of the smallest p, by draws of Dᵀε ~ N(0, G).
 
     P(min p > x) = (1 − x)^N; N is the maximum-likelihood estimate from the draws whose smallest p is in the lower tail.
