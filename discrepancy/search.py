@@ -1,249 +1,176 @@
-"""The search: from the base, one effect at a time, until what is left is noise or no entry helps any more."""
+"""The search: scan, refit the best, guard against a stuck base, accept or stop; then remove backwards.
+
+Base fit, omnibus test, score scan with family-wise error, joint refits judged on runs that no fit saw,
+re-base, forward selection of up to `MOST` effects, backward removal.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
-import numpy as np
-
-from discrepancy.base import Base, fit_base
+from discrepancy.base import fit_base
+from discrepancy.colour import estimate_colour
+from discrepancy.held_out import Prediction, predict
 from discrepancy.noise import Noise
-from discrepancy.noise_estimate import estimate
 from discrepancy.omnibus import Omnibus, omnibus
-from discrepancy.refit import Candidate, judged, quick, refit_with, settle, significance
-from discrepancy.scan import Scan, Score, scan
-from discrepancy.signatures import Signatures, signatures
+from discrepancy.refit import SCATTER, Candidate, refit, scattered, without
+from discrepancy.scan import Scan, scan
+from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study, scales_of
-from model.effect import Effect
+from model.scales import Scales
 
-FAMILY = 0.002
-"""p over the whole catalogue below which a score counts."""
-LACK = 5e-4
-"""p of the omnibus test below which a model lacks something."""
-BATCH, SETTLED = 6, 3
-"""Entries that are tried at once, and how many of them are fitted to the end."""
-CLOSE, MOST_RIVALS = 40.0, 6
-"""Log-likelihood from the best within which a begun fit is finished as a rival, and how many of them."""
-TRIED = 24
-"""Most entries that are tried in one step."""
-BETTER = 6.0
-"""Least gain in the criterion that an effect has to bring."""
-SIGNIFICANT = 9.0
-"""Least squared ratio of an effect's amplitude to its standard error."""
 MOST = 3
-"""Most effects at once."""
-
-Report = Callable[[str], None]
+"""Effects that may act together."""
+REFITS = 5
+"""Entries of a scan that are refitted."""
+SIGNIFICANT = 0.01
+"""Family-wise p below which an entry is refitted, and p of the omnibus test below which something is missing."""
+RIVAL = 10.0
+"""Difference in BIC within which two candidates count as rivals."""
+STUCK = 10.0
+"""Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Trial:
-    """A candidate with what speaks for and against it.
+class Step:
+    """One round of the forward search: the test, the scan, the candidates (best first) and which of them was taken."""
 
-    Parameters
-    ----------
-    candidate
-        The refitted model.
-    left
-        Omnibus test of what it leaves.
-    left_p
-        Smallest p over the catalogue of what it leaves.
-    gain
-        By how much its criterion is better than that of the model that it extends.
-    held_out
-        Twice the gain in log predictive score on unseen runs, over the same.
-    wald
-        Least squared ratio of an effect's amplitude to its standard error.
-    at_bound
-        Whether an amplitude ended at its bound.
-    """
-
-    candidate: Candidate
-    left: Omnibus
-    left_p: float
-    gain: float = 0.0
-    held_out: float = 0.0
-    wald: float = np.inf
-    at_bound: bool = False
-
-    @property
-    def adequate(self) -> bool:
-        """Whether it leaves nothing but noise."""
-        return self.left.p > LACK and self.left_p > FAMILY
-
-    @property
-    def acceptable(self) -> bool:
-        """Whether its last effect has earned its place."""
-        return self.gain > BETTER and self.held_out > 0 and self.wald > SIGNIFICANT and not self.at_bound
+    test: Omnibus
+    scan: Scan
+    candidates: tuple[Candidate, ...]
+    taken: Candidate | None
+    rivals: tuple[Candidate, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Search:
-    """Everything that the search found out.
+    """Everything that the search found."""
 
-    Parameters
-    ----------
-    base
-        The base fit with its starts, under white noise.
-    plain
-        The base under the noise model estimated from it.
-    scan
-        Scores of the whole catalogue at the base.
-    trials
-        Every candidate that was fitted to the end, in the order of the steps.
-    best
-        Where the search ended.
-    simulations
-        Simulated runs.
-    """
-
-    base: Base
-    plain: Trial
-    scan: Scan
-    found: Signatures
-    entries: dict[str, Effect]
-    trials: tuple[Trial, ...]
-    best: Trial
+    base: Solution
+    base_prediction: Prediction
+    final: Solution
+    final_prediction: Prediction
+    steps: tuple[Step, ...]
+    last_test: Omnibus
+    scales: Scales
+    reached: tuple[int, int]
     simulations: int
-    notes: tuple[str, ...] = field(default=())
-
-    @property
-    def rivals(self) -> tuple[Trial, ...]:
-        """Other trials with other effects that predict as well as the best one, the better first."""
-        close = [
-            t for t in self.trials
-            if set(t.candidate.ids) != set(self.best.candidate.ids)
-            and t.acceptable
-            and len(t.candidate.ids) <= len(self.best.candidate.ids)
-            and t.candidate.criterion - self.best.candidate.criterion < RIVAL
-            and (t.adequate or not self.best.adequate)
-        ]  # fmt: skip
-        return tuple(sorted(close, key=lambda t: t.candidate.criterion))
+    evidence: dict[str, float] = field(default_factory=dict)
+    rivals: tuple[Candidate, ...] = ()
 
 
-RIVAL = 10.0
-"""Candidates whose criterion is this close cannot be told apart."""
-
-
-class Searcher:
-    """The state of one search: the study, the signatures at its base, and the running count of simulations."""
-
-    def __init__(self, study: Study, report: Report) -> None:
-        self.study, self.report = study, report
-        self.simulations = 0
-        self.entries: dict[str, Effect] = {}
-        self.found: Signatures
-        self.tests = 1.0
-
-    def trial(self, candidate: Candidate, before: Candidate | None = None) -> Trial:
-        """Judge a candidate, against ``before`` where it extends one."""
-        solution = candidate.solution
-        left = scan(self.study, solution, self.found, self.entries, tests=self.tests)
-        wald, at_bound = significance(solution)
-        return Trial(
-            candidate=candidate,
-            left=omnibus(self.study, solution),
-            left_p=left.family_p,
-            gain=0.0 if before is None else before.criterion - candidate.criterion,
-            held_out=0.0 if before is None else 2 * (candidate.prediction.score - before.prediction.score),
-            wald=wald,
-            at_bound=at_bound,
-        )
-
-    def step(self, current: Trial, scores: Sequence[Score]) -> list[Trial]:
-        """Try entries in the order of their scores, batch by batch, until one leaves nothing but noise."""
-        trials: list[Trial] = []
-        solution = current.candidate.solution
-        taken = {key.partition(":")[0] for key in solution.keys}
-        fresh = [s for s in scores if self.entries[s.key].id not in taken and s.T > SIGNIFICANT][:TRIED]
-        begun: list[Solution] = []
-        for first in range(0, len(fresh), BATCH):
-            for score in fresh[first : first + BATCH]:
-                tried, calls = quick(self.study, solution, self.entries[score.key], score)
-                self.simulations += calls * len(self.study.fitted)
-                begun.append(tried)
-            begun.sort(key=lambda s: -s.log_likelihood)
-            for _ in range(SETTLED):
-                trials += self.finish(current, begun[:1])
-                begun = begun[1:]
-                if not begun or trials[-1].adequate:
-                    break
-            if any(t.adequate and t.acceptable for t in trials):
-                break
-        best = max((t.candidate.solution.log_likelihood for t in trials), default=0.0)
-        close = [s for s in begun if s.log_likelihood > best - CLOSE][:MOST_RIVALS]
-        return trials + self.finish(current, close)
-
-    def finish(self, current: Trial, begun: Sequence[Solution]) -> list[Trial]:
-        """Fit to the end what was begun, and judge it."""
-        trials = []
-        for tried in begun:
-            candidate = settle(self.study, tried.effects, tried)
-            self.simulations += candidate.calls * len(self.study.fitted)
-            made = self.trial(candidate, current.candidate)
-            self.report(
-                f"{'+'.join(candidate.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "
-                f"left over {made.left.energy:.0f}/{made.left.dof}"
-            )
-            trials.append(made)
-        return trials
-
-
-def search(study: Study, *, seed: int = 0, most: int = MOST, report: Report = lambda _: None) -> Search:
-    """Run the whole search on one joint."""
-    s = Searcher(study, report)
-    base = fit_base(study, seed=seed)
-    report(f"base fit: {base.solution.chi2 / study.rows:.3f} of the noise's variance, {base.reached} starts agree")
-    plain = _with_noise(study, base.solution)
-    scales = scales_of(study, plain.values)
-    s.entries = {key: e.at(scales) for key, e in study.entries.items() if not e.random}
-    s.found = signatures(study, plain, list(s.entries.values()))
-    s.simulations = (base.calls + plain.calls) * len(study.fitted) + s.found.simulations
-    first = scan(study, plain, s.found, s.entries)
-    s.tests = first.tests
-    start = s.trial(judged(study, plain, plain.calls))
-    trials: list[Trial] = []
-    best, scores = start, first.scores
-    for _ in range(most):
-        if best.adequate:
+def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
+    """Look for what is missing in the base model of ``study``; ``tell`` hears of the progress."""
+    tell("base fit")
+    fitted = fit_base(study, starts=starts, seed=seed)
+    base, calls = _coloured(study, fitted.solution), fitted.calls
+    scales = scales_of(study, base.values)
+    current, unseen = base, predict(study, base)
+    first = unseen
+    steps: list[Step] = []
+    for _ in range(MOST):
+        step, cost = _step(study, current, unseen, scales, seed, tell)
+        calls += cost
+        if step.taken is not None and (better := _rebased(study, current, step.taken)) is not None:
+            tell("the base fit was stuck: again from the better minimum")
+            current, unseen = better, predict(study, better)
+            if not current.keys:
+                base, first = current, unseen
+            step, cost = _step(study, current, unseen, scales, seed, tell)
+            calls += cost
+        steps.append(step)
+        if step.taken is None or (current.keys and step.test.p >= SIGNIFICANT):
             break
-        made = s.step(best, scores)
-        trials += made
-        good = [t for t in made if t.acceptable]
-        if not good:
-            break
-        adequate = [t for t in good if t.adequate]
-        best = min(adequate or good, key=lambda t: t.candidate.criterion)
-        scores = scan(study, best.candidate.solution, s.found, s.entries, tests=s.tests).scores
-    best, trimmed = _backward(s, best, start)
+        current, unseen = step.taken.solution, step.taken.prediction
+    tell("backward removal")
+    current, unseen, evidence = _backward(study, current, unseen)
     return Search(
-        base=base, plain=start, scan=first, found=s.found, entries=s.entries, trials=(*trials, *trimmed), best=best,
-        simulations=s.simulations,
+        base=base,
+        base_prediction=first,
+        final=current,
+        final_prediction=unseen,
+        steps=tuple(steps),
+        last_test=omnibus(study, current),
+        scales=scales,
+        reached=(fitted.reached, len(fitted.costs)),
+        simulations=calls * len(study.fitted),
+        evidence=evidence,
+        rivals=_rivals(steps, current),
     )
 
 
-def _with_noise(study: Study, solution: Solution) -> Solution:
-    """The base under the noise that its own residuals show."""
-    noise = estimate(study, solution)
-    return solution if noise == Noise() else solve(study, (), noise, solution.values, x0=solution.x0)
+def _coloured(study: Study, base: Solution) -> Solution:
+    """Fit the base again under the residuals' own colour, off the harmonics of the drive, where it is not white."""
+    colour = estimate_colour([r[:, 0] for r in base.blocks.rows], study.fitted, study.cycles())
+    if colour.white and abs(colour.sigma - 1.0) < 1e-9:
+        return base
+    return solve(study, (), Noise(colour=colour), base.values, x0=base.x0)
 
 
-def _backward(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, list[Trial]]:
-    """Drop effects that the others have made superfluous."""
-    made: list[Trial] = []
-    while len(best.candidate.solution.effects) > 1:
-        full = best.candidate.solution
-        smaller = []
-        for effect in full.effects[:-1]:
-            rest = [e for e in full.effects if e is not effect]
-            candidate = refit_with(s.study, full, rest, full.values)
-            s.simulations += candidate.calls * len(s.study.fitted)
-            smaller.append(s.trial(candidate, start.candidate))
-        made += smaller
-        least = min(smaller, key=lambda t: t.candidate.criterion)
-        if least.candidate.criterion - best.candidate.criterion > BETTER or not least.adequate:
-            break
-        best = least
-    return best, made
+def _step(
+    study: Study, current: Solution, unseen: Prediction, scales: Scales, seed: int, tell: Callable[[str], None]
+) -> tuple[Step, int]:
+    """Scan the catalogue about ``current`` and refit the best entries."""
+    tell("scan of the catalogue")
+    test = omnibus(study, current)
+    entries = {key: e.at(scales) for key, e in study.entries.items() if not e.random and e.id not in current.ids}
+    found = signatures(study, current, list(entries.values()))
+    scores = scan(current, found, seed=seed)
+    calls = found.simulations // max(len(study.fitted), 1)
+    promising = [s for s in scores.scores if s.family_p < SIGNIFICANT][:REFITS]
+    candidates: list[Candidate] = []
+    for score in promising:
+        tell(f"refit with {score.point.key}")
+        candidates.append(refit(study, current, unseen, entries[score.point.key], score))
+    if SCATTER in study.entries and test.p < SIGNIFICANT:
+        tell("refit with scatter of the cycles' amplitudes")
+        candidates += [c for c in (scattered(study, current, unseen, scales.centre),) if c is not None]
+    calls += sum(c.solution.calls for c in candidates)
+    candidates.sort(key=lambda c: -c.bic)
+    taken = next((c for c in candidates if acceptable(c, study)), None)
+    rivals = tuple(
+        c for c in candidates
+        if taken is not None and c.id != taken.id and taken.bic - c.bic < RIVAL and acceptable(c, study)
+    )  # fmt: skip
+    return Step(test=test, scan=scores, candidates=tuple(candidates), taken=taken, rivals=rivals), calls
+
+
+def acceptable(found: Candidate, study: Study) -> bool:
+    """Whether a candidate gains on fitted runs after its parameters are paid for, and on unseen ones."""
+    return found.bic > 2.0 and (not study.unseen or found.evidence > 2.0)
+
+
+def _rebased(study: Study, before: Solution, winner: Candidate) -> Solution | None:
+    """Refit the model without the winner from the winner's optimum; return it where it beats ``before``."""
+    again = without(study, winner.solution, winner.key)
+    return again if again.log_likelihood > before.log_likelihood + STUCK / 2 else None
+
+
+def _backward(study: Study, full: Solution, unseen: Prediction) -> tuple[Solution, Prediction, dict[str, float]]:
+    """Drop effects that the others made unnecessary; return the evidence of each that stays."""
+    evidence: dict[str, float] = {}
+    for key in full.keys:
+        less = without(study, full, key)
+        predicted = predict(study, less)
+        extra = 1 if key == SCATTER else len(next(e for e in full.effects if e.key == key).parameters)
+        judged = Candidate(
+            key=key, solution=full, prediction=unseen, evidence=2.0 * (unseen.score - predicted.score),
+            bic=2.0 * (full.log_likelihood - less.log_likelihood) - extra * _log_rows(study),
+        )  # fmt: skip
+        if len(full.keys) > 1 and not acceptable(judged, study):
+            return _backward(study, less, predicted)
+        evidence[key] = judged.evidence if study.unseen else judged.bic
+    return full, unseen, evidence
+
+
+def _log_rows(study: Study) -> float:
+    return math.log(max(study.rows, 2))
+
+
+def _rivals(steps: list[Step], final: Solution) -> tuple[Candidate, ...]:
+    """Rivals of the effects that stayed."""
+    stayed = [s for s in steps if s.taken is not None and s.taken.id in final.ids]
+    return tuple(r for s in stayed for r in s.rivals if r.id not in final.ids)

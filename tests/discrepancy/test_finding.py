@@ -1,0 +1,63 @@
+"""The search on joints in which the virtual device has hidden something, or nothing; four entries of the catalogue."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fmpy import simulate_fmu
+
+from discrepancy.finding import Finding, as_json, find
+from discrepancy.study import study_of
+from measurement.prepare import prepare
+from measurement.reading import read_campaign
+from model.effects import catalogue
+from report.discrepancy_page import discrepancy_page
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.inputs import Cosine
+from virtual_device.sensor import Sensor
+
+ENTRIES = {key: catalogue()[key] for key in ("cubic_spring", "cogging", "amplitude_scatter")}
+TRUTH = {
+    "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,
+    "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
+}  # fmt: skip
+INPUTS = tuple(
+    Cosine(amplitude=a, frequency=w, use=use, duration=10.0, spacing=0.01)
+    for a, w, use in ((0.008, 1.5, "fit"), (0.006, 2.5, "fit"), (0.009, 3.5, "fit"), (0.007, 2.0, "validate"))
+)
+
+
+def found(tmp_path: Path, effects: dict[str, float]) -> Finding:
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    sensor = Sensor(noise=2e-4, resolution=0.0)
+    make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=known, seed=5)
+    study = study_of(prepare(read_campaign(tmp_path / "c")), 3, ENTRIES)
+    return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
+
+
+def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
+    k3 = 0.02
+    finding = found(tmp_path, {"cubic_spring": {"spring_cubic": k3}})
+    data = as_json(finding, measured=False, seed=0)
+    assert data["verdict"] == "named"
+    assert [e["id"] for e in data["effects"]] == ["cubic_spring"]
+    estimate = data["effects"][0]["parameters"]["k3"]
+    assert abs(estimate["value"] - k3) < 4 * estimate["std"]
+    gap = data["gap"]["validate"]
+    assert gap["before"] > 1.5 * gap["noise"]
+    assert gap["closed"] > 0.9
+    assert gap["after"] < 1.1 * gap["noise"]
+    json.dumps(data, allow_nan=False)
+    page = discrepancy_page(finding, "test", measured=False)
+    assert "SYNTHETIC" in page
+    assert "cubic_spring" in page
+    result = simulate_fmu(str(tmp_path / "out" / data["fmu"]), stop_time=0.1, output_interval=0.01)
+    assert np.isfinite(result["joint3.reading"]).all()
+
+
+def test_nothing_hidden_is_nothing_missing(tmp_path: Path):
+    finding = found(tmp_path, {})
+    assert finding.judgement.verdict == "nothing_missing"
+    assert finding.search.final.keys == ()
+    assert finding.gaps["validate"].after == pytest.approx(finding.gaps["validate"].noise, rel=0.1)
