@@ -1,7 +1,7 @@
 """Recovery of the amplitude scatter: true s of 0, 2, 5, 10 %, on the torque or on the measured amplitude.
 
-Joint 4 of the virtual device, six cosines of 16 s to fit and two unseen, 0.2 mrad noise, 0.15 mrad encoder steps. The noise model
-is chosen by the unseen runs, as the command does; the posterior is its normal approximation at the mode.
+Joint 4 of the virtual device, six cosines of 16 s to fit and two unseen, 0.2 mrad noise, 0.15 mrad encoder steps.
+The noise model is chosen by the unseen runs, as the command does; the posterior is its normal approximation at the mode.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def recovered(folder: Path, s: float, *, on_torque: bool, seed: int) -> str:
 
 
 def known() -> dict[str, dict[str, float]]:
-    """What the campaign tells of the parameters: the plant gain."""
+    """Return what the campaign tells of the parameters: the plant gain."""
     return {"Kp": {"fixed": 1.0}}
 
 

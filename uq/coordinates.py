@@ -17,7 +17,8 @@ class Coordinates:
     """η = (free parameters of the equations, then the noise model's): log x where ``scale`` is ``log``, else x.
 
     The prior of a parameter is its normal prior cut at the bounds, or flat between the bounds: in log x where ``scale``
-    is ``log``, else in x. Positive quantities move in log x whatever their prior is flat in: where amplitudes scatter, the
+    is ``log``, else in x. Positive quantities move in log x whatever their prior is flat in: where amplitudes scatter,
+    the
     data leave a common factor of inertia, stiffness and damping open, and that is a straight line only in logarithms.
     Orderings (Fs ≥ Fc) cut the rest away. ``widen`` multiplies the standard deviation of every prior.
     """
