@@ -1,7 +1,8 @@
 """Recovery of the amplitude scatter: true s of 0, 2, 5, 10 %, on the torque or on the measured amplitude.
 
 Joint 4 of the virtual device, six cosines of 16 s to fit and two unseen, 0.2 mrad noise, 0.15 mrad encoder steps.
-The noise model is chosen by the unseen runs, as the command does; the posterior is its normal approximation at the mode.
+The noise model is chosen by the unseen runs, as the command does.
+The posterior is its normal approximation at the mode.
 """
 
 from __future__ import annotations
