@@ -57,6 +57,7 @@ def test_fmpy(name: str, kind: Kind):
 
 
 @needs_clients
+@pytest.mark.alone
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["joint4", "freedom6s"])
 def test_libcosim(name: str, kind: Kind):
