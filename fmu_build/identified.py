@@ -57,7 +57,10 @@ def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
 
 
 def of_device(data: Mapping[str, Any]) -> Identified:
-    """Return the parameters of the whole device: ``Ks_4`` from the joints' tests, ``link6_m`` from the links."""
+    """Return the parameters of the whole device: ``Ks_4`` from the joints' tests, ``link6_m`` from the links.
+
+    ``whole`` overrules both: the values that fit together, joint by joint, with the consistent links.
+    """
     values: dict[str, float] = {}
     provenance: dict[str, Provenance | str] = {}
     for configuration in data["configurations"]:
@@ -72,6 +75,7 @@ def of_device(data: Mapping[str, Any]) -> Identified:
         prefix = link if link.startswith("motor_") else f"link{link}"
         values |= {f"{prefix}_{id}": value for id, value in one.values.items()}
         provenance |= {f"{prefix}_{id}": origin for id, origin in one.provenance.items()}
+    values |= {id: float(value) for id, value in data.get("whole", {}).items()}
     return Identified(values=values, provenance=provenance)
 
 

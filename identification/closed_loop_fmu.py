@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,8 +16,9 @@ from fmu_build.build import Fmu, Kind, build_fmu
 from fmu_build.platforms import Platform
 from fmu_build.ssp import Connection, write_ssp
 from fmu_build.variables import structured_name
-from identification.closed_loop import Controller
+from identification.closed_loop import Controller, reference_of
 from identification.controller_equations import controller_equations
+from identification.verification_result import Verification
 from measurement.run import Array, Run
 from model.equations import Equations
 
@@ -59,6 +61,60 @@ def build_controller(
     equations = controller_equations(controller, float(np.median(np.diff(run.t))), run.free_joints)
     start = {state.id: float(y) for state, y in zip(equations.states, run.y[0], strict=True)}
     return build_fmu(equations, out, kind=kind, values=start, platforms=platforms)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ClosedLoopFiles:
+    """The controller's FMU, the system, and the largest difference of its motion from the verification in process."""
+
+    controller: Path
+    system: Path
+    largest_difference_rad: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what identification.json says of them."""
+        return {
+            "controller": self.controller.name,
+            "system": self.system.name,
+            "largest_difference_rad": self.largest_difference_rad,
+        }
+
+
+def export_closed_loop(
+    device: Fmu, table: Mapping[str, Any] | None, runs: Sequence[Run], checks: Verification, out: Path
+) -> ClosedLoopFiles | None:
+    """Write ``controller.fmu`` and ``closed_loop.ssp`` below ``out`` and run the pair along the first verified run.
+
+    Parameters
+    ----------
+    device
+        The whole device with the identified values.
+    table
+        The ``[controller]`` table of the campaign.
+    checks
+        The verification in process that the pair is compared with.
+
+    Returns
+    -------
+    ClosedLoopFiles or None
+        None where no run was verified in closed loop.
+    """
+    done = [check for check in checks.runs if check.mode == "closed_loop"]
+    if not table or not done:
+        return None
+    joints = device.equations.joints
+    run = next(r for r in runs if r.file == done[0].file and r.free_joints == joints)
+    reference = reference_of(run)
+    if reference is None:
+        return None
+    law = Controller.from_table(table, len(joints))
+    pair = Pair(device=device, controller=build_controller(law, run, out / "controller.fmu"))
+    y, _ = simulate_pair(pair, run, reference)
+    return ClosedLoopFiles(
+        controller=pair.controller.path,
+        system=pair.write_system(out / "closed_loop.ssp", stop_time=float(run.t[-1])),
+        largest_difference_rad=float(np.max(np.abs(y - done[0].simulated))),
+    )
 
 
 class _Part:

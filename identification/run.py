@@ -16,6 +16,7 @@ import click
 from fmu_build.build import Kind
 from fmu_build.cached import identification_fmu
 from fmu_build.export import export_full, export_joint, export_parameters
+from identification.closed_loop_fmu import export_closed_loop
 from identification.configurations import Configuration, configurations_of
 from identification.dask_workers import Cluster
 from identification.equations_for import device_of
@@ -124,8 +125,9 @@ def main(
     steps, data = _fitted(job)
     whole, verification = _whole(job, steps)
     data |= {"complete": True, "links": _links_json(whole), "verification": verification.as_json()}
+    data["whole"] = dict(whole.values) if whole else {}
     write_json(job.file, data)
-    exported = [] if no_export else _exported(job, data)
+    exported = [] if no_export else _exported(job, data, verification)
     traces = [traces_of(step, job.build) for step in steps]
     page = identification_page(read.title, steps, traces, data, verification)
     write_text(job.out / "report.html", page)
@@ -229,7 +231,7 @@ def _links_json(whole: Whole | None) -> dict[str, Any]:
     }
 
 
-def _exported(job: Job, data: dict[str, Any]) -> list[Path]:
+def _exported(job: Job, data: dict[str, Any], checks: Verification) -> list[Path]:
     """Export the whole device, or the single joint, as FMUs and a parameter set."""
     kinds: tuple[tuple[Kind, str], ...] = (("python", ""), ("native", "_native"))
     if job.device is None:
@@ -240,8 +242,13 @@ def _exported(job: Job, data: dict[str, Any]) -> list[Path]:
     if not data["links"]:
         return []
     name = Path(job.device.name).stem
-    made = [export_full(job.device, data, job.out / f"{name}{tail}.fmu", kind).path for kind, tail in kinds]
-    return [*made, export_parameters(job.device, data, job.out / "parameters.ssv")]
+    made = [export_full(job.device, data, job.out / f"{name}{tail}.fmu", kind) for kind, tail in kinds]
+    loop = export_closed_loop(made[-1], job.campaign.extra.get("controller"), job.campaign.runs, checks, job.out)
+    if loop is not None:
+        data["verification"]["as_fmus"] = loop.as_json()
+        write_json(job.file, data)
+    paths = [fmu.path for fmu in made] + ([loop.controller, loop.system] if loop else [])
+    return [*paths, export_parameters(job.device, data, job.out / "parameters.ssv")]
 
 
 if __name__ == "__main__":
