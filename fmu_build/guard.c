@@ -29,6 +29,7 @@ __declspec(dllimport) void *__stdcall GetProcAddress(void *, const char *);
 static void own_path(char *path, size_t n) { GetModuleFileNameA(bare_module, path, (unsigned long)n); }
 static void *opened(const char *path) { return LoadLibraryA(path); }
 static void *found(void *library, const char *name) { return GetProcAddress(library, name); }
+static void end_in_order(void *library) { (void)library; }
 #define LOADER_FILE "pythonfmu-export.dll"
 #else
 typedef struct { const char *file; void *base; const char *name; void *address; } Place;
@@ -42,6 +43,12 @@ static void own_path(char *path, size_t n) {
 }
 static void *opened(const char *path) { return dlopen(path, 2 /* RTLD_NOW */); }
 static void *found(void *library, const char *name) { return dlsym(library, name); }
+/* At exit the loader uses its state once more after it has freed it. Told to let go of it before, it finds nothing there. */
+int __cxa_atexit(void (*)(void *), void *, void *);
+static void end_in_order(void *library) {
+    void (*end)(void *) = dlsym(library, "finalizePythonInterpreter");
+    if (end) __cxa_atexit(end, 0, 0);
+}
 #define LOADER_FILE "pythonfmu-export.so"
 #endif
 
@@ -56,6 +63,7 @@ static const char *load(void) {
     void *library = opened(path);
     if (!library) return "expected " LOADER_FILE " beside the binary, and libpython in the process (a Python host has it; else preload it)";
     for (int k = 0; k < COUNT; k++) if (!(loader[k] = found(library, loader_name[k]))) return "the loader lacks a function of FMI 2.0";
+    end_in_order(library);
     return NULL;
 }
 
