@@ -37,7 +37,7 @@ def _layout(kernel: Kernel) -> str:
     e = kernel.equations
     sizes = {"NX": len(e.states), "NU": len(e.inputs), "NP": len(e.parameters), "NC": len(kernel.columns)}
     places = {f"HF_{k.upper()}": n for k, n in block_offsets(kernel).items()}
-    return "\n".join(f"{k} = {v!r}" for k, v in {**sizes, **places, "HF_STEP": kernel.step}.items())
+    return "\n".join(f"{k} = {v!r}" for k, v in {**sizes, **places}.items())
 
 
 def _function(e: Equations, name: str, expressions: Sequence[sp.Expr], *, wide: bool = True) -> str:

@@ -35,7 +35,7 @@ def put_outputs(v, t, X, u, p):
 def run(v, t, dt, f, X):
     """Advance X and write everything back."""
     u, slope, p, _ = blocks(v)
-    X = advance(f, X, t, dt, u, slope, p, HF_STEP)
+    X = advance(f, X, t, dt, u, slope, p, v[HF_H])
     for i, row in enumerate(X):
         v[HF_X + i] = row[0]
         for c in range(len(row) - 1):

@@ -29,7 +29,7 @@ def text_of(name: str) -> str:
 def layout(kernel: Kernel) -> str:
     """Return the places of the blocks as C macros."""
     at = block_offsets(kernel)
-    return "\n".join((*(f"#define HF_{k.upper()} {n}" for k, n in at.items()), f"#define HF_STEP {kernel.step!r}", ""))
+    return "\n".join((*(f"#define HF_{k.upper()} {n}" for k, n in at.items()), ""))
 
 
 def flat_source(kernel: Kernel) -> str:

@@ -1,7 +1,7 @@
 /* Life, values and messages of an instance (FMI 2.0.4, sections 2.1 and 2.2). The generated tables stand before this text:
  * FMU_GUID, FMU_REALS, fmu_name[], fmu_role[], fmu_min[], fmu_max[], fmu_start[], fmu_orders, fmu_order[][2], FMU_SWITCH. */
 
-enum { HIDDEN, INPUT, STATE, PARAMETER, OUTPUT, DERIVATIVE, SLOPE, SENSITIVITY };
+enum { HIDDEN, INPUT, STATE, PARAMETER, OUTPUT, DERIVATIVE, SLOPE, SENSITIVITY, STEP };
 enum { INSTANTIATED = 1, INITIALIZING = 2, RUNNING = 4, TERMINATED = 8 };
 
 typedef struct {

@@ -2,9 +2,10 @@
 
 All real variables of an instance are one array of doubles; the value reference is the index into it. Blocks, in order:
 
-u (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), slope (n_u), dy (n_y·n_c), S (n_x·n_c)
+u (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), slope (n_u), dy (n_y·n_c), S (n_x·n_c), h (1)
 
-with n_c = n_p + n_x directions of the sensitivities, or 0. Blocks that an FMU does not show are still there.
+with n_c = n_p + n_x directions of the sensitivities, or 0, and the longest inner step h [s]. Blocks that an
+FMU does not show are still there.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import sympy as sp
 from fmu_build.variables import (
     Variable,
     derivative_variables,
+    inner_step_variable,
     input_variables,
     output_variables,
     parameter_variables,
@@ -36,7 +38,7 @@ class Interface:
     identifier
         Model identifier, a C identifier.
     identification
-        Whether slopes and sensitivities are shown.
+        Whether slopes, sensitivities and the inner step are shown.
     derivatives
         Whether the state derivatives are shown (the native FMU).
     """
@@ -77,6 +79,7 @@ class Interface:
         for variable in self.variables:
             if variable.start is not None:
                 values[variable.reference] = variable.start
+        values[self.offsets["h"]] = self.kernel.step
         columns, parameters = len(self.kernel.columns), len(self.equations.parameters)
         for i in range(len(self.equations.states) if columns else 0):
             values[self.offsets["S"] + i * columns + parameters + i] = 1.0
@@ -102,7 +105,17 @@ def block_offsets(kernel: Kernel) -> dict[str, int]:
     """Return where each block begins in the buffer."""
     e, columns = kernel.equations, len(kernel.columns)
     nx, nu, n_p, ny = len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
-    lengths = {"u": nu, "x": nx, "p": n_p, "y": ny, "dx": nx, "slope": nu, "dy": ny * columns, "S": nx * columns}
+    lengths = {
+        "u": nu,
+        "x": nx,
+        "p": n_p,
+        "y": ny,
+        "dx": nx,
+        "slope": nu,
+        "dy": ny * columns,
+        "S": nx * columns,
+        "h": 1,
+    }
     offsets, total = {}, 0
     for name, length in lengths.items():
         offsets[name] = total
@@ -125,6 +138,7 @@ def interface_of(
         variables += derivative_variables(e, at["dx"], at["x"])
     if identification:
         variables += [*slope_variables(e, at["slope"]), *sensitivity_variables(kernel, at["dy"])]
+        variables.append(inner_step_variable(kernel.step, at["h"]))
     return Interface(
         kernel=kernel,
         identifier=identifier,

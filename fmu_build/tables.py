@@ -13,7 +13,7 @@ from model.equations import Equations
 from model.kernel.printing import differentiate
 from model.kernel.text import assignments
 
-ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity")
+ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity", "step")
 
 
 def c_array(kind: str, name: str, values: Sequence[object], shape: str = "") -> str:

@@ -14,6 +14,7 @@ from model.quantity import Quantity
 LARGEST = 1.7976931348623157e308
 """Finite inputs and states lie within ± this."""
 SENSITIVITY_SWITCH = "sensitivity.enabled"
+INNER_STEP = "inner_step"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +39,7 @@ class Variable:
     @property
     def settable(self) -> bool:
         """Whether a user may set it."""
-        return self.role in ("input", "slope", "state", "parameter")
+        return self.role in ("input", "slope", "state", "parameter", "step")
 
     @property
     def minimum_set(self) -> float:
@@ -194,3 +195,21 @@ def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
                 description=f"derivative of {output.description} with respect to {column}, SI units",
                 initial="calculated",
             )
+
+
+def inner_step_variable(step: float, at: int) -> Variable:
+    """Return the longest inner step, which a fit may choose: coarse on the way, fine where it ends."""
+    return Variable(
+        reference=at,
+        id=INNER_STEP,
+        name=INNER_STEP,
+        role="step",
+        causality="parameter",
+        variability="fixed",
+        unit="s",
+        description="longest inner step of the integration",
+        initial="exact",
+        start=step,
+        minimum=1e-6,
+        nominal=step,
+    )

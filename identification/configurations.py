@@ -14,17 +14,36 @@ from support.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
-    """Free joints, the posture of the locked ones [rad], and the runs made in it."""
+    """Free joints, the posture of the locked ones [rad], and the runs made in it.
+
+    `number` counts the postures in which these joints were tested, from 1.
+    """
 
     free_joints: tuple[int, ...]
     posture: tuple[float, ...]
     runs: tuple[Run, ...]
+    number: int = 1
 
     @property
     def name(self) -> str:
-        """``joint 4`` or ``joints 0, 1``."""
+        """``joint 4``, ``joints 0, 1``, or ``joint 3, posture 2``."""
         plural = "s" if len(self.free_joints) > 1 else ""
-        return f"joint{plural} {', '.join(map(str, self.free_joints))}"
+        named = f"joint{plural} {', '.join(map(str, self.free_joints))}"
+        return named if self.number == 1 else f"{named}, posture {self.number}"
+
+    @property
+    def anchor(self) -> str:
+        """The name without signs that a link would escape."""
+        joined = "joints" + "".join(map(str, self.free_joints))
+        return joined if self.number == 1 else f"{joined}-{self.number}"
+
+    @property
+    def locked(self) -> str:
+        """Where the locked joints are, as a clause; empty where all are at home."""
+        if not any(self.posture):
+            return ""
+        places = [f"{j} at {x:+.3g}" for j, x in enumerate(self.posture) if j not in self.free_joints]
+        return f"Locked joints: {', '.join(places)} rad."
 
 
 def order_of(campaign: Campaign, device: Device | None) -> tuple[tuple[int, ...], ...]:
@@ -59,9 +78,9 @@ def configurations_of(
     for free in chosen:
         runs = campaign.runs_of(free)
         postures = dict.fromkeys(_locked(run) for run in runs if run.use == "fit")
-        for posture in postures:
+        for number, posture in enumerate(postures, start=1):
             own = tuple(run for run in runs if _locked(run) == posture)
-            made.append(Configuration(free_joints=free, posture=posture, runs=own))
+            made.append(Configuration(free_joints=free, posture=posture, runs=own, number=number))
     return tuple(made)
 
 

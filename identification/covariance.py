@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from identification.positive import sandwich
 from identification.problem import Blocks, Problem
 from measurement.run import Array
 
@@ -38,8 +39,7 @@ def curvature(problem: Problem, x: Array) -> Curvature:
     prior = blocks.prior_jacobian.T @ blocks.prior_jacobian
     flat = np.diag(_flat_information(problem))
     meat, tau = _meat(problem, blocks)
-    bread = np.linalg.inv(data + prior + flat)
-    covariance = bread @ (meat + prior + flat) @ bread
+    covariance = sandwich(data + prior + flat, meat + prior + flat)
     alone = data + _start_priors(problem, blocks)
     return Curvature(hessian=data + prior, data=alone, covariance=covariance, correlation_time=tau)
 

@@ -20,6 +20,7 @@ from identification.homotopy import descend
 from identification.identifiability import combinations, statuses
 from identification.options import FitOptions
 from identification.outcome import outcome_of
+from identification.positive import marginal
 from identification.problem import Problem
 from identification.score import score
 from identification.simulator import Simulator
@@ -124,14 +125,6 @@ def _result(
         runs=scores,
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
     )
-
-
-def marginal(information: Array, n: int) -> Array:
-    """Return the information about the first n unknowns with the others profiled out (Schur's complement)."""
-    inner, cross, outer = information[:n, :n], information[:n, n:], information[n:, n:]
-    if not outer.size:
-        return inner
-    return np.asarray(inner - cross @ np.linalg.pinv(outer, hermitian=True) @ cross.T)
 
 
 def _physical(bent: Curvature, n: int, slope: Array) -> Array:

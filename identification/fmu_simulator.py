@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from fmu_build.build import Fmu
-from fmu_build.variables import SENSITIVITY_SWITCH, sensitivity_name, structured_name
+from fmu_build.variables import INNER_STEP, SENSITIVITY_SWITCH, sensitivity_name, structured_name
 from identification.fmu_slave import FmuSlave
 from identification.simulator import Trajectory, initial_state, observer_hold, observer_inputs
 from measurement.run import Array, Run
 from model.equations import Equations
+from model.kernel.generate import DEFAULT_STEP
 from model.kernel.tangent import tangent_columns
 from model.observer import with_observer
 from support.errors import NumericalError
@@ -36,6 +37,7 @@ class References:
     outputs: tuple[int, ...]
     sensitivities: tuple[int, ...]
     switch: int
+    step: int
 
 
 def _references(slave: FmuSlave, equations: Equations) -> References:
@@ -53,6 +55,7 @@ def _references(slave: FmuSlave, equations: Equations) -> References:
         outputs=of(*(structured_name(e, x.id, x.structured) for x in e.outputs)),
         sensitivities=of(*(sensitivity_name(y.id, c) for y in e.outputs for c in tangent_columns(e))),
         switch=slave.references[SENSITIVITY_SWITCH],
+        step=slave.references[INNER_STEP],
     )
 
 
@@ -68,12 +71,15 @@ class FmuSimulator:
         The equations without observer, with the bounds and first guesses of the fit.
     references
         Value references of its variables.
+    step
+        Longest inner step [s].
     """
 
     path: Path
     digest: str
     equations: Equations
     references: References
+    step: float = DEFAULT_STEP
 
     @classmethod
     def of(cls, fmu: Fmu | Path, equations: Equations) -> FmuSimulator:
@@ -85,6 +91,10 @@ class FmuSimulator:
             msg = f"{path}: fits need an FMU that was built with identification=True"
             raise ValueError(msg)
         return cls(path, digest, equations, _references(slave, equations))
+
+    def with_step(self, step: float) -> FmuSimulator:
+        """Return the same FMU with inner steps of at most ``step`` [s]."""
+        return replace(self, step=step)
 
     def _check(self, theta: Array) -> None:
         for q, value in zip(self.equations.parameters, theta, strict=True):
@@ -103,6 +113,7 @@ class FmuSimulator:
         varying = np.any(table != table[0], axis=0)
         start = dict(zip(at.parameters, np.asarray(theta, dtype=float), strict=True))
         start |= dict(zip(at.states, state, strict=True))
+        start[at.step] = self.step
         start |= {r: value for r, value, moves in zip(inputs, table[0], varying, strict=True) if not moves}
         moving = [r for r, moves in zip(inputs, varying, strict=True) if moves]
         outputs = at.outputs + at.sensitivities if sensitivities else at.outputs

@@ -6,31 +6,44 @@ gain L [1/s], the simulation stays near the data, the cost has fewer minima, and
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from identification.gauss_newton import Descent, gauss_newton
+from identification.inner_step import coarsened
 from identification.problem import Problem
 from identification.slsqp import slsqp
 from measurement.run import Array
 
-LOOSE, FINAL = 1e-3, 1e-5
-"""Relative decrease of the cost at which a level ends: above the last, and at it (the polish goes to 1e-10)."""
+LOOSE, FINAL, POLISHED = 1e-3, 1e-5, 1e-8
+"""Relative decrease of the cost at which a level ends: above the last, at it, and in the polish."""
 FEW, MANY = 15, 60
 """Most iterations of a level above the last, and of the last."""
 LEAST_DAMPING = 1e-3
 
 
 def descend(problem: Problem, x: Array) -> Descent:
-    """Follow the minimum from the first gain to the last; the last level ends with a Gauss–Newton polish."""
+    """Follow the minimum from the first gain to the last; the last level ends with a Gauss–Newton polish.
+
+    The levels run at a coarser inner step where that is close enough (`identification.inner_step`), the end of the
+    polish at the model's own.
+    """
     gains, calls = problem.options.gains, 0
     x = feasible(problem, x)
-    for number in range(len(gains)):
-        level = _level(problem, x, number)
+    coarse = problem
+    for number, gain in enumerate(gains):
+        if number in {0, len(gains) - 1}:
+            coarse = coarsened(problem, x, gain)
+        level = _level(coarse, x, number)
         x, calls = level.x, calls + level.calls
     if problem.options.passive:
-        return Descent(x=x, cost=level.cost, calls=calls, converged=level.converged)
-    polish = gauss_newton(problem, x, gains[-1], iterations=MANY, damping=1e-9)
-    return Descent(x=polish.x, cost=polish.cost, calls=calls + polish.calls, converged=polish.converged)
+        exact = slsqp(problem, x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
+        return replace(exact, calls=calls + exact.calls)
+    for stage in (coarse, problem):
+        polish = gauss_newton(stage, x, gains[-1], iterations=MANY, tolerance=POLISHED, damping=1e-9)
+        x, calls = polish.x, calls + polish.calls
+    return replace(polish, calls=calls)
 
 
 def _level(problem: Problem, x: Array, number: int) -> Descent:

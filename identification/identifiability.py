@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from identification.fit import Combination
+from identification.positive import inverse
 from identification.scaling import Scaling
 from measurement.run import Array
 
@@ -84,7 +85,7 @@ def combinations(scaling: Scaling, s: Array, information: Array, status: dict[st
 def _members(scaling: Scaling, H: Array, status: dict[str, str]) -> list[int]:
     """Open parameters, and those that the data tie to them (correlation above 0.95)."""
     open_ones = [k for k, id in enumerate(scaling.ids) if status[id] in ("unidentifiable", "prior")]
-    covariance = np.linalg.inv(H + 1e-9 * np.eye(len(H)))
+    covariance = inverse(H + 1e-9 * np.eye(len(H)))
     scale = np.sqrt(np.diag(covariance))
     correlation = np.abs(covariance / np.outer(scale, scale))
     return [k for k in range(len(H)) if k in open_ones or any(correlation[k, o] > 0.95 for o in open_ones)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -10,21 +10,30 @@ from identification.simulator import Trajectory, initial_state, observer_hold, o
 from measurement.run import Array, Run
 from model.equations import Equations
 from model.kernel.compiled import CompiledKernel
+from model.kernel.generate import DEFAULT_STEP
 from model.observer import with_observer
 
 
 @dataclass(frozen=True, slots=True)
 class KernelSimulator:
-    """Runs the equations in process; `simulate_many` takes many parameter sets at once."""
+    """Runs the equations in process with inner steps of at most ``step`` [s].
+
+    `simulate_many` takes many parameter sets at once.
+    """
 
     equations: Equations
     plain: CompiledKernel
     observed: CompiledKernel
+    step: float = DEFAULT_STEP
 
     @classmethod
     def of(cls, equations: Equations) -> KernelSimulator:
         """Compile ``equations`` with and without the observer."""
         return cls(equations, CompiledKernel.of(equations), CompiledKernel.of(with_observer(equations)))
+
+    def with_step(self, step: float) -> KernelSimulator:
+        """Return the same kernel with inner steps of at most ``step`` [s]."""
+        return replace(self, step=step)
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
@@ -33,8 +42,8 @@ class KernelSimulator:
         start = initial_state(self.equations, run) if x0 is None else x0
         kernel, inputs, linear = self._drive(run, gain)
         if not sensitivities:
-            return Trajectory(t=run.t, y=kernel.simulate(run.t, inputs, theta, start, linear=linear))
-        y, dy = kernel.simulate_tangent(run.t, inputs, theta, start, linear=linear)
+            return Trajectory(t=run.t, y=kernel.simulate(run.t, inputs, theta, start, linear=linear, step=self.step))
+        y, dy = kernel.simulate_tangent(run.t, inputs, theta, start, linear=linear, step=self.step)
         n = len(self.equations.parameters)
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
@@ -42,7 +51,8 @@ class KernelSimulator:
         """Return outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p); x0 is (n_x,) or (n_sets, n_x)."""
         start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)
         starts = np.broadcast_to(start, (thetas.shape[0], len(self.equations.states)))
-        return self.plain.simulate_many(run.t, run.u, thetas, starts, linear=run.hold == "linear", threads=threads)
+        linear = run.hold == "linear"
+        return self.plain.simulate_many(run.t, run.u, thetas, starts, linear=linear, threads=threads, step=self.step)
 
     def _drive(self, run: Run, gain: float) -> tuple[CompiledKernel, Array, bool | tuple[bool, ...]]:
         if gain == 0.0:

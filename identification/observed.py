@@ -8,9 +8,9 @@ than 1/L leaves δτ/(M·L²).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from identification.simulator import Simulator, Trajectory
+from identification.simulator import Simulator, Trajectory, at_step
 from measurement.run import Array, Run
 from model.equations import Equations
 
@@ -26,6 +26,10 @@ class Observed:
     def equations(self) -> Equations:
         """The equations without observer."""
         return self.base.equations
+
+    def with_step(self, step: float) -> Observed:
+        """Return the same with inner steps of at most ``step`` [s]."""
+        return replace(self, base=at_step(self.base, step))
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False

@@ -106,15 +106,20 @@ def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[s
 
 
 def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Step]) -> tuple[Agreement, ...]:
-    name = step.configuration.name
+    """Test coefficients against the belief, springs and friction against the latest test of the same joints.
+
+    Coefficients change with the lock posture, so that only the belief, which knows how, can compare them.
+    """
+    name, now = step.configuration.name, step.configuration.free_joints
     first = coefficients_agree(f"{name}: inertia and gravity against earlier tests", belief, one)
     made = [first] if first and done else []
-    for earlier in done:
-        before, now = earlier.configuration.free_joints, step.configuration.free_joints
+    latest = {earlier.configuration.free_joints: earlier for earlier in done}
+    for before, earlier in latest.items():
         if len(before) == 1 and len(now) > 1 and before[0] in now:
             made += parameters_agree(earlier.fit, step.fit, f"_{before[0]}")
         elif before == now:
-            made += [a for a in parameters_agree(earlier.fit, step.fit, "") if a.name not in INERTIAL]
+            inertial = {c.id for c in one.coefficients} | set(INERTIAL)
+            made += [a for a in parameters_agree(earlier.fit, step.fit, "") if a.name not in inertial]
     return tuple(made)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -44,6 +44,19 @@ class Simulator(Protocol):
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
         """Simulate ``run`` from the state ``x0`` (`initial_state` where None) with observer gain ``gain`` [1/s]."""
+
+
+@runtime_checkable
+class Stepped(Protocol):
+    """A simulator whose inner step can be chosen."""
+
+    def with_step(self, step: float) -> Simulator:
+        """Return the same with inner steps of at most ``step`` [s]."""
+
+
+def at_step(simulator: Simulator, step: float) -> Simulator:
+    """Return the simulator with inner steps of at most ``step`` [s]; as it is where it has no such choice."""
+    return simulator.with_step(step) if isinstance(simulator, Stepped) else simulator
 
 
 def initial_state(equations: Equations, run: Run) -> Array:

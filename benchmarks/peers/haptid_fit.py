@@ -20,8 +20,6 @@ from identification.simulator import Simulator
 from measurement.run import Run
 from model.equations import Equations
 from model.joint import joint_equations
-from model.kernel.compiled import CompiledKernel
-from model.observer import with_observer
 
 COARSE = 2.5e-3
 
@@ -38,8 +36,7 @@ def _simulator(equations: Equations, name: str) -> Simulator:
     if name == "kernel":
         return KernelSimulator.of(equations)
     if name == "coarse":
-        models = (equations, with_observer(equations))
-        return KernelSimulator(equations, *(CompiledKernel.of(model, step=COARSE) for model in models))
+        return KernelSimulator.of(equations).with_step(COARSE)
     return FmuSimulator.of(identification_fmu(equations, kind="python" if name == "python" else "native"), equations)
 
 

@@ -1,0 +1,93 @@
+"""The inner step along the homotopy: chosen by halving, the same through an FMU, and gone from the result."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from fmu_build.cached import identification_fmu
+from identification.fmu_simulator import FmuSimulator
+from identification.homotopy import descend
+from identification.inner_step import at_inner_step, coarsened, steps_of
+from identification.kernel_simulator import KernelSimulator
+from identification.observed import Observed
+from identification.options import FitOptions
+from identification.positive import inverse, marginal, sandwich
+from identification.problem import Problem
+from model.kernel.generate import DEFAULT_STEP
+from tests.identification.bench_joint import TRUE, equations, runs
+
+
+@pytest.fixture(scope="module")
+def problem() -> Problem:
+    fitted = tuple(run for run in runs() if run.use == "fit")
+    return Problem.of(KernelSimulator.of(equations()), fitted, FitOptions())
+
+
+def test_steps_go_from_one_per_row_to_the_models_own(problem):
+    steps = steps_of(problem)
+    rows = float(np.median(np.diff(problem.runs[0].t)))
+    assert steps[-1] == DEFAULT_STEP
+    assert rows <= steps[0] < 2.0 * rows
+    assert all(np.isclose(a, 2.0 * b) for a, b in pairwise(steps))
+
+
+@pytest.mark.parametrize("kind", ["native", "python"])
+def test_fmu_takes_the_step_of_the_kernel(problem, kind):
+    kernel, run = problem.simulator, problem.runs[0]
+    fmu = FmuSimulator.of(identification_fmu(kernel.equations, kind=kind), kernel.equations)
+    theta = problem.theta(problem.first(problem.scaling.initial))
+    own = kernel.simulate(theta, run, sensitivities=True)
+    for step in (DEFAULT_STEP, 2.5e-3, 1.0):
+        here = kernel.with_step(step).simulate(theta, run, gain=6.0, sensitivities=True)
+        there = fmu.with_step(step).simulate(theta, run, gain=6.0, sensitivities=True)
+        np.testing.assert_allclose(there.y, here.y, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(there.dy_dtheta, here.dy_dtheta, rtol=1e-6, atol=1e-9)
+    assert np.abs(kernel.with_step(1.0).simulate(theta, run).y - own.y).max() > 0.0
+
+
+def test_observed_passes_the_step_on(problem):
+    seen = Observed(problem.simulator, 5.0).with_step(2.5e-3)
+    assert seen.base.step == 2.5e-3
+    assert seen.least == 5.0
+
+
+def test_stiff_friction_gets_a_finer_step(problem):
+    x = problem.first(problem.scaling.initial)
+    calm = coarsened(problem, x, 20.0).simulator.step
+    run = problem.runs[0]
+    rough = problem.options.but(gains=(0.0,))
+    # At the noise the residual is small, so that less error is let in than far from the data.
+    theta = np.array([TRUE.get(q.id, q.initial) for q in problem.simulator.equations.parameters])
+    clean = run.but(y=problem.simulator.simulate(theta, run).y)
+    exact = Problem.of(problem.simulator, (clean,), rough)
+    assert coarsened(exact, exact.first(theta), 0.0).simulator.step == DEFAULT_STEP < calm
+
+
+def test_minimum_is_that_of_the_models_own_step(problem):
+    x = problem.first(problem.scaling.initial)
+    found = descend(problem, x)
+    coarse = at_inner_step(problem, steps_of(problem)[0])
+    blocks = problem.blocks(found.x)
+    gradient = blocks.jacobian.T @ blocks.residual
+    step = np.linalg.solve(blocks.jacobian.T @ blocks.jacobian, gradient)
+    assert float(step @ gradient) < 1e-6 * found.cost
+    assert found.cost == pytest.approx(float(blocks.residual @ blocks.residual), rel=1e-12)
+    assert coarse.blocks(found.x).residual @ coarse.blocks(found.x).residual != found.cost
+
+
+def test_matrices_stay_positive_where_rounding_rules():
+    rng = np.random.default_rng(3)
+    J = rng.standard_normal((40, 5)) * np.array([1.0, 1e6, 1e-6, 1.0, 1.0])
+    H = J.T @ J
+    np.testing.assert_allclose(inverse(H), np.linalg.inv(H), rtol=1e-6)
+    whole = np.linalg.inv(np.linalg.inv(H)[:3, :3])
+    np.testing.assert_allclose(marginal(H, 3), whole, rtol=1e-6)
+    meat = J.T @ np.diag(rng.uniform(0.5, 2.0, 40)) @ J
+    np.testing.assert_allclose(sandwich(H, meat), np.linalg.inv(H) @ meat @ np.linalg.inv(H), rtol=1e-6)
+    J[:, 4] = J[:, 3] * (1 + 1e-12)
+    for matrix in (inverse(J.T @ J), sandwich(J.T @ J, meat), marginal(J.T @ J, 4)):
+        assert np.all(np.diag(matrix) >= 0)
+        assert np.all(np.isfinite(matrix))
