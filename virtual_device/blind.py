@@ -1,7 +1,8 @@
 """Make blind cases: campaigns in which something may be hidden, and the answers in a file apart.
 
 ``python -m virtual_device.blind --out DIR --cases N --seed S`` writes ``DIR/cases/case_0000/`` and so on, and
-``DIR/labels.json``, which only the scorer opens.
+``DIR/labels.json``, which only the scorer opens. ``--extra case_0003 --amplitude … --frequency … --to FOLDER`` adds a
+run to a copy of a case that is there, as an experiment asked for afterwards would.
 """
 
 from __future__ import annotations
@@ -18,8 +19,10 @@ import click
 import numpy as np
 
 from support.command import exit_codes
+from support.errors import InputError
 from support.files import write_json
 from virtual_device.arm import JOINTS, Arm
+from virtual_device.asked import add_run
 from virtual_device.campaign import make_joint_campaign
 from virtual_device.effects import Scales, Shape
 from virtual_device.inputs import Cosine, rich, table3
@@ -116,7 +119,7 @@ def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
     return label
 
 
-def make_cases(
+def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
     out: Path,
     n: int,
     seed: int,
@@ -124,6 +127,7 @@ def make_cases(
     kinds: Sequence[str] = tuple(KINDS),
     sizes: Sequence[str] = SIZES,
     inputs: str = "mixed",
+    effects: Sequence[str] = (),
     workers: int = 1,
 ) -> list[dict[str, Any]]:
     """Write ``n`` campaigns below ``out/cases`` and their labels to ``out/labels.json``.
@@ -138,6 +142,8 @@ def make_cases(
         0.1 to 0.3 of the noise), ``small`` (their geometric mean).
     inputs
         ``rich``, ``table3`` or ``mixed``.
+    effects
+        The only names that may be hidden; all where empty.
     workers
         Processes; the cases do not depend on it.
 
@@ -147,7 +153,7 @@ def make_cases(
         The labels: kind, hidden effects with parameters, size, joint, device, noise; ``left_over_noise`` is what a
         linear refit leaves of an effect over the noise, ``share_of_motion`` its RMS over that of the motion.
     """
-    cases = plan(n, np.random.default_rng([seed, 0]), kinds, sizes, inputs)
+    cases = plan(n, np.random.default_rng([seed, 0]), kinds, sizes, inputs, effects)
     folders = [out / "cases" / f"case_{k:04d}" for k in range(n)]
     seeds = [(seed, 1, k) for k in range(n)]
     if workers == 1:
@@ -166,13 +172,26 @@ def make_cases(
 @click.option("--kinds", default=",".join(KINDS), show_default=True)
 @click.option("--sizes", default=",".join(SIZES), show_default=True)
 @click.option("--inputs", type=click.Choice(["rich", "table3", "mixed"]), default="mixed", show_default=True)
+@click.option("--effects", default="", metavar="ID,ID", help="Hide no others than these.")
 @click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
+@click.option("--extra", default=None, metavar="CASE", help="Add a run to a copy of this case of the study in --out.")
+@click.option("--to", type=click.Path(path_type=Path, file_okay=False), help="Folder of the copy.")
+@click.option("--amplitude", type=float, default=0.0, help="Of the added run's torque [N m].")
+@click.option("--frequency", type=float, default=0.0, help="Of the added run's torque [rad/s].")
+@click.option("--offset", type=float, default=0.0, help="Of the added run's torque [N m].")
+@click.option("--duration", type=float, default=16.0, show_default=True, help="Of the added run [s].")
 @exit_codes
-def main(out: Path, count: int, seed: int, *, kinds: str, sizes: str, inputs: str, workers: int) -> None:
-    """Write the cases."""
-    drawn = {"kinds": kinds.split(","), "sizes": sizes.split(",")}
-    labels = make_cases(out, count, seed, **drawn, inputs=inputs, workers=workers)
-    click.echo(f"{out / 'cases'}: {len(labels)} blind cases; answers in {out / 'labels.json'}")
+def main(out: Path, count: int, seed: int, *, extra: str | None, to: Path | None, **choices: Any) -> None:
+    """Write the cases, or one further run."""
+    drawn = {name: choices.pop(name) for name in ("inputs", "workers")}
+    drawn |= {name: [part for part in choices.pop(name).split(",") if part] for name in ("kinds", "sizes", "effects")}
+    if extra is None:
+        labels = make_cases(out, count, seed, **drawn)
+        click.echo(f"{out / 'cases'}: {len(labels)} blind cases; answers in {out / 'labels.json'}")
+    elif to is None:
+        raise InputError("--extra", expected="--to FOLDER beside it", got="none")
+    else:
+        click.echo(f"{add_run(out, extra, choices, to)}: {extra} with one run more")
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ BRACKETED = "non-uniform system behaviour: bracketed in Table III of the paper"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cosine:
-    """Torque A cos(ω t): amplitude [N m], frequency [rad/s], duration [s], row spacing [s], and what the run is for."""
+    """Torque o + A cos(ω t): A, o [N m], ω [rad/s], duration [s], row spacing [s], and what the run is for."""
 
     amplitude: float
     frequency: float
@@ -22,6 +22,7 @@ class Cosine:
     reason: str = ""
     duration: float = 20.0
     spacing: float = 0.005
+    offset: float = 0.0
 
     @property
     def period(self) -> float:
@@ -34,7 +35,7 @@ class Cosine:
 
     def torque(self) -> Array:
         """Torque at the rows, rounded as the table holds it [N m]."""
-        return np.asarray(np.round(self.amplitude * np.cos(self.frequency * self.times()), 8))
+        return np.asarray(np.round(self.offset + self.amplitude * np.cos(self.frequency * self.times()), 8))
 
 
 AMPLITUDE = (0.020, 0.015, 0.020, 0.008, 0.005, 0.008)

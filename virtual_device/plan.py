@@ -36,19 +36,31 @@ class Case:
     scatter: float
 
 
-def plan(count: int, rng: np.random.Generator, kinds: Sequence[str], sizes: Sequence[str], inputs: str) -> list[Case]:
-    """Draw ``count`` cases; every kind goes through its effects and sizes in random order before one comes again."""
+def plan(
+    count: int,
+    rng: np.random.Generator,
+    kinds: Sequence[str],
+    sizes: Sequence[str],
+    inputs: str,
+    effects: Sequence[str] = (),
+) -> list[Case]:
+    """Draw ``count`` cases; every kind goes through its effects and sizes in random order before one comes again.
+
+    Where ``effects`` names some, no others are hidden (`RANDOM` always may be).
+    """
     for name, known, chosen in (("kinds", KINDS, kinds), ("sizes", SIZES, sizes)):
         if not set(chosen) <= set(known) or not chosen:
             raise InputError(where=f"--{name}", expected=f"some of {', '.join(known)}", got=", ".join(chosen) or "none")
+    if unknown := set(effects) - {*LISTED, *UNLISTED}:
+        raise InputError(where="--effects", expected="names of the catalogue", got=", ".join(sorted(unknown)))
     slots = [kind for kind in kinds for _ in range(KINDS[kind])]
     order = [slots[k % len(slots)] for k in range(count)]
-    sources = {kind: _hidden(kind, sizes, rng) for kind in kinds}
+    sources = {kind: _shuffled(_hidden(kind, sizes, effects), rng) for kind in kinds}
     return [_case(kind, *next(sources[kind]), inputs, rng) for kind in rng.permutation(np.array(order))]
 
 
-def _hidden(kind: str, sizes: Sequence[str], rng: np.random.Generator) -> Iterator[tuple[tuple[str, ...], str]]:
-    """Go through names and sizes without end, shuffled anew each round."""
+def _hidden(kind: str, sizes: Sequence[str], effects: Sequence[str]) -> list[tuple[tuple[str, ...], str]]:
+    """Return all names and sizes of one kind."""
     choices: list[tuple[tuple[str, ...], str]]
     if kind == "none":
         choices = [((), "none")]
@@ -61,6 +73,16 @@ def _hidden(kind: str, sizes: Sequence[str], rng: np.random.Generator) -> Iterat
     else:
         names = NAMED if kind == "single" else tuple(UNLISTED)
         choices = [((name,), size) for name in names for size in sizes]
+    allowed = [c for c in choices if not effects or set(c[0]) <= {*effects, RANDOM}]
+    if not allowed:
+        raise InputError(where="--effects", expected=f"names that the kind {kind!r} hides", got=", ".join(effects))
+    return allowed
+
+
+def _shuffled(
+    choices: list[tuple[tuple[str, ...], str]], rng: np.random.Generator
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Go through the choices without end, in a new order each round."""
     while True:
         for k in rng.permutation(len(choices)):
             yield choices[k]

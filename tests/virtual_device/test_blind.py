@@ -12,6 +12,7 @@ import pytest
 
 from support.errors import InputError
 from virtual_device.arm import Arm
+from virtual_device.asked import add_run
 from virtual_device.blind import make_cases
 from virtual_device.effects import LISTED, UNLISTED
 from virtual_device.inputs import rich
@@ -115,3 +116,44 @@ def test_cases_repeat_and_workers_do_not_matter(tmp_path: Path) -> None:
 def test_unknown_kinds_are_refused() -> None:
     with pytest.raises(InputError, match="--kinds"):
         plan(1, np.random.default_rng(0), ("nothing",), ("nominal",), "rich")
+
+
+def test_only_the_effects_that_are_asked_for_are_hidden() -> None:
+    cases = plan(20, np.random.default_rng(0), ("single", "pair"), ("small",), "rich", ("cogging", "time_delay"))
+    assert {name for case in cases for name in case.effects} == {"cogging", "time_delay"}
+    with pytest.raises(InputError, match="--effects"):
+        plan(1, np.random.default_rng(0), ("single",), ("small",), "rich", ("cogs",))
+    with pytest.raises(InputError, match="kind 'unlisted' hides"):
+        plan(1, np.random.default_rng(0), ("unlisted",), ("small",), "rich", ("cogging",))
+
+
+def test_a_run_asked_for_shows_the_same_joint(made: tuple[Path, list[dict[str, Any]]], tmp_path: Path) -> None:
+    out, labels = made
+    label = labels[0]
+    case, joint = str(label["case"]), label["joint"]
+    request = {"amplitude": 0.004, "frequency": 5.0, "offset": 0.001, "duration": 12.0}
+    add_run(out, case, request, tmp_path / "copy")
+    content = tomllib.loads((tmp_path / "copy" / "campaign.toml").read_text())
+    before = tomllib.loads((out / "cases" / case / "campaign.toml").read_text())
+    assert content["runs"][:-1] == before["runs"]
+    assert content["runs"][-1]["use"] == "fit"
+    table = pd.read_csv(tmp_path / "copy" / content["runs"][-1]["file"])
+    t, torque, read = (table[name].to_numpy() for name in ("time_s", f"torque_{joint}_Nm", f"position_{joint}_rad"))
+    np.testing.assert_allclose(torque, 0.001 + 0.004 * np.cos(5.0 * t), atol=1e-8)
+    parameters = dict(label["base"]) | {k: v for values in label["hidden"].values() for k, v in values.items()}
+    reading = integrate(parameters, t, torque, start=(read[:1].mean(), 0.0))[2]
+    assert np.std((read - reading)[t > 8.0]) < 2.0 * np.hypot(label["noise"], 1.5e-4 / np.sqrt(12))
+
+
+@pytest.mark.parametrize(
+    ("case", "request_", "told"),
+    [
+        ("case_0099", {"frequency": 1.0, "duration": 5.0}, "--extra"),
+        ("case_0000", {"frequency": 0.0, "duration": 5.0}, "frequency"),
+    ],
+)
+def test_a_run_that_cannot_be_made_is_refused(
+    made: tuple[Path, list[dict[str, Any]]], tmp_path: Path, case: str, request_: dict[str, float], told: str
+) -> None:
+    with pytest.raises(InputError, match=told):
+        add_run(made[0], case, {"amplitude": 0.01, "offset": 0.0} | request_, tmp_path)

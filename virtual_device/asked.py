@@ -1,0 +1,77 @@
+"""A further run of a blind case, as its workflow asked for it, added to a copy of its campaign."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from support.errors import InputError
+from support.files import write_bytes, write_text
+from virtual_device.campaign import joint_runs
+from virtual_device.inputs import Cosine
+from virtual_device.sensor import Sensor
+
+LONGEST = 60.0
+"""Longest run that can be asked for [s]."""
+
+
+def read_label(out: Path, case: str) -> dict[str, Any]:
+    """Return what is hidden in one case of the study below ``out``.
+
+    Raises
+    ------
+    InputError
+        Where the study or the case is not there.
+    """
+    path = out / "labels.json"
+    try:
+        labels = json.loads(path.read_text(encoding="utf-8"))["labels"]
+    except (OSError, ValueError, KeyError) as error:
+        got = f"{type(error).__name__}: {error}"
+        raise InputError(str(path), expected="the labels of a blind study", got=got) from error
+    for label in labels:
+        if label["case"] == case:
+            return dict(label)
+    raise InputError("--extra", expected="a case of the study", got=repr(case))
+
+
+def cosine_of(request: Mapping[str, float]) -> Cosine:
+    """Return the run that was asked for: ``amplitude``, ``offset`` [N m], ``frequency`` [rad/s], ``duration`` [s]."""
+    if not (request["frequency"] > 0.0 and 0.0 < request["duration"] <= LONGEST):
+        expected = f"a frequency above 0 rad/s and up to {LONGEST:g} s"
+        raise InputError("the run asked for", expected=expected, got=f"{dict(request)}")
+    amplitude, offset = request["amplitude"], request["offset"]
+    return Cosine(
+        amplitude=amplitude, offset=offset, frequency=request["frequency"], duration=request["duration"], spacing=0.01
+    )
+
+
+def add_run(out: Path, case: str, request: Mapping[str, float], folder: Path) -> Path:
+    """Copy the campaign of ``case`` to ``folder`` and add the run of `cosine_of` to those that are fitted.
+
+    The same joint, disturbances and sensor as in the case, with noise of its own.
+
+    Returns
+    -------
+    Path
+        The new campaign.toml.
+    """
+    label = read_label(out, case)
+    sensor = Sensor(noise=label["noise"], coloured=label["coloured"], correlation_time=label["correlation_time"])
+    seed = 1_000_003 + int(case.rpartition("_")[2])
+    (made,) = joint_runs(
+        label["joint"], label["base"], [cosine_of(request)], effects=label.get("hidden", {}), sensor=sensor, seed=seed
+    )
+    run = replace(made, file=f"asked_{made.file}")
+    shutil.copytree(out / "cases" / case, folder, dirs_exist_ok=True)
+    write_bytes(folder / run.file, run.encoded())
+    content = tomllib.loads((out / "cases" / case / "campaign.toml").read_text(encoding="utf-8"))
+    content["runs"].append(run.entry(6 if label["device"] == "freedom6s" else 1))
+    return write_text(folder / "campaign.toml", tomli_w.dumps(content))
