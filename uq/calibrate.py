@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 import numpy as np
-from scipy.stats import binomtest, chisquare
 
 from identification.equations_for import device_of, equations_for
 from identification.workers import Processes
@@ -20,23 +19,31 @@ from model.equations import Equations
 from model.quantity import Normal
 from support.command import exit_codes, parse_joints, progress
 from support.errors import InputError
-from support.files import write_json
+from support.files import write_json, write_text
+from uq.calibration_result import judged, page, table
 from uq.hyper import NOISE_KNOWN
 from uq.noise_model import NoiseModel
-from uq.simulation_based import Design, Outcome, chi_square_bins, covered, rank_one_set
+from uq.simulation_based import Design, rank_one_set
 
 PRIOR = 0.1
 """Relative width of the priors from which truths are drawn."""
-LEVELS = (0.5, 0.8, 0.95)
+PRIOR_WORDS = (
+    f"normal, {PRIOR:.0%} wide (1e-4 about 0); cycle_scatter half-normal, scale 10 %; noise_factor log-normal, "
+    f"{NOISE_KNOWN:.0%} wide"
+)
 
 
 @click.command(help=__doc__)
 @click.option("--joints", default="0,4", show_default=True, help="A base and a tendon joint.")
 @click.option("--sets", type=click.IntRange(min=1), default=200, show_default=True, help="Data sets per joint.")
 @click.option("--seed", type=int, default=0, show_default=True)
-@click.option("--workers", type=click.IntRange(min=1), default=2, show_default=True)
+@click.option("--workers", type=click.IntRange(min=1), default=1, show_default=True)
 @click.option(
-    "--out", type=click.Path(path_type=Path), default=Path("docs/results/calibration.json"), show_default=True
+    "--out",
+    type=click.Path(path_type=Path),
+    default=Path("docs/results/calibration.json"),
+    show_default=True,
+    help="JSON; a page of the same name with .md goes beside it.",
 )
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 @exit_codes
@@ -62,19 +69,20 @@ def main(joints: str, sets: int, seed: int, workers: int, out: Path, *, quiet: b
 
                 outcomes = pool.until(rank_one_set, tasks, more)
             results[str(joint)] = judged(outcomes, names_of(design))
-            click.echo(table(joint, results[str(joint)]))
-    write_json(
-        out,
-        {
-            "command": f"python -m uq.calibrate --joints {joints} --sets {sets} --seed {seed}",
-            "date": time.strftime("%Y-%m-%d"),
-            "python": sys.version.split()[0],
-            "wall_s": time.perf_counter() - begun,
-            "sets": sets,
-            "priors": f"normal, {PRIOR:.0%} wide; cycle_scatter half-normal 0.1; noise_factor log-normal {NOISE_KNOWN}",
-            "joints": results,
-        },
-    )
+            click.echo(table(str(joint), results[str(joint)]))
+            stored = {
+                "command": f"python -m uq.calibrate --joints {joints} --sets {sets} --seed {seed}",
+                "date": time.strftime("%Y-%m-%d"),
+                "python": sys.version.split()[0],
+                "workers": workers,
+                "wall_s": time.perf_counter() - begun,
+                "sets": sets,
+                "design": design.words,
+                "priors": PRIOR_WORDS,
+                "joints": results,
+            }
+            write_json(out, stored)
+            write_text(out.with_suffix(".md"), page(stored))
 
 
 def design_of(campaign: Campaign, joint: int) -> Design:
@@ -105,35 +113,6 @@ def names_of(design: Design) -> tuple[str, ...]:
     """Coordinates that are ranked."""
     hyper = design.model.hyper(noise_width=NOISE_KNOWN, travel=0.5)
     return (*(q.id for q in design.equations.parameters if not q.fixed), *(h.id for h in hyper))
-
-
-def judged(outcomes: list[Outcome], names: tuple[str, ...]) -> dict[str, Any]:
-    """Rank histogram, χ² p-value and coverage of every parameter, with the probability of so large a departure."""
-    ranked = [o.ranks for o in outcomes if o.ranks is not None]
-    made: dict[str, Any] = {"ranked": len(ranked), "failed": len(outcomes) - len(ranked), "parameters": {}}
-    for i, name in enumerate(names):
-        ranks = [r[i] for r in ranked]
-        counts = chi_square_bins(ranks, bins=10)
-        shares = {f"{p:g}": covered(ranks, p) for p in LEVELS}
-        tests = {
-            f"{p:g}": float(binomtest(round(covered(ranks, p) * len(ranks)), len(ranks), p).pvalue) for p in LEVELS
-        }
-        made["parameters"][name] = {
-            "rank_histogram": counts.astype(int).tolist(),
-            "chi_square_p": float(chisquare(counts).pvalue),
-            "coverage": shares,
-            "binomial_p": tests,
-        }
-    return made
-
-
-def table(joint: int, result: dict[str, Any]) -> str:
-    """Lay the result out as text."""
-    lines = [f"joint {joint}: {result['ranked']} data sets ranked, {result['failed']} failed"]
-    for name, found in result["parameters"].items():
-        shares = "  ".join(f"{level}: {share:.3f}" for level, share in found["coverage"].items())
-        lines.append(f"  {name:14s} χ² p = {found['chi_square_p']:.3f}   coverage {shares}")
-    return "\n".join(lines)
 
 
 if __name__ == "__main__":

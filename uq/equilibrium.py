@@ -13,6 +13,8 @@ from measurement.run import Array
 from model.equations import TIME, Equations
 
 ITERATIONS = 12
+SETTLED = 1e-14
+"""Newton step [rad] below which a position no longer moves."""
 
 
 @lru_cache(maxsize=64)
@@ -53,7 +55,10 @@ def equilibrium(equations: Equations, thetas: Array, guess: float | Array) -> Ar
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
             force, slope = (np.broadcast_to(x, q.shape) for x in function(q, *columns))
-            q = np.where(slope < 0, q - force / np.where(slope < 0, slope, -1.0), q)
+            change = np.where(slope < 0, force / np.where(slope < 0, slope, -1.0), 0.0)
+            q = q - change
+            if np.all(np.abs(change) < SETTLED):
+                break
         force, slope = (np.broadcast_to(x, q.shape) for x in function(q, *columns))
         settled = (
             (slope < 0) & np.isfinite(q) & (np.abs(force) < 1e-6 * np.abs(slope)) & (np.abs(q - start) < 2 * np.pi)

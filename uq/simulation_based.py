@@ -25,9 +25,12 @@ from uq.laplace import Laplace
 from uq.noise_model import NoiseModel
 from uq.sampling import SamplingOptions, sample
 
-RANKS = 99
-"""Posterior draws among which the truth is ranked: ranks 0 to 99."""
-SAMPLING = SamplingOptions(ensembles=1, chunk=140, burn=60, pilot=0, longest=140)
+RANKS = 199
+"""Posterior draws among which the truth is ranked: ranks 0 to 199, of which 95 % are a whole number."""
+SAMPLING = SamplingOptions(
+    ensembles=1, chunk=100, burn=80, pilot=0, longest=1600, lengths=16.0, change=float("inf"), move="independent"
+)
+"""One ensemble of 24 to 32 walkers until it is 16 autocorrelation times long: some 400 independent draws."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -56,15 +59,28 @@ class Design:
     duration: float = 12.0
     spacing: float = 0.02
     noise: float = 2e-4
-    step: float = 5e-3
+    step: float = 1e-2
+
+    @property
+    def words(self) -> str:
+        """The design as a report says it."""
+        drives = ", ".join(f"{a:g} N m at {w:.2f} rad/s" for a, w in self.torques)
+        return (
+            f"{len(self.torques)} runs of {self.duration:g} s ({drives}), a row every {1e3 * self.spacing:g} ms, noise "
+            f"{1e3 * self.noise:g} mrad"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """One data set: ranks of the truths (n,) among ``RANKS`` posterior draws, or why there are none."""
+    """One data set: ranks of the truths (n,) among ``RANKS`` posterior draws, or why there are none.
+
+    ``effective`` is the number of independent draws behind the ranks, by the slowest coordinate.
+    """
 
     number: int
     ranks: tuple[int, ...] | None
+    effective: float = 0.0
     failure: str = ""
 
 
@@ -113,7 +129,8 @@ def rank_one_set(design: Design, number: int, seed: int) -> Outcome:
     drawn = sample(_mode(design, runs, number), SAMPLING)
     flat = drawn.flat()
     picked = flat[rng.permutation(len(flat))[:RANKS]]
-    return Outcome(number=number, ranks=tuple(int(r) for r in np.sum(picked < truth, axis=0)))
+    ranks = tuple(int(r) for r in np.sum(picked < truth, axis=0))
+    return Outcome(number=number, ranks=ranks, effective=float(drawn.effective.min()))
 
 
 def _mode(design: Design, runs: tuple[Run, ...], seed: int) -> Laplace:
