@@ -16,6 +16,7 @@ from virtual_device.arm import JOINTS, Arm
 from virtual_device.campaign import header, joint_runs
 from virtual_device.effects import parse_effects
 from virtual_device.inputs import AMPLITUDE, Cosine, rich, table3
+from virtual_device.planned import planned_runs, read_planned
 from virtual_device.sensor import Sensor
 from virtual_device.tables import RunTable, write_campaign
 from virtual_device.truth import read_truth
@@ -77,6 +78,7 @@ def _controlled(arm: Arm, number: int, sensor: Sensor, seed: int) -> tuple[RunTa
 @click.option("--joints", default=None, metavar="4,5,3", help="Only these joints, each alone.")
 @click.option("--inputs", type=click.Choice(["table3", "rich"]), default="table3", show_default=True)
 @click.option("--device-variation", default=0.0, show_default=True, help="Another machine, drawn within ± this share.")
+@click.option("--plan", type=click.Path(path_type=Path), help="locking_plan.json: its postures are tested too.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 @exit_codes
 def main(
@@ -84,6 +86,7 @@ def main(
     effects: str | None,
     joints: str | None,
     *,
+    plan: Path | None,
     quiet: bool,
     **settings: Any,
 ) -> None:
@@ -100,6 +103,8 @@ def main(
     head = header(TITLE, "freedom6s", sensor)
     if chosen is None:
         jobs += [partial(_coupled, arm, number, sensor, seed) for number in range(len(COUPLED))]
+        tests = enumerate(read_planned(plan) if plan else ())
+        jobs += [partial(planned_runs, arm, test, number, sensor=sensor, seed=seed) for number, test in tests]
         jobs += [partial(_controlled, arm, number, sensor, seed) for number in range(2)]
         head["controller"] = Controller().described()
     runs = [run for job in progress(jobs, title="simulating", quiet=quiet) for run in job()]

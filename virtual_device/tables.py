@@ -28,12 +28,14 @@ class RunTable:
     use: str = "fit"
     reason: str = ""
     note: str = ""
+    posture: tuple[float, ...] = ()
+    """Positions of the locked joints [rad]; home where empty."""
 
     def entry(self, joints: int) -> dict[str, Any]:
-        """Return the ``[[runs]]`` table; the posture is home for a device of several joints."""
+        """Return the ``[[runs]]`` table."""
         entry: dict[str, Any] = {"file": self.file, "free_joints": list(self.free_joints), "use": self.use}
         if joints > 1:
-            entry["locked_positions_rad"] = [0.0] * joints
+            entry["locked_positions_rad"] = list(self.posture or [0.0] * joints)
         return entry | {key: text for key, text in (("reason", self.reason), ("note", self.note)) if text}
 
     def encoded(self) -> bytes:

@@ -15,14 +15,21 @@ from virtual_device.tables import RunTable
 
 
 def coupled_run(
-    arm: Arm, cosines: Sequence[Cosine], joints: tuple[int, ...], *, sensor: Sensor, name: str, seed: Sequence[int]
+    arm: Arm,
+    cosines: Sequence[Cosine],
+    joints: tuple[int, ...],
+    *,
+    sensor: Sensor,
+    name: str,
+    seed: Sequence[int],
+    posture: Sequence[float] = (0.0,) * JOINTS,
 ) -> RunTable:
-    """Drive each of ``joints`` by its own cosine (held between rows), from rest; the others are locked at home."""
+    """Drive each of ``joints`` by its own cosine (held between rows), from rest; the others stay at ``posture``."""
     t, rng = cosines[0].times(), np.random.default_rng(list(seed))
     torque = np.zeros((t.size, JOINTS))
     for joint, cosine in zip(joints, cosines, strict=True):
         torque[:, joint] = cosine.torque()
-    state = np.concatenate([arm.rest(joints, np.zeros(JOINTS)), np.zeros(2 * JOINTS)])
+    state = np.concatenate([arm.rest(joints, np.array(posture)), np.zeros(2 * JOINTS)])
     positions = np.empty((t.size, JOINTS))
     for k, step in enumerate([*np.diff(t), 0.0]):
         positions[k] = state[:JOINTS]
