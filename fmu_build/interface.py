@@ -2,7 +2,7 @@
 
 All real variables of an instance are one array of doubles; the value reference is the index into it. Blocks, in order:
 
-u (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), slope (n_u), dy (n_y·n_c), S (n_x·n_c), h (1)
+u (n_u), slope (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), dy (n_y·n_c), S (n_x·n_c), h (1)
 
 with n_c = n_p + n_x directions of the sensitivities, or 0, and the longest inner step h [s]. Blocks that an
 FMU does not show are still there.
@@ -92,7 +92,7 @@ class Interface:
         used: set[sp.Symbol] = {u.symbol for u in e.inputs}
         used |= {s for s, f in e.definitions if f.free_symbols & used}
         through = any(sp.sympify(o.expression).free_symbols & used for o in e.outputs)
-        return 0 if through or self.identification else self.offsets["x"]
+        return 0 if through else self.offsets["x"]
 
     @property
     def orderings(self) -> tuple[tuple[int, int], ...]:
@@ -107,11 +107,11 @@ def block_offsets(kernel: Kernel) -> dict[str, int]:
     nx, nu, n_p, ny = len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
     lengths = {
         "u": nu,
+        "slope": nu,
         "x": nx,
         "p": n_p,
         "y": ny,
         "dx": nx,
-        "slope": nu,
         "dy": ny * columns,
         "S": nx * columns,
         "h": 1,

@@ -7,6 +7,10 @@ pythonfmu only. `plan.json` tells it everything else.
 pythonfmu turns a Python exception into fmi2Fatal and drops the instance. So nothing here raises: what is wrong goes to
 the logger as an error, at once, and no step is done until it is put right. The guard around pythonfmu's loader turns a
 call during which an error was logged into fmi2Error.
+
+Values, flags and the time stand in arrays whose addresses the guard gets (`Slave.addresses`). Calls in which nothing is
+wrong it then answers from them without Python; all others come here. Both keep the same arrays, so that it makes no
+difference which of the two answers.
 """
 
 from __future__ import annotations
@@ -28,6 +32,12 @@ HERE = Path(__file__).resolve().parent
 PLAN = json.loads((HERE / "plan.json").read_text(encoding="utf-8"))
 SIZE = len(PLAN["start"])
 INFINITY = float("inf")
+HANDOVER = 0x68617074
+"""Value reference under which the guard asks for the addresses."""
+EXACT = 2.0**53
+"""Whole numbers below are exact as doubles."""
+STALE, UNCHECKED, TANGENT, FAULTY = range(4)
+"""Places of the flags: outputs to be computed, values to be checked, sensitivities on, values refused."""
 MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 
 
@@ -69,21 +79,30 @@ class Slave(Fmi2Slave):
         self.modelName = PLAN["identifier"]
         self._values = array("d", PLAN["start"])
         self._buffer = ctypes.c_void_p(self._values.buffer_info()[0]) if COMPILED else self._values
-        self._time = 0.0
-        self._stale = True
-        self._unchecked = True
+        self._clock = array("d", [0.0])
+        self._flags = array("i", [1, 1, 0, 0])
         self._faults: dict[int, str] = {}
-        self._minimum, self._maximum = PLAN["minimum"], PLAN["maximum"]
+        self._minimum, self._maximum = array("d", PLAN["minimum"]), array("d", PLAN["maximum"])
         self._stale_from = PLAN["stale_from"]
-        self._use_tangent(False)
         self._register()
 
+    def addresses(self) -> list[float]:
+        """Return what the guard needs to answer in place of this object; zeros where there is no compiled kernel."""
+        names = ("hf_step", "hf_step_tangent", "hf_output", "hf_output_tangent")
+        functions = [getattr(KERNEL, name, None) for name in names]
+        arrays = self._values, self._flags, self._clock, self._minimum, self._maximum
+        found = [a.buffer_info()[0] for a in arrays]
+        found += [COMPILED and f is not None and ctypes.cast(f, ctypes.c_void_p).value or 0 for f in functions]
+        known = COMPILED and all(0 <= address < EXACT for address in found)
+        counts = SIZE, self._stale_from, len(PLAN["orderings"])
+        return [float(x) if known else 0.0 for x in (*counts, *found)]
+
     def _use_tangent(self, on: bool) -> None:
-        self._tangent = bool(on)
-        suffix = "_tangent" if on else ""
-        self._step = getattr(KERNEL, f"hf_step{suffix}")
-        self._output = getattr(KERNEL, f"hf_output{suffix}")
-        self._stale = True
+        self._flags[TANGENT] = bool(on)
+        self._flags[STALE] = 1
+
+    def _kernel(self, name: str) -> Any:
+        return getattr(KERNEL, f"{name}_tangent" if self._flags[TANGENT] else name)
 
     def _register(self) -> None:
         values = self._values
@@ -103,7 +122,7 @@ class Slave(Fmi2Slave):
                 PLAN["switch"],
                 causality=Fmi2Causality.parameter,
                 variability=Fmi2Variability.fixed,
-                getter=lambda: self._tangent,
+                getter=lambda: bool(self._flags[TANGENT]),
                 setter=self._use_tangent,
             )
             switch.value_reference = len(values)
@@ -114,7 +133,7 @@ class Slave(Fmi2Slave):
 
     def setup_experiment(self, start_time: float, *_: Any) -> None:
         """Take the start time."""
-        self._time = start_time
+        self._clock[0] = start_time
 
     def exit_initialization_mode(self) -> None:
         """Say what does not make sense before the first step does."""
@@ -122,13 +141,15 @@ class Slave(Fmi2Slave):
 
     def get_real(self, vrs: list[int]) -> list[float]:
         """Return values, the outputs brought up to date."""
-        if self._stale:
-            self._output(self._buffer, self._time)
-            self._stale = False
+        if self._flags[STALE]:
+            self._kernel("hf_output")(self._buffer, self._clock[0])
+            self._flags[STALE] = 0
         values = self._values
         try:
             return [values[vr] for vr in vrs]
         except IndexError:
+            if vrs[0] == HANDOVER:
+                return self.addresses()
             self._error(f"value references {vrs}: expected 0..{len(values) - 1}")
             return [values[vr] if 0 <= vr < len(values) else float("nan") for vr in vrs]
 
@@ -141,9 +162,10 @@ class Slave(Fmi2Slave):
                 continue
             values[vr] = value
             if vr >= self._stale_from:
-                self._stale = self._unchecked = True
+                self._flags[STALE] = self._flags[UNCHECKED] = 1
             if self._faults:
                 self._faults.pop(vr, None)
+                self._flags[FAULTY] = bool(self._faults)
 
     def set_boolean(self, vrs: list[int], new: list[bool]) -> None:
         """Switch the sensitivities."""
@@ -159,7 +181,7 @@ class Slave(Fmi2Slave):
         else:
             text = f"value reference {vr}: expected an input, a state or a parameter; got the value {value}"
         self._faults[vr] = text
-        self._unchecked = True
+        self._flags[UNCHECKED] = self._flags[FAULTY] = 1
         self._error(text)
 
     def _consistent(self) -> bool:
@@ -171,7 +193,7 @@ class Slave(Fmi2Slave):
                 faults.append(f"{names[0]} = {self._values[a]}: expected at least {names[1]} = {self._values[b]}")
         for text in faults:
             self._error(f"no step is done: {text}")
-        self._unchecked = bool(faults)
+        self._flags[UNCHECKED] = bool(faults)
         return not faults
 
     def _error(self, text: str) -> None:
@@ -179,23 +201,24 @@ class Slave(Fmi2Slave):
 
     def do_step(self, current_time: float, step_size: float) -> bool:
         """Advance the state; whether it worked."""
-        if self._unchecked and not self._consistent():
+        if self._flags[UNCHECKED] and not self._consistent():
             return False
         if not 0.0 < step_size < INFINITY:
             self._error(f"communication step: expected a positive number of seconds, got {step_size}")
             return False
-        self._time = current_time + step_size
-        if self._step(self._buffer, current_time, step_size):
-            self._stale = False
+        self._clock[0] = current_time + step_size
+        if self._kernel("hf_step")(self._buffer, current_time, step_size):
+            self._flags[STALE] = 0
             return True
-        self._error(f"the state left the finite numbers between t = {current_time} s and {self._time} s")
+        self._error(f"the state left the finite numbers between t = {current_time} s and {self._clock[0]} s")
         return False
 
     def _get_fmu_state(self) -> dict[str, Any]:
-        return {"values": self._values.tolist(), "time": self._time, "tangent": self._tangent}
+        return {"values": self._values.tolist(), "time": self._clock[0], "tangent": bool(self._flags[TANGENT])}
 
     def _set_fmu_state(self, state: dict[str, Any]) -> None:
         self._values[:] = array("d", state["values"])
-        self._time = state["time"]
+        self._clock[0] = state["time"]
         self._use_tangent(state["tangent"])
         self._faults = {}
+        self._flags[FAULTY] = 0
