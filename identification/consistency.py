@@ -16,7 +16,7 @@ from identification.fit import Fit
 from model.inertial_belief import LinkBelief, Measurement
 
 DOUBT = 1e-3
-"""Probability below which two tests count as contradicting each other."""
+"""Probability, after Bonferroni for the comparisons of one configuration, below which tests contradict each other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,6 +29,8 @@ class Agreement:
         ``joint 5: inertia and gravity``, ``Ks_0``.
     chi2, dof, p
         Statistic, degrees of freedom, and the probability of a larger one by chance.
+    family
+        Comparisons made together with this one.
     earlier, later, pooled
         Values of a single quantity where it is one; None otherwise.
     """
@@ -37,6 +39,7 @@ class Agreement:
     chi2: float
     dof: int
     p: float
+    family: int = 1
     earlier: tuple[float, float] | None = None
     later: tuple[float, float] | None = None
     pooled: tuple[float, float] | None = None
@@ -44,7 +47,7 @@ class Agreement:
     @property
     def contradicts(self) -> bool:
         """Whether chance hardly explains the difference."""
-        return self.p < DOUBT
+        return self.p * self.family < DOUBT
 
 
 def coefficients_agree(name: str, belief: LinkBelief, one: Measurement) -> Agreement | None:
@@ -90,5 +93,5 @@ def summary(agreements: Sequence[Agreement]) -> str:
         return "No quantity was measured in more than one test."
     bad = [a.name for a in agreements if a.contradicts]
     if not bad:
-        return f"{len(agreements)} comparisons between tests, none of which contradict each other (p ≥ {DOUBT:g})."
-    return f"{len(agreements)} comparisons between tests; contradicting each other (p < {DOUBT:g}): {', '.join(bad)}."
+        return f"{len(agreements)} comparisons between tests, none of which contradict each other."
+    return f"{len(agreements)} comparisons between tests; contradicting each other: {', '.join(bad)}."

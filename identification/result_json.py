@@ -101,6 +101,7 @@ def agreement_json(a: Agreement) -> dict[str, Any]:
         "chi2": a.chi2,
         "dof": a.dof,
         "p": a.p,
+        "comparisons": a.family,
         "contradicts": a.contradicts,
         **{k: {"value": v[0], "std": v[1]} for k, v in pairs.items() if v is not None},
     }

@@ -120,7 +120,7 @@ def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Ste
         elif before == now:
             inertial = {c.id for c in one.coefficients} | set(INERTIAL)
             made += [a for a in parameters_agree(earlier.fit, step.fit, "") if a.name not in inertial]
-    return tuple(made)
+    return tuple(replace(a, family=len(made)) for a in made)
 
 
 def links_of(steps: tuple[Step, ...], device: Device) -> tuple[Measurement, ...]:
