@@ -89,10 +89,10 @@ class Slave(Fmi2Slave):
     def addresses(self) -> list[float]:
         """Return what the guard needs to answer in place of this object; zeros where there is no compiled kernel."""
         names = ("hf_step", "hf_step_tangent", "hf_output", "hf_output_tangent")
-        functions = [getattr(KERNEL, name, None) for name in names]
         arrays = self._values, self._flags, self._clock, self._minimum, self._maximum
         found = [a.buffer_info()[0] for a in arrays]
-        found += [COMPILED and f is not None and ctypes.cast(f, ctypes.c_void_p).value or 0 for f in functions]
+        present = [getattr(KERNEL, name) if COMPILED and hasattr(KERNEL, name) else None for name in names]
+        found += [ctypes.cast(f, ctypes.c_void_p).value or 0 if f else 0 for f in present]
         known = COMPILED and all(0 <= address < EXACT for address in found)
         counts = SIZE, self._stale_from, len(PLAN["orderings"])
         return [float(x) if known else 0.0 for x in (*counts, *found)]

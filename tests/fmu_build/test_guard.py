@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
@@ -18,10 +19,11 @@ VALUES = (-1.0, 0.0, 2e-4, 1e-3, 5e-3, np.nan, np.inf)
 @pytest.fixture
 def slave() -> Any:
     """The class inside the FMU, which pythonfmu has imported into this process."""
-    Client(fmu("joint4", "python")).start()
-    (module,) = (m for name, m in sys.modules.items() if name.startswith("joint4_") and name.endswith("_slave")
-                 and "identification" not in name)  # fmt: skip
-    return module.Slave
+    made = fmu("joint4", "python")
+    Client(made).start()
+    with ZipFile(made.path) as archive:
+        module = archive.read("resources/slavemodule.txt").decode().strip()
+    return sys.modules[f"{module}_slave"].Slave
 
 
 @pytest.fixture
@@ -51,6 +53,14 @@ def begun(client: Client, rng: np.random.Generator) -> list[Any]:
     return [called(client.fmi.setReal, [client.vr[NAMES[1]]], [inertia]), called(client.fmi.exitInitializationMode)]
 
 
+def saved_or_restored(client: Client, choice: str, kept: Any) -> Any:
+    if choice == "save":
+        return client.fmi.getFMUState()
+    if kept is not None:
+        client.fmi.setFMUState(kept)
+    return kept
+
+
 def played(seed: int, calls: int = 150) -> tuple[list[Any], list[str]]:
     """Play a random script of calls, many of them wrong; return what they gave, and the messages."""
     rng = np.random.default_rng(seed)
@@ -73,10 +83,8 @@ def played(seed: int, calls: int = 150) -> tuple[list[Any], list[str]]:
         elif choice == "reset":
             seen.append(called(fmi.reset))
             running = False
-        elif choice == "save":
-            kept = fmi.getFMUState()
-        elif kept is not None:
-            fmi.setFMUState(kept)
+        else:
+            kept = saved_or_restored(client, choice, kept)
     return seen, client.messages
 
 
