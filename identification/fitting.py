@@ -22,7 +22,7 @@ from identification.options import FitOptions
 from identification.outcome import outcome_of
 from identification.positive import marginal
 from identification.problem import Problem
-from identification.score import score
+from identification.score import score, score_of
 from identification.simulator import Simulator
 from identification.sobol import sobol_starts
 from identification.workers import Here, Processes, Workers, single_threaded
@@ -102,8 +102,7 @@ def _result(
     data = marginal(bent.data, n) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
     status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
-    scores = _scores(problem, theta, runs, x0)
-    motions = [(run.t, problem.simulator.simulate(theta, run, x0=x0[run.file]).y) for run in problem.runs]
+    fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
     return Fit(
         equations=scaling.equations,
         theta=theta,
@@ -121,8 +120,8 @@ def _result(
         wall_s=time.perf_counter() - begun,
         statuses=status,
         combinations=combinations(scaling, s, data, status),
-        warnings=excitation_warnings(scaling.equations, theta, motions),
-        runs=scores,
+        warnings=excitation_warnings(scaling.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
+        runs=_scores(problem, theta, runs, x0, fitted),
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
     )
 
@@ -138,11 +137,16 @@ class _Theta:
         self.theta = theta
 
 
-def _scores(problem: Problem, theta: Array, runs: tuple[Run, ...], x0: dict[str, Array]) -> tuple[RunScore, ...]:
+def _scores(
+    problem: Problem, theta: Array, runs: tuple[Run, ...], x0: dict[str, Array], fitted: dict[str, Array]
+) -> tuple[RunScore, ...]:
+    """Judge all runs; ``fitted`` are the simulated outputs of those that were fitted."""
     known, made = _Theta(theta), []
     for run in runs:
-        if run.use == "excluded":
-            continue
-        start = x0.get(run.file) if run.use == "fit" or run.score_from else None
-        made.append(score(problem.simulator, known, run, x0=start, free_velocity=problem.options.free_velocity))
+        if run.use == "fit":
+            r = (run.y - fitted[run.file][:, : run.y.shape[1]])[run.scored]
+            made.append(score_of(run, r, x0[run.file]))
+        elif run.use == "validate":
+            start = x0.get(run.file) if run.score_from else None
+            made.append(score(problem.simulator, known, run, x0=start, free_velocity=problem.options.free_velocity))
     return tuple(made)

@@ -26,8 +26,8 @@ LEAST_DAMPING = 1e-3
 def descend(problem: Problem, x: Array) -> Descent:
     """Follow the minimum from the first gain to the last; the last level ends with a Gauss–Newton polish.
 
-    The levels run at a coarser inner step where that is close enough (`identification.inner_step`), the end of the
-    polish at the model's own.
+    The levels run at a coarser inner step where that is close enough (`identification.inner_step`), the polish at
+    the model's own.
     """
     gains, calls = problem.options.gains, 0
     x = feasible(problem, x)
@@ -40,10 +40,8 @@ def descend(problem: Problem, x: Array) -> Descent:
     if problem.options.passive:
         exact = slsqp(problem, x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
         return replace(exact, calls=calls + exact.calls)
-    for stage in (coarse, problem):
-        polish = gauss_newton(stage, x, gains[-1], iterations=MANY, tolerance=POLISHED, damping=1e-9)
-        x, calls = polish.x, calls + polish.calls
-    return replace(polish, calls=calls)
+    polish = gauss_newton(problem, x, gains[-1], iterations=MANY, tolerance=POLISHED, damping=1e-9)
+    return replace(polish, calls=calls + polish.calls)
 
 
 def _level(problem: Problem, x: Array, number: int) -> Descent:
