@@ -13,7 +13,8 @@ from model.excitation import ExcitationPlan, plan_excitation
 from model.locking_order import LockingOrder, locking_order
 from model.plan_summary import Data, design_summary, plan_summary
 from model.postures import plan_postures
-from report.locking_plan import plan_page, plan_text
+from report.locking_plan_page import plan_page
+from report.locking_plan_text import plan_text
 from support.command import exit_codes, progress
 from support.errors import NumericalError
 from support.files import write_json, write_text

@@ -1,0 +1,110 @@
+"""Tables of the locking plan: its order, the table of ones, proposed runs and postures, expected errors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+Data = dict[str, Any]
+
+
+def configuration(joints: list[int]) -> str:
+    """Return ``4`` or ``0+1``."""
+    return "+".join(str(j) for j in joints)
+
+
+def ones(plan: Data) -> list[list[str]]:
+    """Return one row per parameter of the full model: its name, then 1 in the configuration that meets it first."""
+    return [[key, *("1" if key in stage["new"] else "" for stage in plan["stages"])] for key in plan["parameters"]]
+
+
+def locking_table(plan: Data) -> list[list[str]]:
+    """Return one row per configuration: number, then L (locked) or U (unlocked) for each joint."""
+    joints = sorted({j for stage in plan["stages"] for j in stage["free_joints"]})
+    return [
+        [str(n), *("U" if j in stage["free_joints"] else "L" for j in joints)]
+        for n, stage in enumerate(plan["stages"], start=1)
+    ]
+
+
+def counts(plan: Data) -> list[list[str]]:
+    """Return one row per configuration: free joints, parameters contained, new ones, combinations."""
+    return [
+        [
+            configuration(stage["free_joints"]),
+            str(len(stage["contains"])),
+            str(len(stage["new"])),
+            str(stage["joint_parameters"]),
+            str(stage["combinations_at_home"]),
+            str(stage["combinations_anywhere"]),
+            str(stage["new_combinations"]),
+        ]
+        for stage in plan["stages"]
+    ]
+
+
+COUNTS_HEADER = (
+    "free joints",
+    "inertial parameters in it",
+    "new ones",
+    "friction, spring, gain",
+    "combinations at home",
+    "combinations over postures",
+    "new combinations",
+)
+
+
+RUNS_HEADER = ["joint", "runs"]
+ERRORS_HEADER = ["joint", "parameter", "first guess", "before", "after", "unit"]
+POSTURES_HEADER = ["free joints", "locked at [rad] (- free)"]
+
+
+def run_rows(plan: Data) -> list[list[str]]:
+    """Return one row per joint: its proposed runs, or why there are none."""
+    return [
+        [
+            str(one["joint"]),
+            one.get("reason")
+            or ", ".join(f"{run['amplitude_Nm']:.3g} at {run['frequency_rad_s']:.3g}" for run in one["runs"]),
+        ]
+        for one in plan["excitation"]
+    ]
+
+
+def error_rows(plan: Data) -> list[list[str]]:
+    """Return one row per joint and parameter: first guess, expected standard error before and after."""
+    return [
+        [
+            str(one["joint"]),
+            p["id"],
+            f"{p['initial']:.3g}",
+            f"{p['std_before']:.2g}",
+            f"{p['std_after']:.2g}",
+            p["unit"],
+        ]
+        for one in plan["excitation"]
+        for p in one.get("expected", [])
+    ]
+
+
+def posture_rows(plan: Data) -> list[list[str]]:
+    """Return one row per proposed test: free joints, positions of the locked ones."""
+    return [
+        [
+            configuration(test["free_joints"]),
+            ", ".join(
+                "-" if j in test["free_joints"] else f"{x:+.3f}" for j, x in enumerate(test["locked_positions_rad"])
+            ),
+        ]
+        for test in plan["postures"]["tests"]
+    ]
+
+
+def posture_sentence(plan: Data) -> str:
+    """Return what the proposed postures buy."""
+    found = plan["postures"]
+    return (
+        f"Expected torque error of the full model (rms over rms, coefficients fitted to "
+        f"{100 * found['coefficient_accuracy']:.2g} %): {100 * found['torque_error_first_guesses']:.2g} % from the "
+        f"first guesses, {100 * found['torque_error_home']:.2g} % after the tests at home, "
+        f"{100 * found['torque_error_planned']:.2g} % with the proposed postures."
+    )
