@@ -192,7 +192,7 @@ def _head(job: Job, digest: str) -> dict[str, Any]:
         "command": "python -m identification.run " + " ".join(sys.argv[1:]),
         "inputs": digest,
         "complete": False,
-        "locking_order": [list(c.free_joints) for c in job.configurations],
+        "locking_order": [list(joints) for joints in dict.fromkeys(c.free_joints for c in job.configurations)],
         "configurations": [],
         "links": {},
         "verification": {"runs": []},

@@ -70,7 +70,9 @@ def test_each_posture_is_a_configuration_and_coefficients_of_different_postures_
     done = CliRunner().invoke(identify, [str(tmp_path / "c"), "--out", str(tmp_path / "out"), *fast])
     assert done.exit_code == 0, done.output
     assert "joint 1, posture 2" in done.output
-    home, posed = json.loads((tmp_path / "out" / "identification.json").read_text())["configurations"]
+    data = json.loads((tmp_path / "out" / "identification.json").read_text())
+    assert data["locking_order"] == [[1]]
+    home, posed = data["configurations"]
     assert posed["locked_positions_rad"] == [0.4, 0.0, 0.35, 0.0, -0.6, 0.6]
     both = [c["parameters"]["inertia"] for c in (home, posed)]
     assert abs(both[0]["value"] - both[1]["value"]) > 20 * max(one["std"] for one in both)
