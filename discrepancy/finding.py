@@ -14,6 +14,7 @@ from discrepancy.held_out import predict
 from discrepancy.rebuilt import Rebuilt, rebuild
 from discrepancy.search import Search, search
 from discrepancy.study import Study
+from discrepancy.trial import Trial
 from discrepancy.verdict import Judgement, NamedEffect, judge
 from discrepancy.where import Map, Region, maps, regions
 from fmu_build.build import Kind
@@ -69,22 +70,24 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     """Run all stages for one joint; FMUs go below ``out``."""
     began = time.perf_counter()
     found = search(study, seed=seed, starts=starts, tell=tell)
+    study = found.study
     tell("verdict")
     judgement = judge(study, found)
     rebuilt = None
-    if found.final.effects and judgement.verdict in ("named", "ambiguous"):
+    best, plain = found.best.candidate, found.plain.candidate
+    if best.solution.effects and judgement.verdict in ("named", "ambiguous"):
         tell("FMU and refit")
-        rebuilt = rebuild(study, found, found.final.effects, out / "fmu", kind)
-    before_fit, after_fit = predict(study, found.base, study.fitted), predict(study, found.final, study.fitted)
+        rebuilt = rebuild(study, found, best.solution.effects, out / "fmu", kind)
+    before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)
     groups = {"fit": (study.fitted, before_fit.rms, after_fit.rms)}
     if study.unseen:
-        groups["validate"] = (study.unseen, found.base_prediction.rms, found.final_prediction.rms)
+        groups["validate"] = (study.unseen, plain.prediction.rms, best.prediction.rms)
     shown = (
-        (study.unseen, found.base_prediction.y, found.final_prediction.y)
+        (study.unseen, plain.prediction.y, best.prediction.y)
         if study.unseen
         else (study.fitted, before_fit.y, after_fit.y)
     )
-    runs, simulated = (*study.fitted, *study.unseen), (*before_fit.y, *found.base_prediction.y)
+    runs, simulated = (*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y)
     energy = maps(runs, simulated)
     return Finding(
         joint=study.joint,
@@ -124,17 +127,28 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "verdict": judgement.verdict,
         "sentence": judgement.sentence,
         "effects": [_effect_json(e) for e in judgement.effects] if judgement.verdict != "nothing_missing" else [],
-        "alternatives": [{"ids": [c.id], "evidence": c.evidence, "bic": c.bic} for c in judgement.alternatives],
+        "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
         "next_experiment": proposal.as_json() if proposal else None,
         "where": [r.as_json() for r in finding.regions[:3]],
         "gap": {"validate": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
         "refit": dict(rebuilt.fit.values) if rebuilt else None,
-        "omnibus_p": {"before": finding.search.steps[0].test.p, "after": finding.search.last_test.p},
-        "base_starts_at_best": list(finding.search.reached),
+        "omnibus_p": {"before": finding.search.plain.left.p, "after": finding.search.best.left.p},
+        "base_starts_at_best": [finding.search.base.reached, len(finding.search.base.costs)],
         "simulations": finding.search.simulations,
         "wall_s": finding.wall_s,
+    }
+
+
+def _alternative_json(trial: Trial, plain: Trial) -> dict[str, Any]:
+    """Evidence is over the base model; ``criterion`` is BIC less twice the held-out score, over the base's."""
+    candidate, before = trial.candidate, plain.candidate
+    return {
+        "ids": list(candidate.ids),
+        "evidence": 2.0 * (candidate.prediction.score - before.prediction.score),
+        "criterion": candidate.criterion - before.criterion,
+        "bic": before.bic - candidate.bic,
     }
 
 

@@ -1,36 +1,80 @@
-"""Simulators of a joint with effects, compiled once per process and formula, at the longest accurate step."""
+"""Simulators of a joint with effects: readings at a fine inner step, sensitivities at a coarse one.
+
+A minimum lies where Jᵀr = 0. The integration's error in r moves it and stays in what is left over, where it would pass
+for missing physics; the same error in J costs a few iterations at most. So only the readings are computed finely.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import numpy as np
+
+from discrepancy.kernel_cache import cached_kernel
 from identification.kernel_simulator import KernelSimulator
+from identification.simulator import Trajectory
+from measurement.run import Array, Run
 from model.equations import Equations
 from model.kernel.compiled import CompiledKernel
 from model.observer import with_observer
 
-STEP = 2.5e-3
-"""Longest inner step of the search [s]; `discrepancy.steps` checks it against a finer one."""
-_compiled: dict[tuple[str, bool, float], CompiledKernel] = {}
+COARSE = 2.5e-3
+"""Inner step of sensitivities and first tries [s]."""
+SKETCH = 5e-3
+"""Inner step of signatures [s], which are differences of simulations at the same step."""
+_compiled: dict[tuple[str, bool], CompiledKernel] = {}
 
 
-def compiled(equations: Equations, *, observed: bool = False, step: float = STEP) -> CompiledKernel:
-    """Return the kernel of ``equations``, with output injection where ``observed``."""
-    key = (equations.digest, observed, step)
+def compiled(equations: Equations, *, observed: bool = False) -> CompiledKernel:
+    """Return the kernel of ``equations``, with output injection where ``observed``; made once per process."""
+    key = (equations.digest, observed)
     if key not in _compiled:
-        _compiled[key] = CompiledKernel.of(with_observer(equations) if observed else equations, step=step)
+        _compiled[key] = cached_kernel(with_observer(equations) if observed else equations)
     return _compiled[key]
 
 
 @dataclass(frozen=True, slots=True)
+class TwoStep:
+    """Runs the equations at one inner step for readings and another for sensitivities and whole sets of parameters."""
+
+    fine: KernelSimulator
+    coarse: KernelSimulator
+
+    @property
+    def equations(self) -> Equations:
+        """The equations with bounds and first guesses."""
+        return self.fine.equations
+
+    def simulate(
+        self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
+    ) -> Trajectory:
+        """See `identification.simulator.Simulator`."""
+        if not sensitivities:
+            return self.fine.simulate(theta, run, x0=x0, gain=gain)
+        rough = self.coarse.simulate(theta, run, x0=x0, gain=gain, sensitivities=True)
+        if self.fine.step >= self.coarse.step or not np.isfinite(rough.y).all():
+            return rough
+        return replace(rough, y=self.fine.simulate(theta, run, x0=x0, gain=gain).y)
+
+    def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None) -> Array:
+        """Return outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p) at the step of sketches."""
+        return self.coarse.with_step(SKETCH).simulate_many(thetas, run, x0=x0)
+
+
+@dataclass(frozen=True, slots=True)
 class Factory:
-    """From equations to a simulator: what the search is handed in place of a concrete one."""
+    """From equations to a simulator: what the search is handed in place of a concrete one.
 
-    step: float = STEP
+    Parameters
+    ----------
+    step
+        Inner step of the readings [s]; `discrepancy.steps` chooses it.
+    """
 
-    def __call__(self, equations: Equations, *, observed: bool = False) -> KernelSimulator:
+    step: float = COARSE
+
+    def __call__(self, equations: Equations, *, observed: bool = False) -> TwoStep:
         """Build the simulator; without ``observed`` it runs at observer gain 0 alone and compiles faster."""
-        plain = compiled(equations, step=self.step)
-        return KernelSimulator(
-            equations, plain, compiled(equations, observed=True, step=self.step) if observed else plain
-        )
+        plain = compiled(equations)
+        simulator = KernelSimulator(equations, plain, compiled(equations, observed=True) if observed else plain)
+        return TwoStep(simulator.with_step(min(self.step, COARSE)), simulator.with_step(COARSE))

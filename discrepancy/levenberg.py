@@ -10,11 +10,28 @@ import numpy as np
 
 from identification.gauss_newton import Descent
 from identification.least_squares import step_within, triangle
-from identification.problem import Problem
+from identification.problem import Blocks, Problem
 from measurement.run import Array
 
 FLOOR = 1e-10
 """Least damping: keeps a direction that the data do not see at all from making the step singular."""
+
+
+def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
+    """Return R, c as `triangle` does for all rows, by QR run after run (Golub and Van Loan 2013, section 5.2).
+
+    A run's rows do not depend on the initial states of the others: those columns are left out of its QR.
+    """
+    parts, targets = [blocks.prior_jacobian], [blocks.prior]
+    for J, r in zip(blocks.jacobians or (), blocks.rows, strict=True):
+        flat = J.reshape(-1, J.shape[-1])
+        moved = np.flatnonzero(flat.any(axis=0))
+        R, c = triangle(flat[:, moved], r.ravel())
+        part = np.zeros((moved.size, flat.shape[1]))
+        part[:, moved] = R
+        parts.append(part)
+        targets.append(-c)
+    return triangle(np.concatenate(parts), np.concatenate(targets))
 
 
 def minimise(
@@ -27,7 +44,7 @@ def minimise(
     damping, growth, calls, converged = 1e-3, 2.0, 1, False
     if not np.isfinite(cost):
         return Descent(x=x, cost=np.inf, calls=calls, converged=False)
-    R, c = triangle(now.jacobian, now.residual)
+    R, c = triangle_by_runs(now)
     while calls < iterations:
         d, predicted = _step(R, c, damping, A, b - A @ x)
         converged = predicted <= tolerance and damping < 1.0
@@ -36,11 +53,11 @@ def minimise(
         trial = problem.blocks(x + d, gain)
         calls += 1
         new = float(trial.residual @ trial.residual)
-        usable = np.isfinite(new) and np.isfinite(trial.jacobian).all()
+        usable = np.isfinite(new) and all(np.isfinite(J).all() for J in trial.jacobians or ())
         ratio = (cost - new) / max(predicted, 1e-12) if usable else -1.0
         if ratio > 1e-4:
             x, cost, growth = x + d, new, 2.0
-            R, c = triangle(trial.jacobian, trial.residual)
+            R, c = triangle_by_runs(trial)
             damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
         else:
             damping, growth = max(damping, 1e-6) * growth, 2.0 * growth

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.refit import Candidate
 from discrepancy.solution import Solution
 from discrepancy.study import Study
 from measurement.cycles import find_cycles
@@ -41,7 +40,7 @@ class Proposal:
         }  # fmt: skip
 
 
-def propose(study: Study, winner: Solution, rivals: Sequence[Candidate]) -> Proposal:
+def propose(study: Study, winner: Solution, rivals: Sequence[Solution]) -> Proposal:
     """Return the run of the grid at which the least separated rival differs most from the winner."""
     template = max(study.fitted, key=lambda run: run.t[-1])
     largest = max(float(np.abs(run.u).max()) for run in study.fitted)
@@ -70,9 +69,9 @@ def _cosine(template: Run, amplitude: float, omega: float, offset: float) -> Run
     return template.but(file="proposed", u=u[:, None], v=None, extra={})
 
 
-def _separation(study: Study, winner: Solution, rivals: Sequence[Candidate], run: Run) -> float:
+def _separation(study: Study, winner: Solution, rivals: Sequence[Solution], run: Run) -> float:
     reference = _reading(study, winner, run)
-    differences = [np.sqrt(np.mean((_reading(study, r.solution, run) - reference) ** 2)) for r in rivals]
+    differences = [np.sqrt(np.mean((_reading(study, r, run) - reference) ** 2)) for r in rivals]
     return float(min(differences) / run.sensor_std[0])
 
 

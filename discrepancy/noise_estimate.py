@@ -13,6 +13,7 @@ from discrepancy.solution import Solution
 from discrepancy.study import Study
 from measurement.run import Array
 
+SCATTER = "amplitude_scatter"
 GAIN = 14.0
 """Twice the gain in restricted log-likelihood from which cycles count as scattering."""
 WORTH = 4.0
@@ -20,10 +21,12 @@ WORTH = 4.0
 
 
 def estimate(study: Study, solution: Solution) -> Noise:
-    """Estimate colour and scatter from the unwhitened residuals of ``solution``."""
+    """Estimate colour and scatter (where the catalogue has it) from the unwhitened residuals of ``solution``."""
     cycles = study.cycles()
     rows = [r[:, 0] for r in solution.raw.rows]
     colour = estimate_colour(rows, study.fitted, cycles)
+    if SCATTER not in study.entries:
+        return Noise(colour=colour)
     found = [scatter_along(study, solution, path, Colour()) for path in ("reading", "torque")]
     best = max(found, key=lambda pair: pair[1])
     if best[1] < GAIN:

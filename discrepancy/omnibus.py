@@ -1,47 +1,92 @@
-"""Is there a gap at all? Energy of the projected residual in the band of motion, whatever its cause."""
+"""Is there a gap at all? Energy of the projected residual in the band of motion, whatever its cause.
+
+With an orthonormal basis B of a band and Q of what the model can move, e = ‖Bᵀr‖² of a residual r = P·ε, P = I − QQᵀ,
+has mean tr(BᵀPB) and variance 2·tr((BᵀPB)²); it is scaled χ² to second order (Satterthwaite 1946). Three bands are
+tested: the harmonics of the drive, the same growing through the run, and everything slower than `BAND`; besides, the
+tallest single line of the last.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.fft import dct
 from scipy.stats import chi2
 
 from discrepancy.harmonics import harmonics
 from discrepancy.scan import tangent_space
 from discrepancy.solution import Solution
 from discrepancy.study import Study
+from measurement.run import Array
+
+BAND = 40.0
+"""Upper end of the band of motion [rad/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Omnibus:
-    """Energy of the residual on the harmonics of the drive: χ² with ``dof`` degrees of freedom where noise is left."""
+    """Energy of the residual on the harmonics of the drive with its degrees of freedom, and p over all tests.
+
+    Parameters
+    ----------
+    energy, dof
+        ‖Bᵀr‖² on the harmonics, and what is expected of noise.
+    p
+        p over all tests together (Bonferroni).
+    parts
+        p of every test by name.
+    total, rows
+        ‖r‖² and number of rows.
+    """
 
     energy: float
-    dof: int
+    dof: float
     p: float
+    parts: dict[str, float]
     total: float
     rows: int
 
 
+def satterthwaite(along: Array, moved: Array) -> tuple[float, float, float]:
+    """Return e, its mean and its p from Bᵀr (m,) and BᵀQ (m, k)."""
+    taken = moved.T @ moved
+    mean = along.size - float(np.trace(taken))
+    square = along.size - 2.0 * float(np.trace(taken)) + float((taken**2).sum())
+    energy, scale = float(along @ along), max(square, 1e-9) / max(mean, 1e-9)
+    return energy, mean, float(chi2.sf(energy / scale, mean / scale))
+
+
 def omnibus(study: Study, solution: Solution) -> Omnibus:
-    """Test the whitened residual on every run's harmonics, projected off what the model can move."""
-    cycles = study.cycles()
-    edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
-    n = solution.residual.size
+    """Test the whitened residual of all fitted runs."""
     Q = tangent_space(solution)
-    energy, dof = 0.0, 0
-    columns = []
+    r = solution.residual - Q @ (Q.T @ solution.residual)
+    edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
+    cycles = study.cycles()
+    both = np.column_stack((r, Q))
+    names = ("repeating", "drifting", "band")
+    found: dict[str, list[Array]] = {name: [] for name in names}
     for run, whiten, a, b in zip(study.fitted, solution.problem.whiteners, edges[:-1], edges[1:], strict=True):
-        H = whiten(harmonics(run, cycles[run.file]))
-        H[1 : run.score_from] = 0.0
-        placed = np.zeros((n, H.shape[1]))
-        placed[a:b] = np.linalg.qr(H)[0]
-        columns.append(placed)
-    B = np.concatenate(columns, axis=1)
-    B -= Q @ (Q.T @ B)
-    U, d, _ = np.linalg.svd(B.T @ B)
-    keep = d > 1e-6
-    along = (U[:, keep].T @ (B.T @ solution.residual)) / np.sqrt(d[keep])
-    energy, dof = float(along @ along), int(keep.sum())
-    return Omnibus(energy=energy, dof=dof, p=float(chi2.sf(energy, dof)), total=solution.chi2, rows=study.rows)
+        for name, drifting in (("repeating", False), ("drifting", True)):
+            H = whiten(harmonics(run, cycles[run.file], drifting=drifting))
+            H[1 : run.score_from] = 0.0
+            found[name].append(np.linalg.qr(H)[0].T @ both[a:b])
+        lines = 1 + int(BAND * run.t[-1] / np.pi)
+        found["band"].append(dct(both[a:b], axis=0, norm="ortho")[:lines])
+    tests = {name: _tested(np.concatenate(rows)) for name, rows in found.items()}
+    parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]))}
+    return Omnibus(
+        energy=tests["repeating"][0], dof=tests["repeating"][1], p=min(1.0, len(parts) * min(parts.values())),
+        parts=parts, total=solution.chi2, rows=study.rows,
+    )  # fmt: skip
+
+
+def _tested(rows: Array) -> tuple[float, float, float]:
+    return satterthwaite(rows[:, 0], rows[:, 1:])
+
+
+def _tallest(rows: Array) -> float:
+    """P of the largest of m squared lines, each over its own variance under noise."""
+    left = np.maximum(1.0 - (rows[:, 1:] ** 2).sum(axis=1), 0.05)
+    p = float(chi2.sf(float((rows[:, 0] ** 2 / left).max()), 1))
+    return float(-np.expm1(rows.shape[0] * np.log1p(-min(p, 1 - 1e-16))))

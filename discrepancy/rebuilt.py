@@ -32,7 +32,7 @@ def rebuild(study: Study, found: Search, effects: tuple[Effect, ...], out: Path,
     """
     equations = study.equations(effects, joint=study.joint)
     simulator = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
-    start = tuple(found.final.values[p.id] for p in equations.parameters)
+    start = tuple(found.best.solution.values[p.id] for p in equations.parameters)
     options = FitOptions(starts=1, gains=(0.0,), start=start, weights=(1.0, 1.0))
     refitted = fit(simulator, (*study.fitted, *study.unseen), options=options)
     std = dict(zip([p.id for p in equations.parameters], refitted.std, strict=True))

@@ -1,126 +1,183 @@
-"""Candidates refitted jointly with all parameters, and judged by what they gain on fitted and on unseen runs."""
+"""Refit of a candidate: base and effects together, from its best shapes, under a noise model of its own."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from discrepancy.held_out import Prediction, predict
-from discrepancy.noise import Noise, Path
-from discrepancy.scan import Score, tangent_space
-from discrepancy.scatter import best_scatter, cycle_columns, restricted_likelihood
+from discrepancy.noise import Noise
+from discrepancy.noise_estimate import estimate
+from discrepancy.scan import Score
+from discrepancy.signatures import Point
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
 from model.effect import Effect
 
-SCATTER = "amplitude_scatter"
-PATHS: tuple[Path, ...] = ("reading", "torque")
+FIRST, MORE, FULL = 6, 25, 60
+"""Most simulations of all runs: of a first try, of what goes on with it, and of the fit to the end."""
+ROUGH = 1.0
+"""Predicted decrease, in squares over the noise, at which a try that is not the last one ends."""
+LARGE, ALIKE = 10.0, 0.5
+"""Largest factor on an effect's typical size to start at; share of T from which another shape is tried too."""
+INFORMED = 0.5
+"""A shape parameter counts as fitted where its std is below this share of its range (or of a factor e)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """A model that adds something to another.
+    """A model that was refitted and judged.
 
     Parameters
     ----------
-    key
-        What it adds.
-    solution, prediction
-        Its joint fit, and how that predicts the unseen runs.
-    evidence
-        Twice the gain in held-out log predictive score over the model without it.
+    solution
+        Its optimum, under its own noise model.
+    prediction
+        How it predicts the unseen runs.
+    parameters
+        Number of fitted parameters that the data inform, those of the noise included.
     bic
-        Gain in the Bayesian information criterion, 2·Δ ln L − k·ln n; positive speaks for it.
+        Parameters·ln(rows) − 2·log-likelihood over the fitted runs.
+    calls
+        Simulations of all fitted runs.
     """
 
-    key: str
     solution: Solution
     prediction: Prediction
-    evidence: float
+    parameters: int
     bic: float
+    calls: int
 
     @property
-    def id(self) -> str:
-        """The entry's id, without its variant."""
-        return self.key.partition(":")[0]
+    def ids(self) -> tuple[str, ...]:
+        """Ids of its effects."""
+        return self.solution.ids
+
+    @property
+    def criterion(self) -> float:
+        """BIC of the fitted runs plus twice the negative predictive score of the unseen ones; smaller is better."""
+        return self.bic - 2.0 * self.prediction.score
 
 
-def candidate(study: Study, key: str, richer: Solution, before: Solution, unseen: Prediction, extra: int) -> Candidate:
-    """Judge ``richer`` against ``before``, whose prediction is ``unseen``, for ``extra`` more parameters."""
-    prediction = predict(study, richer)
-    gain = 2.0 * (richer.log_likelihood - before.log_likelihood)
+def judged(study: Study, solution: Solution, calls: int) -> Candidate:
+    """Score a solution on fitted and unseen runs."""
+    k = informed(solution)
     return Candidate(
-        key=key,
-        solution=richer,
-        prediction=prediction,
-        evidence=2.0 * (prediction.score - unseen.score),
-        bic=gain - extra * float(np.log(max(study.rows, 2))),
+        solution=solution,
+        prediction=predict(study, solution),
+        parameters=k,
+        bic=k * float(np.log(study.rows)) - 2.0 * solution.log_likelihood,
+        calls=calls,
     )
 
 
-def refit(
-    study: Study, before: Solution, unseen: Prediction, effect: Effect, score: Score, tries: int = 2
-) -> Candidate:
-    """Add ``effect`` (SI units) and refit everything, from the ``tries`` best shapes of its scan; the best counts."""
-    starts = [(score.point, score.amplitude), *((point, amplitude) for point, _, amplitude in score.others)]
-    fits = []
-    for point, amplitude in starts[:tries]:
-        values = dict(before.values) | {x.id: x.initial for x in effect.parameters}
-        single = len(point.values) == 1 and effect.amplitudes > 1
-        for column, factor in zip(point.values, amplitude, strict=True):
-            values |= {k: v for k, v in column.items() if k not in _amplitudes(effect)}
-            for id in _amplitudes(effect):
-                if column.get(id, 0.0) != 0.0:
-                    values[id] = column[id] * (1.0 if single else factor)
-        fits.append(solve(study, (*before.effects, effect), before.noise, values, x0=before.x0))
-    best = max(fits, key=lambda found: found.log_likelihood)
-    return candidate(study, effect.key, best, before, unseen, len(effect.parameters))
+def informed(solution: Solution) -> int:
+    """Count the parameters of effects and noise that the data inform; those of the base are common to all models."""
+    own = {q.id for e in solution.effects for q in e.parameters}
+    amplitudes = {q.id for e in solution.effects for q in e.parameters[: e.amplitudes]}
+    std = scaled_std(solution)
+    lower, upper = solution.problem.scaling.bounds
+    count = 0
+    for i, id in enumerate(solution.problem.scaling.ids):
+        if id in amplitudes:
+            count += 1
+        elif id in own:
+            count += std[i] < INFORMED * min(1.0, float(upper[i] - lower[i]))
+    return count + (solution.noise.scatter > 0) + 2 * (not solution.noise.colour.white)
 
 
-def _amplitudes(effect: Effect) -> tuple[str, ...]:
-    return tuple(x.id for x in effect.parameters[: effect.amplitudes])
+def scaled_std(solution: Solution) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """Return standard deviations of the scaled free parameters; infinite where the data say nothing."""
+    J = solution.blocks.jacobian
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    values, vectors = np.linalg.eigh((J / size).T @ (J / size))
+    inverse = (vectors**2) @ (1.0 / np.maximum(values, 1e-14))
+    return np.asarray((np.sqrt(inverse) / size)[: solution.problem.n_parameters])
 
 
-def scattered(study: Study, before: Solution, unseen: Prediction, centre: float) -> Candidate | None:
-    """Add a scatter of the cycles' amplitudes, on the reading or on the torque, whichever explains more."""
-    if before.noise.scatter > 0:
-        return None
-    fits = []
-    for path in PATHS:
-        noise = Noise(colour=before.noise.colour, path=path, centre=centre)
-        s, gain = _scatter(study, before, noise)
-        if s > 0 and gain > np.log(study.rows):
-            fits.append(solve(study, before.effects, noise.but(scatter=s), before.values, x0=before.x0))
-    if not fits:
-        return None
-    best = max(fits, key=lambda found: found.log_likelihood)
-    return candidate(study, SCATTER, best, before, unseen, 1)
+def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> dict[str, float]:
+    """Parameters of an effect at a scored shape, its amplitudes as the linear estimate says."""
+    ids = [q.id for q in effect.parameters[: effect.amplitudes]]
+    values = dict(point.values[0])
+    if len(point.values) == 1 and effect.amplitudes > 1:
+        return values
+    for k, (id, factor) in enumerate(zip(ids, amplitude, strict=True)):
+        values[id] = point.values[k][id] * factor
+    return {q.id: min(max(values[q.id], q.lower), q.upper) for q in effect.parameters}
 
 
-def _scatter(study: Study, before: Solution, noise: Noise) -> tuple[float, float]:
-    """Restricted-likelihood estimate of s from the residual, off what the parameters can move."""
-    simulator = study.factory(before.equations)
-    columns = [
-        whiten.colour.whiten(cycle_columns(simulator, run, noise, before.theta, x0))
-        for run, x0, whiten in zip(study.fitted, before.x0, before.problem.whiteners, strict=True)
-    ]
-    n = before.residual.size
-    M = np.zeros((n, sum(c.shape[1] for c in columns)))
-    row = column = 0
-    for block in columns:
-        M[row : row + block.shape[0], column : column + block.shape[1]] = block
-        row, column = row + block.shape[0], column + block.shape[1]
-    Q = tangent_space(before)
-    M -= Q @ (Q.T @ M)
-    r = before.residual - Q @ (Q.T @ before.residual)
-    d2, c2 = restricted_likelihood(r, M)
-    return best_scatter(d2, c2)
+def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:
+    """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more."""
+    values = current.values | start_values(effect, score.point, _no_larger(score.amplitude))
+    return solve(
+        study, (*current.effects, effect), current.noise, values, x0=current.x0, iterations=FIRST, tolerance=ROUGH
+    )
 
 
-def without(study: Study, full: Solution, drop: str) -> Solution:
-    """Refit ``full`` without the effect whose key is ``drop``, from the same optimum."""
-    noise = full.noise.but(scatter=0.0) if drop == SCATTER else full.noise
-    kept: Sequence[Effect] = tuple(e for e in full.effects if e.key != drop)
-    return solve(study, kept, noise, full.values, x0=full.x0)
+def continued(study: Study, current: Solution, begun: Solution, score: Score) -> tuple[Solution, int]:
+    """Go on with what was begun, and from the next best shape unlike it; return the better and the cost."""
+    effect = begun.effects[-1]
+    further = [solve(study, begun.effects, begun.noise, begun.values, x0=begun.x0, iterations=MORE, tolerance=ROUGH)]
+    if score.others and score.others[0][1] > ALIKE * score.T:
+        point, _, amplitude = score.others[-1]
+        values = current.values | start_values(effect, point, _no_larger(amplitude))
+        further.append(
+            solve(study, begun.effects, begun.noise, values, x0=current.x0, iterations=MORE, tolerance=ROUGH)
+        )
+    best = max(further, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
+    return best, sum(s.calls for s in further)
+
+
+def _no_larger(amplitude: Sequence[float]) -> list[float]:
+    """Scale a linear estimate down to where linearity may still hold."""
+    factor = min(1.0, LARGE / max(*map(abs, amplitude), 1e-300))
+    return [a * factor for a in amplitude]
+
+
+def settle(study: Study, effects: Sequence[Effect], first: Solution, calls: int = 0) -> Candidate:
+    """Fit to the end, with the noise model estimated from the fit's own residuals until it rests."""
+    solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
+    calls += solution.calls
+    for _ in range(2):
+        noise = estimate(study, solution)
+        if alike(noise, solution.noise):
+            break
+        again = solve(study, effects, noise, solution.values, x0=solution.x0, iterations=FULL)
+        calls += again.calls
+        solution = again
+    return judged(study, solution, calls)
+
+
+def significance(solution: Solution) -> tuple[float, bool]:
+    """Return the least Wald statistic of an effect's amplitudes, and whether one of them ended at its bound."""
+    ids = solution.problem.scaling.ids
+    J = solution.blocks.jacobian
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    covariance = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-12, hermitian=True)
+    zero = solution.problem.scaling.scaled(np.zeros(solution.theta.size))
+    lower, upper = solution.problem.scaling.bounds
+    wald, at_bound = np.inf, False
+    for effect in solution.effects:
+        at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
+        a = (solution.x[at] - zero[at]) * size[at]
+        wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
+        room = 1e-4 * (upper[at] - lower[at])
+        low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
+        at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))
+    return wald, at_bound
+
+
+def alike(a: Noise, b: Noise) -> bool:
+    """Whether two noise models are the same for all that a fit can tell."""
+    if a.colour.white != b.colour.white or (a.scatter > 0) != (b.scatter > 0):
+        return False
+    near = abs(a.colour.low_frequency_gain / b.colour.low_frequency_gain - 1.0) < 0.05
+    return near and abs(a.scatter - b.scatter) <= 0.1 * max(a.scatter, b.scatter)
+
+
+def refit_with(study: Study, solution: Solution, effects: Sequence[Effect], values: Mapping[str, float]) -> Candidate:
+    """Fit a model with ``effects`` from ``values``: backward steps and the re-based base use it."""
+    first = solve(study, effects, solution.noise, values, x0=solution.x0, iterations=FIRST)
+    return settle(study, effects, first, first.calls)

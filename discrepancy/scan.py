@@ -7,6 +7,7 @@ shapes is judged against its distribution under white noise, which depends on th
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,13 +17,13 @@ from scipy.stats import chi2
 
 from discrepancy.signatures import Point, Signatures
 from discrepancy.solution import Solution
+from discrepancy.study import Study
 from measurement.run import Array
+from model.effect import Effect
 
 SEEN = 1e-3
 """Share of a signature that must survive the projection for it to be scored."""
 DRAWS = 2000
-TAIL = 0.25
-"""Share of the smallest draws from which the number of independent tests is taken."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,8 +34,8 @@ class Score:
     ----------
     point
         The shape.
-    T, dof, p
-        Score statistic, degrees of freedom, p of this one test.
+    T, dof, log_p
+        Score statistic, degrees of freedom, logarithm of the p of this one test.
     family_p
         p over the whole catalogue.
     amplitude
@@ -48,11 +49,16 @@ class Score:
     point: Point
     T: float
     dof: int
-    p: float
+    log_p: float
     family_p: float
     amplitude: tuple[float, ...]
     survives: float
     others: tuple[tuple[Point, float, tuple[float, ...]], ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Key of the entry."""
+        return self.point.key
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,8 +67,11 @@ class Scan:
 
     scores: tuple[Score, ...]
     tests: float
-    projected: Array
-    points: tuple[Point, ...]
+
+    @property
+    def family_p(self) -> float:
+        """Return the smallest p over the whole catalogue."""
+        return self.scores[0].family_p if self.scores else 1.0
 
 
 def movable(solution: Solution) -> NDArray[np.bool_]:
@@ -85,49 +94,57 @@ def tangent_space(solution: Solution) -> Array:
     return np.asarray(Q[:, kept])
 
 
-def project(solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:
+def project(study: Study, solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:
     """Return residual (n_r,), projected signatures (n_r, n_columns) and the share that survives (n_columns,)."""
     Q = tangent_space(solution)
     r = solution.residual
-    D = np.zeros((r.size, found.D.shape[1]))
-    D[: found.D.shape[0]] = found.D
+    D = np.zeros((r.size, found.raw.shape[1]))
+    D[: found.raw.shape[0]] = found.whitened(study, solution)
     before = np.linalg.norm(D, axis=0)
     D -= Q @ (Q.T @ D)
     r = r - Q @ (Q.T @ r)
     return r, D, np.linalg.norm(D, axis=0) / np.maximum(before, 1e-300)
 
 
-def _statistics(G: Array, c: Array, columns: slice) -> tuple[float, Array]:
-    block, right = G[columns, columns], c[columns]
+def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float, Array]:
+    """Return T at the best amplitudes within the effect's bounds, and these as factors on the columns."""
+    block, right = G[point.columns, point.columns], c[point.columns]
     amplitude = np.linalg.lstsq(block, right, rcond=1e-10)[0]
-    return float(right @ amplitude), np.asarray(amplitude, dtype=np.float64)
+    rows = effect.parameters[: len(point.values)]
+    limits = [sorted((q.lower / v[q.id], q.upper / v[q.id])) for q, v in zip(rows, point.values, strict=True)]
+    low, high = np.array(limits).T
+    alone = np.diag(right / np.maximum(np.diag(block), 1e-300))
+    tried = [np.clip(a, low, high) for a in (amplitude, *alone)]
+    gains = [float(2 * a @ right - a @ block @ a) for a in tried]
+    best = int(np.argmax(gains))
+    return max(gains[best], 0.0), tried[best]
 
 
-def scan(solution: Solution, found: Signatures, *, seed: int = 0) -> Scan:
-    """Score every entry at every shape and keep the best shape of each."""
-    r, D, survives = project(solution, found)
+def scan(
+    study: Study, solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, tests: float | None = None
+) -> Scan:
+    """Score every entry at every shape, keep the best shape of each; ``tests`` is counted by draws where not given."""
+    r, D, survives = project(study, solution, found)
     c, G = D.T @ r, D.T @ D
-    visible = [p for p in found.points if survives[p.columns].max() > SEEN and found.D[:, p.columns].any()]
-    tests = independent_tests(G, visible, seed)
+    visible = [p for p in found.points if survives[p.columns].max() > SEEN]
+    count = independent_tests(G, visible) if tests is None else tests
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
-        T, amplitude = _statistics(G, c, point.columns)
+        T, amplitude = _statistics(G, c, point, entries[point.key])
         p = float(chi2.logsf(T, len(point.values)))
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
-    scores = [_score(sorted(rows, key=lambda row: row[0]), tests, survives) for rows in best.values()]
-    ordered = tuple(sorted(scores, key=lambda s: (s.p, -s.T)))
-    return Scan(scores=ordered, tests=tests, projected=D, points=found.points)
+    scores = [_score(sorted(rows, key=lambda row: row[0]), count, survives) for rows in best.values()]
+    return Scan(scores=tuple(sorted(scores, key=lambda s: (s.log_p, -s.T))), tests=count)
 
 
 def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: float, survives: Array) -> Score:
     log_p, point, T, amplitude = rows[0]
-    p = float(np.exp(log_p))
-    family = float(-np.expm1(tests * np.log1p(-min(p, 1 - 1e-16))))
+    family = float(-np.expm1(tests * np.log1p(-min(float(np.exp(log_p)), 1 - 1e-16))))
     return Score(
         point=point,
         T=T,
         dof=len(point.values),
-        p=p,
+        log_p=log_p,
         family_p=family,
         amplitude=amplitude,
         survives=float(survives[point.columns].max()),
@@ -135,8 +152,8 @@ def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: flo
     )
 
 
-def independent_tests(G: Array, points: list[Point], seed: int) -> float:
-    """Return the number N of independent tests with the same distribution of the smallest p, by draws of N(0, G).
+def independent_tests(G: Array, points: list[Point], seed: int = 0) -> float:
+    """Return the number N of independent tests with the same distribution of the smallest p, by draws of Dᵀε ~ N(0, G).
 
     P(min p > x) = (1 − x)^N; N is the maximum-likelihood estimate from the draws whose smallest p is in the lower tail.
     """
@@ -154,4 +171,4 @@ def independent_tests(G: Array, points: list[Point], seed: int) -> float:
         inverse = np.linalg.pinv(G[point.columns, point.columns], rcond=1e-10, hermitian=True)
         T = np.einsum("id,ij,jd->d", block, inverse, block)
         smallest = np.minimum(smallest, chi2.logsf(T, len(point.values)))
-    return max(1.0, float(-1.0 / np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))
+    return max(1.0, -1.0 / float(np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))

@@ -1,176 +1,160 @@
-"""The search: scan, refit the best, guard against a stuck base, accept or stop; then remove backwards.
+"""The search: from the base, one effect at a time, until what is left is noise or no entry helps any more.
 
-Base fit, omnibus test, score scan with family-wise error, joint refits judged on runs that no fit saw,
-re-base, forward selection of up to `MOST` effects, backward removal.
+Base fit, noise from its own residuals, inner step from its own error; then test, score, refit, add. A better base found
+from the winner's optimum starts it again; with several effects, each is exchanged and removed once more.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from discrepancy.base import fit_base
-from discrepancy.colour import estimate_colour
-from discrepancy.held_out import Prediction, predict
+from discrepancy.base import Base, fit_base
+from discrepancy.exchange import exchanged
 from discrepancy.noise import Noise
-from discrepancy.omnibus import Omnibus, omnibus
-from discrepancy.refit import SCATTER, Candidate, refit, scattered, without
+from discrepancy.noise_estimate import estimate
+from discrepancy.refit import Candidate, judged
 from discrepancy.scan import Scan, scan
 from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
+from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
+from discrepancy.trial import BETTER, Searcher, Trial, chosen
 from model.scales import Scales
 
 MOST = 3
-"""Effects that may act together."""
-REFITS = 5
-"""Entries of a scan that are refitted."""
-SIGNIFICANT = 0.01
-"""Family-wise p below which an entry is refitted, and p of the omnibus test below which something is missing."""
+"""Most effects at once."""
 RIVAL = 10.0
-"""Difference in BIC within which two candidates count as rivals."""
+"""Candidates whose criterion is this close cannot be told apart."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Step:
-    """One round of the forward search: the test, the scan, the candidates (best first) and which of them was taken."""
-
-    test: Omnibus
-    scan: Scan
-    candidates: tuple[Candidate, ...]
-    taken: Candidate | None
-    rivals: tuple[Candidate, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Search:
-    """Everything that the search found."""
+    """Everything that the search found out.
 
-    base: Solution
-    base_prediction: Prediction
-    final: Solution
-    final_prediction: Prediction
-    steps: tuple[Step, ...]
-    last_test: Omnibus
+    Parameters
+    ----------
+    study
+        The study at the inner step that was chosen.
+    base
+        The base fit with its starts, under white noise.
+    plain
+        The base under the noise model estimated from it.
+    scan
+        Scores of the whole catalogue at the base.
+    trials
+        Every candidate that was fitted to the end, in the order of the steps.
+    best
+        Where the search ended.
+    less
+        For each effect of the best trial, by key, that trial without it.
+    simulations
+        Simulated runs.
+    """
+
+    study: Study
+    base: Base
+    plain: Trial
+    scan: Scan
     scales: Scales
-    reached: tuple[int, int]
-    simulations: int
-    evidence: dict[str, float] = field(default_factory=dict)
-    rivals: tuple[Candidate, ...] = ()
+    trials: tuple[Trial, ...]
+    best: Trial
+    less: dict[str, Candidate] = field(default_factory=dict)
+    simulations: int = 0
+
+    @property
+    def rivals(self) -> tuple[Trial, ...]:
+        """Other trials with other effects that predict as well as the best one, the better first, one per set."""
+        best = self.best.candidate
+        close: dict[frozenset[str], Trial] = {}
+        for t in sorted(self.trials, key=lambda t: t.candidate.criterion):
+            ids = frozenset(t.candidate.ids)
+            if (
+                ids != frozenset(best.ids)
+                and t.acceptable
+                and len(ids) <= len(best.ids)
+                and t.candidate.criterion - best.criterion < RIVAL
+                and (t.adequate or not self.best.adequate)
+            ):
+                close.setdefault(ids, t)
+        return tuple(close.values())
+
+    def evidence(self, key: str) -> float:
+        """Twice the gain in held-out log predictive score by one effect; in BIC where every run was fitted."""
+        with_it, without = self.best.candidate, self.less[key]
+        if self.study.unseen:
+            return 2.0 * (with_it.prediction.score - without.prediction.score)
+        return without.bic - with_it.bic
 
 
 def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
     """Look for what is missing in the base model of ``study``; ``tell`` hears of the progress."""
     tell("base fit")
-    fitted = fit_base(study, starts=starts, seed=seed)
-    base, calls = _coloured(study, fitted.solution), fitted.calls
-    scales = scales_of(study, base.values)
-    current, unseen = base, predict(study, base)
-    first = unseen
-    steps: list[Step] = []
-    for _ in range(MOST):
-        step, cost = _step(study, current, unseen, scales, seed, tell)
-        calls += cost
-        if step.taken is not None and (better := _rebased(study, current, step.taken)) is not None:
-            tell("the base fit was stuck: again from the better minimum")
-            current, unseen = better, predict(study, better)
-            if not current.keys:
-                base, first = current, unseen
-            step, cost = _step(study, current, unseen, scales, seed, tell)
-            calls += cost
-        steps.append(step)
-        if step.taken is None or (current.keys and step.test.p >= SIGNIFICANT):
-            break
-        current, unseen = step.taken.solution, step.taken.prediction
-    tell("backward removal")
-    current, unseen, evidence = _backward(study, current, unseen)
+    base = fit_base(study, starts=starts, seed=seed)
+    study = at_step(study, step_for(study, base.solution))
+    found = _searched(study, base, tell)
+    if found.best.solution.effects and (better := _rebased(found)) is not None:
+        tell("the base fit was stuck: again from the better minimum")
+        again = _searched(study, replace(base, solution=better), tell, known=found)
+        found = replace(again, simulations=found.simulations + again.simulations)
+    return found
+
+
+def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None) -> Search:
+    """Search from one minimum of the base; keep what is ``known`` where it still gains over a base that lacks."""
+    white = solve(study, (), Noise(), base.solution.values, x0=base.solution.x0)
+    noise = estimate(study, white)
+    plain = white if noise == Noise() else solve(study, (), noise, white.values, x0=white.x0)
+    tell("signatures of the catalogue")
+    scales = scales_of(study, plain.values)
+    entries = {key: e.at(scales) for key, e in study.entries.items() if not e.random}
+    found = signatures(study, plain, list(entries.values()))
+    first = scan(study, plain, found, entries)
+    tell(f"{len(found.points)} signatures, {first.tests:.0f} independent tests")
+    s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
+    start = s.trial(judged(study, plain, plain.calls))
+    if known is not None and not start.adequate and known.best.candidate.criterion < start.candidate.criterion - BETTER:
+        trials, best = list(known.trials), known.best
+    else:
+        trials, best = _forward(s, start, white)
+    best, less, more = exchanged(s, best, start)
     return Search(
-        base=base,
-        base_prediction=first,
-        final=current,
-        final_prediction=unseen,
-        steps=tuple(steps),
-        last_test=omnibus(study, current),
-        scales=scales,
-        reached=(fitted.reached, len(fitted.costs)),
-        simulations=calls * len(study.fitted),
-        evidence=evidence,
-        rivals=_rivals(steps, current),
-    )
-
-
-def _coloured(study: Study, base: Solution) -> Solution:
-    """Fit the base again under the residuals' own colour, off the harmonics of the drive, where it is not white."""
-    colour = estimate_colour([r[:, 0] for r in base.blocks.rows], study.fitted, study.cycles())
-    if colour.white and abs(colour.sigma - 1.0) < 1e-9:
-        return base
-    return solve(study, (), Noise(colour=colour), base.values, x0=base.x0)
-
-
-def _step(
-    study: Study, current: Solution, unseen: Prediction, scales: Scales, seed: int, tell: Callable[[str], None]
-) -> tuple[Step, int]:
-    """Scan the catalogue about ``current`` and refit the best entries."""
-    tell("scan of the catalogue")
-    test = omnibus(study, current)
-    entries = {key: e.at(scales) for key, e in study.entries.items() if not e.random and e.id not in current.ids}
-    found = signatures(study, current, list(entries.values()))
-    scores = scan(current, found, seed=seed)
-    calls = found.simulations // max(len(study.fitted), 1)
-    promising = [s for s in scores.scores if s.family_p < SIGNIFICANT][:REFITS]
-    candidates: list[Candidate] = []
-    for score in promising:
-        tell(f"refit with {score.point.key}")
-        candidates.append(refit(study, current, unseen, entries[score.point.key], score))
-    if SCATTER in study.entries and test.p < SIGNIFICANT:
-        tell("refit with scatter of the cycles' amplitudes")
-        candidates += [c for c in (scattered(study, current, unseen, scales.centre),) if c is not None]
-    calls += sum(c.solution.calls for c in candidates)
-    candidates.sort(key=lambda c: -c.bic)
-    taken = next((c for c in candidates if acceptable(c, study)), None)
-    rivals = tuple(
-        c for c in candidates
-        if taken is not None and c.id != taken.id and taken.bic - c.bic < RIVAL and acceptable(c, study)
+        study=study, base=base, plain=start, scan=first, scales=scales, trials=(*trials, *more), best=best, less=less,
+        simulations=s.simulations,
     )  # fmt: skip
-    return Step(test=test, scan=scores, candidates=tuple(candidates), taken=taken, rivals=rivals), calls
 
 
-def acceptable(found: Candidate, study: Study) -> bool:
-    """Whether a candidate gains on fitted runs after its parameters are paid for, and on unseen ones."""
-    return found.bic > 2.0 and (not study.unseen or found.evidence > 2.0)
+def _forward(s: Searcher, start: Trial, white: Solution) -> tuple[list[Trial], Trial]:
+    """Add effects until nothing but noise is left, or no entry helps; begin under white noise.
+
+    A large gap passes for correlated or scattering noise; so each candidate's noise is estimated from what it leaves.
+    """
+    trials: list[Trial] = []
+    best = start
+    if not start.adequate or start.solution.noise != Noise():
+        trials = s.step(start, white)
+        winner = chosen(trials)
+        best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
+    while best is not start and not best.adequate and len(best.solution.effects) < MOST:
+        made = s.step(best, best.solution)
+        trials += made
+        if (winner := chosen(made)) is None:
+            break
+        best = winner
+    return trials, best
 
 
-def _rebased(study: Study, before: Solution, winner: Candidate) -> Solution | None:
-    """Refit the model without the winner from the winner's optimum; return it where it beats ``before``."""
-    again = without(study, winner.solution, winner.key)
-    return again if again.log_likelihood > before.log_likelihood + STUCK / 2 else None
+def simpler(winner: Trial, start: Trial) -> bool:
+    """Whether the noise of an adequate winner needs less than that of the base: an effect was taken for noise."""
+    a, b = winner.solution.noise, start.solution.noise
+    fewer = (a.scatter > 0) + (not a.colour.white) < (b.scatter > 0) + (not b.colour.white)
+    return winner.adequate and fewer
 
 
-def _backward(study: Study, full: Solution, unseen: Prediction) -> tuple[Solution, Prediction, dict[str, float]]:
-    """Drop effects that the others made unnecessary; return the evidence of each that stays."""
-    evidence: dict[str, float] = {}
-    for key in full.keys:
-        less = without(study, full, key)
-        predicted = predict(study, less)
-        extra = 1 if key == SCATTER else len(next(e for e in full.effects if e.key == key).parameters)
-        judged = Candidate(
-            key=key, solution=full, prediction=unseen, evidence=2.0 * (unseen.score - predicted.score),
-            bic=2.0 * (full.log_likelihood - less.log_likelihood) - extra * _log_rows(study),
-        )  # fmt: skip
-        if len(full.keys) > 1 and not acceptable(judged, study):
-            return _backward(study, less, predicted)
-        evidence[key] = judged.evidence if study.unseen else judged.bic
-    return full, unseen, evidence
-
-
-def _log_rows(study: Study) -> float:
-    return math.log(max(study.rows, 2))
-
-
-def _rivals(steps: list[Step], final: Solution) -> tuple[Candidate, ...]:
-    """Rivals of the effects that stayed."""
-    stayed = [s for s in steps if s.taken is not None and s.taken.id in final.ids]
-    return tuple(r for s in stayed for r in s.rivals if r.id not in final.ids)
+def _rebased(found: Search) -> Solution | None:
+    """Refit the base from the winner's optimum; return it where it beats the base that the search began with."""
+    winner, plain = found.best.solution, found.plain.solution
+    again = solve(found.study, (), plain.noise, winner.values, x0=winner.x0)
+    return again if again.log_likelihood > plain.log_likelihood + STUCK / 2 else None

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.kernels import TwoStep
 from discrepancy.solution import Solution
 from discrepancy.study import Study
-from identification.kernel_simulator import KernelSimulator
 from identification.simulator import initial_state
 from measurement.run import Array
 from model.effect import Effect
@@ -51,15 +51,23 @@ class Signatures:
     ----------
     points
         Shapes, in the order of the columns.
-    D
-        Whitened signatures of all fitted runs, shape (n_rows, n_columns).
+    raw
+        Signatures of all fitted runs over the sensor's std, one run after the other, shape (n_rows, n_columns).
     simulations
         Runs simulated.
     """
 
     points: tuple[Point, ...]
-    D: Array
+    raw: Array
     simulations: int
+
+    def whitened(self, study: Study, solution: Solution) -> Array:
+        """Whiten as the residuals of ``solution`` are; shape (n_rows, n_columns)."""
+        edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
+        D = np.empty_like(self.raw)
+        for w, run, a, b in zip(solution.problem.whiteners, study.fitted, edges[:-1], edges[1:], strict=True):
+            D[a:b] = w(_scored(self.raw[a:b], run.score_from))
+        return D
 
 
 def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
@@ -93,27 +101,20 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
     return grid, np.concatenate(stacked)
 
 
-def _parameters(simulator: KernelSimulator, solution: Solution, extra: dict[str, float]) -> list[float]:
+def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float]) -> list[float]:
     known = solution.values | extra
     return [known[q.id] for q in simulator.equations.parameters]
 
 
 def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> Signatures:
-    """Take the signatures of ``entries`` (SI-scaled, not random) about ``solution``, whitened as its residuals are."""
+    """Take the signatures of ``entries`` (SI-scaled, not random) about ``solution``."""
     with ThreadPoolExecutor(2) as pool:
         taken = list(pool.map(lambda e: entry_columns(study, solution, e), entries))
-    edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
     points, blocks, column = [], [], 0
     for effect, (grid, raw) in zip(entries, taken, strict=True):
-        whitened = np.concatenate(
-            [
-                _scored(w(raw[a:b]), run.score_from)
-                for w, a, b, run in zip(solution.problem.whiteners, edges[:-1], edges[1:], study.fitted, strict=True)
-            ]
-        )
         at = 0
         for point in grid:
-            block = whitened[:, at : at + len(point)]
+            block = raw[:, at : at + len(point)]
             at += len(point)
             if not np.isfinite(block).all() or np.abs(block).max() > BLOWN:
                 continue
@@ -121,9 +122,12 @@ def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> S
             blocks.append(block)
             column += len(point)
     simulations = sum(raw.shape[1] + 1 for _, raw in taken) * len(study.fitted)
-    return Signatures(points=tuple(points), D=np.concatenate(blocks, axis=1), simulations=simulations)
+    return Signatures(points=tuple(points), raw=np.concatenate(blocks, axis=1), simulations=simulations)
 
 
 def _scored(rows: Array, first: int) -> Array:
-    rows[1:first] = 0.0
-    return rows
+    if first == 0:
+        return rows
+    kept = rows.copy()
+    kept[1:first] = 0.0
+    return kept

@@ -112,6 +112,7 @@ def solve(
     *,
     x0: Sequence[Array] | None = None,
     iterations: int = 40,
+    tolerance: float = 0.01,
 ) -> Solution:
     """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals."""
     simulator = study.simulator(effects)
@@ -125,7 +126,7 @@ def solve(
     for _ in range(ROUNDS if noise.scatter > 0 else 1):
         current = whiteners(simulator, runs, noise, problem.theta(x), problem.x0(x))
         problem = Whitened.under(simulator, runs, current)
-        found = minimise(problem, x, iterations=iterations)
+        found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
     raw = Problem.blocks(problem, x)
     blocks = problem.whitened(raw)

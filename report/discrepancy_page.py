@@ -67,15 +67,25 @@ def _effects(finding: Finding) -> Table:
 
 
 def _ranking(finding: Finding) -> list[Table]:
+    found = finding.search
+    before = found.plain.candidate
+    rows = [
+        (
+            " + ".join(t.solution.keys) or "noise alone",
+            f"{before.bic - t.candidate.bic:.0f}",
+            f"{2 * (t.candidate.prediction.score - before.prediction.score):.0f}",
+            "yes" if t.adequate else "no",
+            "yes" if t is found.best else "",
+        )
+        for t in sorted(found.trials, key=lambda t: t.candidate.criterion)
+    ]
     return [
         Table(
-            header=("entry", "gain in BIC", "evidence on unseen runs", "taken"),
-            rows=[
-                (c.key, f"{c.bic:.0f}", f"{c.evidence:.0f}", "yes" if c is step.taken else "") for c in step.candidates
-            ],
-            caption=f"Round {number}: something is left with p = {step.test.p:.2g}",
+            header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
+            rows=rows,
+            caption=f"Refitted with all parameters, over the base model, which leaves noise with p = "
+            f"{min(found.plain.left.p, found.plain.left_p):.2g}",
         )
-        for number, step in enumerate(finding.search.steps, start=1)
     ]
 
 
@@ -95,7 +105,7 @@ def _gaps(finding: Finding) -> Table:
 
 
 def _moved(finding: Finding) -> Table:
-    base, final = finding.search.base.values, finding.search.final.values
+    base, final = finding.search.plain.solution.values, finding.search.best.solution.values
     rows = [
         (
             p.id,
@@ -104,7 +114,7 @@ def _moved(finding: Finding) -> Table:
             f"{100 * (final[p.id] / base[p.id] - 1):+.1f} %" if base[p.id] else "–",
             p.unit,
         )
-        for p in finding.search.base.equations.parameters
+        for p in finding.search.plain.solution.equations.parameters
         if not p.fixed
     ]
     return Table(header=("parameter", "before", "after", "change", "unit"), rows=rows)
@@ -158,7 +168,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
         ),
         Section(title="Parameters that moved", anchor="moved", tables=[_moved(finding)]),
     ]  # fmt: skip
-    best, tried = finding.search.reached
+    best, tried = finding.search.base.reached, len(finding.search.base.costs)
     footer = [
         f"{best} of {tried} starts reached the base model's best minimum; "
         f"{finding.search.simulations} simulations in {finding.wall_s:.0f} s."

@@ -59,5 +59,5 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
 def test_nothing_hidden_is_nothing_missing(tmp_path: Path):
     finding = found(tmp_path, {})
     assert finding.judgement.verdict == "nothing_missing"
-    assert finding.search.final.keys == ()
+    assert finding.search.best.solution.keys == ()
     assert finding.gaps["validate"].after == pytest.approx(finding.gaps["validate"].noise, rel=0.1)

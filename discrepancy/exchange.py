@@ -1,0 +1,62 @@
+"""Each effect of a model taken out once: left out, or exchanged, where the others do as well."""
+
+from __future__ import annotations
+
+from discrepancy.noise_estimate import SCATTER
+from discrepancy.refit import Candidate, judged, refit_with
+from discrepancy.solution import solve
+from discrepancy.trial import BETTER, Searcher, Trial, chosen
+
+
+def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
+    """Leave every effect out where the others do as well, exchange it where another does better.
+
+    Returns
+    -------
+    best, less, trials
+        The model that is left, that model without each of its effects by key, and what was tried.
+    """
+    made: list[Trial] = []
+    less = _without_each(s, best, start)
+    for key in [e.key for e in best.solution.effects[:-1]]:
+        if len(less) < 2 or key not in less:
+            break
+        smaller = s.trial(less[key], start.candidate)
+        made.append(smaller)
+        better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
+        if better is None and not smaller.adequate:
+            tried = s.step(smaller, smaller.solution)
+            made += tried
+            winner = chosen(tried)
+            better = winner if winner is not None and _improves(winner, best) else None
+        if better is not None:
+            best = better
+            less = _without_each(s, best, start)
+    return best, less, made
+
+
+def _costs(smaller: Trial, best: Trial) -> float:
+    return smaller.candidate.criterion - best.candidate.criterion
+
+
+def _improves(winner: Trial, best: Trial) -> bool:
+    """Whether ``winner`` leaves less: only noise where the other leaves more, or else a better criterion."""
+    if winner.adequate != best.adequate:
+        return winner.adequate
+    return _costs(winner, best) < 0.0
+
+
+def _without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate]:
+    """Refit the best model without each of its effects, the scatter among them."""
+    full = best.solution
+    if len(full.keys) == 1 and full.effects:
+        return {full.keys[0]: start.candidate}
+    found = {
+        e.key: refit_with(s.study, full, [other for other in full.effects if other is not e], full.values)
+        for e in full.effects
+    }
+    if full.noise.scatter > 0:
+        noise = full.noise.but(scatter=0.0)
+        bare = solve(s.study, full.effects, noise, full.values, x0=full.x0)
+        found[SCATTER] = judged(s.study, bare, bare.calls)
+    return found

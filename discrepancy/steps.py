@@ -1,0 +1,57 @@
+"""The inner step of the readings: as long as its error stays invisible among all rows together.
+
+Halving a step h changes the readings by e = (y_h − y_{h/2})/σ. What the parameters cannot make good of it, ‖P·e‖² with
+P off the tangent space of the fitted model, is added to the residual's χ² whatever the data; it has to stay well below
+the spread of every test: below one square of the noise over all rows, not per row.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from discrepancy.kernels import COARSE, Factory
+from discrepancy.scan import tangent_space
+from discrepancy.solution import Solution
+from discrepancy.study import Study
+from measurement.run import Array
+
+INVISIBLE = 0.5
+"""Largest ‖P·e‖²."""
+HALVINGS = 5
+
+
+def at_step(study: Study, step: float) -> Study:
+    """Return the study with readings at inner steps of at most ``step`` [s]."""
+    return replace(study, factory=Factory(step))
+
+
+def readings(study: Study, solution: Solution, step: float) -> Array:
+    """Whitened simulated readings of all fitted runs at the optimum of ``solution``, over the noise, shape (n_r,)."""
+    simulator = Factory(step)(solution.equations)
+    rows = [
+        whiten(simulator.simulate(solution.theta, run, x0=x0).y[:, 0] / run.sensor_std[0])
+        for run, x0, whiten in zip(study.fitted, solution.x0, solution.problem.whiteners, strict=True)
+    ]
+    return np.concatenate(rows)
+
+
+def visible(study: Study, solution: Solution, step: float) -> float:
+    """Return ‖P·(y_h − y_{h/2})/σ‖² at the step h."""
+    Q = tangent_space(solution)
+    e = np.zeros(Q.shape[0])
+    change = readings(study, solution, step) - readings(study, solution, step / 2)
+    e[: change.size] = change
+    e -= Q @ (Q.T @ e)
+    return float(e @ e)
+
+
+def step_for(study: Study, solution: Solution, first: float = COARSE) -> float:
+    """Return the longest of the steps ``first``/2ᵏ [s] whose error is invisible; the shortest where none is."""
+    step = first
+    for _ in range(HALVINGS):
+        if visible(study, solution, step) < INVISIBLE:
+            break
+        step /= 2
+    return step

@@ -1,0 +1,175 @@
+"""Candidates tried, one effect at a time on top of a model, with what speaks for and against each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.kernels import COARSE
+from discrepancy.omnibus import Omnibus, omnibus
+from discrepancy.refit import Candidate, begin, continued, settle, significance
+from discrepancy.scan import Scan, scan
+from discrepancy.signatures import Signatures
+from discrepancy.solution import Solution
+from discrepancy.steps import at_step
+from discrepancy.study import Study
+from model.effect import Effect
+
+FAMILY = 0.002
+"""p over the whole catalogue below which a score counts."""
+LACK = 5e-4
+"""p of the omnibus test below which a model lacks something."""
+PROMISING = 8
+"""Entries that are gone on with after a first try."""
+FINISHED, HOPELESS = 8, 4
+"""Most fits to the end of one step, and how many of them where none leaves only noise."""
+CLOSE = 40.0
+"""Log-likelihood from the best within which a begun fit is finished as a rival."""
+BETTER = 6.0
+"""Least gain in the criterion that an effect has to bring."""
+SIGNIFICANT = 9.0
+"""Least squared ratio of an effect's amplitude to its standard error."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trial:
+    """A candidate with what speaks for and against it.
+
+    Parameters
+    ----------
+    candidate
+        The refitted model.
+    left
+        Omnibus test of what it leaves.
+    left_p
+        Smallest p over the catalogue of what it leaves.
+    gain
+        By how much its criterion is better than that of the model that it extends.
+    held_out
+        Twice the gain in log predictive score on unseen runs, over the same.
+    wald
+        Least squared ratio of an effect's amplitude to its standard error.
+    at_bound
+        Whether an amplitude ended at its bound.
+    """
+
+    candidate: Candidate
+    left: Omnibus
+    left_p: float
+    gain: float = 0.0
+    held_out: float = 0.0
+    wald: float = np.inf
+    at_bound: bool = False
+
+    @property
+    def solution(self) -> Solution:
+        """Its optimum."""
+        return self.candidate.solution
+
+    @property
+    def adequate(self) -> bool:
+        """Whether it leaves nothing but noise."""
+        return self.left.p > LACK and self.left_p > FAMILY
+
+    @property
+    def acceptable(self) -> bool:
+        """Whether its last effect has earned its place."""
+        return self.gain > BETTER and self.held_out >= 0.0 and self.wald > SIGNIFICANT and not self.at_bound
+
+
+@dataclass(slots=True)
+class Searcher:
+    """The search's tools about one joint: study, signatures at its base, and the running count of simulations.
+
+    Parameters
+    ----------
+    study
+        The study at the inner step of its readings.
+    entries, found, tests
+        Catalogue in SI units, its signatures at the base, and the number of independent tests that it amounts to.
+    tell
+        Hears of the progress.
+    simulations
+        Simulated runs so far.
+    """
+
+    study: Study
+    entries: dict[str, Effect]
+    found: Signatures
+    tests: float
+    tell: Callable[[str], None]
+    simulations: int = 0
+
+    def scan(self, solution: Solution) -> Scan:
+        """Score the catalogue about ``solution``."""
+        return scan(self.study, solution, self.found, self.entries, tests=self.tests)
+
+    def trial(self, candidate: Candidate, before: Candidate | None = None) -> Trial:
+        """Judge a candidate, against ``before`` where it extends one."""
+        self.simulations += candidate.calls * len(self.study.fitted)
+        solution = candidate.solution
+        wald, at_bound = significance(solution)
+        return Trial(
+            candidate=candidate,
+            left=omnibus(self.study, solution),
+            left_p=self.scan(solution).family_p,
+            gain=0.0 if before is None else before.criterion - candidate.criterion,
+            held_out=0.0 if before is None else 2 * (candidate.prediction.score - before.prediction.score),
+            wald=wald,
+            at_bound=at_bound,
+        )
+
+    def step(self, current: Trial, origin: Solution) -> list[Trial]:
+        """Extend ``origin``, an optimum of ``current``'s equations: begin with every entry, finish with the best."""
+        trials: list[Trial] = []
+        ready = self.ready(origin)
+        while ready and len(trials) < FINISHED:
+            if any(t.adequate and t.acceptable for t in trials):
+                limit = max(t.solution.log_likelihood for t in trials) - CLOSE
+                ready = [s for s in ready if s.log_likelihood > limit]
+            elif len(trials) >= HOPELESS:
+                break
+            if ready:
+                trials.append(self.finish(current, ready.pop(0)))
+        return trials
+
+    def ready(self, solution: Solution) -> list[Solution]:
+        """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end."""
+        rough = at_step(self.study, COARSE)
+        fresh = {s.key: s for s in self.scan(solution).scores if self.entries[s.key].id not in solution.ids}
+        begun = [begin(rough, solution, self.entries[key], score) for key, score in fresh.items()]
+        begun = sorted((s for s in begun if np.isfinite(s.log_likelihood)), key=self.rank)
+        named = {rival for s in begun[:1] for rival in s.effects[-1].rivals}
+        promising = begun[:PROMISING] + [s for s in begun[PROMISING:] if s.effects[-1].id in named]
+        done = [continued(rough, solution, s, fresh[s.effects[-1].key]) for s in promising]
+        for found in sorted(done, key=lambda pair: self.rank(pair[0])):
+            self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
+        self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
+        return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
+
+    def rank(self, solution: Solution) -> float:
+        """BIC up to a constant: the smaller, the sooner a fit is looked at."""
+        return effect_parameters(solution) * float(np.log(self.study.rows)) - 2.0 * solution.log_likelihood
+
+    def finish(self, current: Trial, begun: Solution) -> Trial:
+        """Fit to the end what was begun, and judge it."""
+        candidate = settle(self.study, begun.effects, begun)
+        made = self.trial(candidate, current.candidate)
+        self.tell(
+            f"{'+'.join(candidate.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "
+            f"left over {made.left.energy:.0f}/{made.left.dof:.0f}"
+        )
+        return made
+
+
+def effect_parameters(solution: Solution) -> int:
+    """Count the free parameters of a solution's effects."""
+    return sum(not q.fixed for e in solution.effects for q in e.parameters)
+
+
+def chosen(trials: Sequence[Trial]) -> Trial | None:
+    """Return the best of the acceptable trials, one that leaves nothing but noise before any other."""
+    good = [t for t in trials if t.acceptable]
+    return min([t for t in good if t.adequate] or good, key=lambda t: t.candidate.criterion, default=None)
