@@ -27,13 +27,13 @@ from measurement.run import Array, Run
 from model.equations import Equations
 from uq.autocorrelation import autocorrelation_time
 from uq.choice import Problem
-from uq.forward import KernelForward, coarse, kernel_of, longest_step
+from uq.forward import KernelForward, kernel_of
 from uq.hyper import NOISE_KNOWN
 from uq.infer import QUICK
 from uq.laplace import Laplace
 from uq.noise_model import NoiseModel
 from uq.sampling import sample
-from uq.terms import prepare
+from uq.solver_step import longest_step
 
 PLAIN_EVALUATIONS = 6
 PLAIN_STEPS = 500
@@ -49,15 +49,15 @@ def mode_of_joint() -> tuple[Laplace, tuple[Run, ...]]:
     runs = campaign.runs_of((JOINT,))
     theta = np.array(fit(kernel_of(equations), runs, options=FitOptions(method="gauss_newton", starts=2)).theta)
     fitted = tuple(run for run in runs if run.use == "fit")
-    step = longest_step(equations, theta, [(run, prepare(equations, run).x0) for run in fitted])
-    problem = Problem(
-        simulator=coarse(equations, step),
-        forward=KernelForward(equations=equations, step=step),
-        fitted=fitted,
-        unseen=(),
-        noise_width=NOISE_KNOWN,
-    )
-    return problem.mode(NoiseModel(scatter="reading"), theta), fitted
+
+    def attempt(step: float) -> Laplace:
+        forward = KernelForward(equations=equations, step=step)
+        problem = Problem(
+            simulator=forward.simulator(), forward=forward, fitted=fitted, unseen=(), noise_width=NOISE_KNOWN
+        )
+        return problem.mode(NoiseModel(scatter="reading"), theta)
+
+    return longest_step(attempt, lambda mode: mode)[0], fitted
 
 
 class FmuForward:
@@ -72,6 +72,10 @@ class FmuForward:
     def __call__(self, thetas: Array, run: Run, x0: Array) -> Array:
         """See `uq.forward.Forward`."""
         return np.array([self._one(theta, run, x0) for theta in thetas])
+
+    def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
+        """See `uq.forward.Forward`: the FMU keeps its own inner step."""
+        return np.zeros((len(thetas), run.t.size))
 
     def _one(self, theta: Array, run: Run, x0: Array) -> Array:
         e = self.equations

@@ -17,15 +17,16 @@ from identification.fitting import fit
 from identification.options import FitOptions
 from measurement.prepare import campaign_for_command
 from uq.choice import Problem, best, compare
-from uq.forward import KernelForward, coarse, longest_step
+from uq.forward import KernelForward
 from uq.hyper import NOISE_KNOWN
-from uq.terms import prepare
 from virtual_device.arm import Arm
 from virtual_device.campaign import make_joint_campaign
 from virtual_device.inputs import rich
 from virtual_device.truth import read_truth
 
 JOINT = 4
+STEP = 2.5e-3
+"""Inner step [s]; what it leaves out at the mode is taken off."""
 TRUTHS = (0.0, 0.02, 0.05, 0.10)
 
 
@@ -41,13 +42,12 @@ def recovered(folder: Path, s: float, *, on_torque: bool, seed: int) -> str:
     equations = equations_for(campaign, None, (JOINT,))
     runs = campaign.runs_of((JOINT,))
     fitted = tuple(run for run in runs if run.use == "fit")
-    centre = np.array([q.initial for q in equations.parameters])
-    step = longest_step(equations, centre, [(run, prepare(equations, run).x0) for run in fitted])
-    simulator = coarse(equations, step)
+    forward = KernelForward(equations=equations, step=STEP)
+    simulator = forward.simulator()
     theta = np.array(fit(simulator, runs, options=FitOptions(method="gauss_newton", starts=3)).theta)
     problem = Problem(
         simulator=simulator,
-        forward=KernelForward(equations=equations, step=step),
+        forward=forward,
         fitted=fitted,
         unseen=tuple(run for run in runs if run.use == "validate"),
         noise_width=NOISE_KNOWN,

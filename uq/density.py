@@ -74,13 +74,14 @@ class Density:
         return np.where(np.isnan(out), -np.inf, out)
 
     def linearised(self, simulator: Simulator, eta: Array) -> Density:
-        """Return a copy whose fixed columns are taken at η (n,)."""
+        """Return a copy whose fixed columns and corrections of the inner step are taken at η (n,)."""
         theta = self.coordinates.thetas(eta)
         made = []
         for terms in self.terms:
             scattered = scatter_columns(terms, simulator, theta, self.model)
             trajectory = simulator.simulate(theta, terms.run, x0=terms.x0, sensitivities=True)
-            made.append(linearise(scattered, trajectory))
+            correction = self.forward.shortfall(theta[None], terms.run, terms.x0)[0]
+            made.append(linearise(scattered, trajectory).but(correction=correction))
         return replace(self, terms=tuple(made))
 
     def but(self, **changes: Any) -> Density:

@@ -15,7 +15,7 @@ from measurement.run import Array, Run
 from uq.arviz_door import leave_one_out
 from uq.choice import Problem, Scored, best, compare, unseen_terms
 from uq.density import Density
-from uq.forward import EachForward, Forward, KernelForward, coarse, longest_step
+from uq.forward import EachForward, KernelForward
 from uq.hyper import NOISE_ESTIMATED, NOISE_KNOWN
 from uq.likelihood import cycle_scores
 from uq.modes import count_modes
@@ -24,8 +24,8 @@ from uq.noise_model import NoiseModel
 from uq.posterior import Posterior
 from uq.predict import predict
 from uq.sampling import Report, Sample, SamplingOptions, sample
+from uq.solver_step import STEPS, longest_step
 from uq.summary import chains_of, summarise
-from uq.terms import prepare
 
 Say = Callable[[str], None]
 
@@ -57,13 +57,36 @@ class InferOptions:
 QUICK = SamplingOptions(chunk=40, burn=60, pilot=0, longest=160)
 
 
-def forward_of(simulator: Simulator, runs: Sequence[Run], theta: Array, *, through_simulator: bool) -> Forward:
-    """Return the compiled kernel with the longest sufficient step, or ``simulator`` itself."""
-    if through_simulator:
-        return EachForward(simulator=simulator)
-    equations = simulator.equations
-    step = longest_step(equations, theta, [(run, prepare(equations, run).x0) for run in runs])
-    return KernelForward(equations=equations, step=step)
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Chosen:
+    """Noise models with their scores, the one that is sampled, and the problem that they were judged on."""
+
+    problem: Problem
+    scored: tuple[Scored, ...]
+    one: Scored
+
+
+def _choose(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
+    if options.model is None:
+        scored = compare(problem, theta, seed=options.sampling.seed)
+    else:
+        scored = (Scored(model=options.model, mode=problem.mode(options.model, theta), score=0.0),)
+    return _Chosen(problem=problem, scored=scored, one=best(scored))
+
+
+def _with_longest_step(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
+    """Choose with the compiled kernel and the longest inner step that suffices under the chosen model.
+
+    Where to begin is what suffices under white noise alone, which is quick to tell.
+    """
+
+    def stepped(step: float) -> Problem:
+        forward = KernelForward(equations=problem.simulator.equations, step=step)
+        return replace(problem, simulator=forward.simulator(), forward=forward)
+
+    _, first = longest_step(lambda step: stepped(step).mode(NoiseModel(), theta), lambda mode: mode)
+    steps = [step for step in STEPS if step <= first]
+    return longest_step(lambda step: _choose(stepped(step), theta, options), lambda made: made.one.mode, steps)[0]
 
 
 def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains are kept
@@ -93,37 +116,31 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         Whether the sampler runs ``simulator`` (an FMU) instead of the compiled kernel of the same equations.
     """
     begun = time.perf_counter()
-    fitted = tuple(run for run in runs if run.use == "fit")
-    unseen = tuple(run for run in runs if run.use == "validate")
-    forward = forward_of(simulator, fitted, theta, through_simulator=through_simulator)
-    if isinstance(forward, KernelForward):
-        simulator = coarse(simulator.equations, forward.step)
+    say("noise model")
     problem = Problem(
         simulator=simulator,
-        forward=forward,
-        fitted=fitted,
-        unseen=unseen,
+        forward=EachForward(simulator=simulator),
+        fitted=tuple(run for run in runs if run.use == "fit"),
+        unseen=tuple(run for run in runs if run.use == "validate"),
         noise_width=NOISE_KNOWN if options.noise_given else NOISE_ESTIMATED,
     )
-    say("noise model")
-    seed = options.sampling.seed
-    scored = _candidates(problem, theta, options.model, seed)
-    chosen = best(scored)
+    chosen = (_choose if through_simulator else _with_longest_step)(problem, theta, options)
+    simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
     say("sampling")
-    drawn = sample(chosen.mode, options.sampling, workers=workers or Here(), folder=folder, report=report)
+    drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, report=report)
     say("diagnostics")
     rng = np.random.default_rng([seed, 11])
-    density = chosen.mode.density
+    density = mode.density
     draws = _thinned(chains_of(drawn), options.stored)
     cycles, per_run = _log_densities(density, draws)
     few = _thinned(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]
-    every = (*density.terms, *unseen_terms(chosen.mode, simulator, unseen))
+    every = (*density.terms, *unseen_terms(mode, simulator, chosen.problem.unseen))
     covariance = np.cov(drawn.flat().T).reshape(drawn.chain.shape[-1], -1)
     return Posterior(
         joint=joint,
-        candidates=scored,
-        chosen=chosen,
-        mode=chosen.mode,
+        candidates=chosen.scored,
+        chosen=chosen.one,
+        mode=mode,
         sample=drawn,
         parameters=summarise(density.coordinates, drawn, rng),
         draws=draws,
@@ -132,16 +149,10 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         loo=leave_one_out(cycles),
         bands=tuple(predict(density, terms, few, rng) for terms in every),
         modes=count_modes(drawn.chain),
-        next_run=next_run(chosen.mode, simulator, covariance),
-        sensitivity=_sensitivity(problem, chosen, drawn) if options.sensitivity else {},
+        next_run=next_run(mode, simulator, covariance),
+        sensitivity=_sensitivity(chosen.problem, chosen.one, drawn) if options.sensitivity else {},
         wall_s=time.perf_counter() - begun,
     )
-
-
-def _candidates(problem: Problem, theta: Array, model: NoiseModel | None, seed: int) -> tuple[Scored, ...]:
-    if model is None:
-        return compare(problem, theta, seed=seed)
-    return (Scored(model=model, mode=problem.mode(model, theta), score=0.0),)
 
 
 def _thinned(chains: Array, count: int) -> Array:

@@ -23,6 +23,9 @@ PHASES = {"burn": 0, "pilot": 1, "main": 2}
 DISPERSED = 3.0
 """Standard deviations of the normal approximation by which every second ensemble is spread out at its start."""
 
+LANES = 16
+"""Walkers come in multiples of this, so that half an ensemble fills whole vectors of the compiled kernel."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SamplingOptions:
@@ -222,7 +225,7 @@ def refitted(chunks: Sequence[Chunk]) -> Proposal:
 
 def _begin(start: Laplace, options: SamplingOptions, workers: Workers, store: _Store) -> _Ensembles:
     n = start.eta.size
-    size = options.walkers or max(2 * (n + 1), 8 * -(-2 * n // 8))
+    size = options.walkers or LANES * -(-2 * (n + 1) // LANES)
     coords = []
     for e in range(options.ensembles):
         rng = np.random.default_rng([options.seed, 99, e])

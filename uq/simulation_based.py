@@ -19,14 +19,17 @@ from uq.choice import Problem
 from uq.coordinates import Coordinates
 from uq.cycle_index import cycle_index
 from uq.equilibrium import equilibrium
-from uq.forward import KernelForward, coarse
+from uq.forward import FINE, KernelForward, kernel_of
 from uq.hyper import NOISE_KNOWN
 from uq.laplace import Laplace
 from uq.noise_model import NoiseModel
 from uq.sampling import SamplingOptions, sample
+from uq.solver_step import longest_step
 
 RANKS = 199
 """Posterior draws among which the truth is ranked: ranks 0 to 199, of which 95 % are a whole number."""
+STEPS = (1e-2, 5e-3, 2.5e-3)
+"""Inner steps [s] among which the longest that suffices is taken; data are made with a fine one."""
 SAMPLING = SamplingOptions(
     ensembles=1, chunk=100, burn=80, pilot=0, longest=1600, lengths=16.0, change=float("inf"), move="independent"
 )
@@ -49,8 +52,6 @@ class Design:
         Length of a run and time between rows [s].
     noise
         Standard deviation of the sensor [rad].
-    step
-        Inner step of all simulations [s], those that make the data included.
     """
 
     equations: Equations
@@ -59,7 +60,6 @@ class Design:
     duration: float = 12.0
     spacing: float = 0.02
     noise: float = 2e-4
-    step: float = 1e-2
 
     @property
     def words(self) -> str:
@@ -90,25 +90,25 @@ def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np
     theta = coordinates.thetas(eta)
     hyper = dict(zip(coordinates.names, coordinates.values(eta), strict=True))
     rest = float(equilibrium(equations, theta[None], 0.0)[0])
-    kernel = coarse(equations, design.step).plain
+    simulator = kernel_of(equations).with_step(FINE)
     t = np.arange(round(design.duration / design.spacing) + 1, dtype=np.float64) * design.spacing
     made = []
     for k, (amplitude, omega) in enumerate(design.torques):
         u = amplitude * np.cos(omega * t)[:, None]
         x0 = np.zeros(len(equations.states))
         x0[0] = rest + 0.02 * rng.standard_normal()
-        y = kernel.simulate(t, u, theta, x0)[:, 0]
         run = Run(
             file=f"set{k}.csv",
             free_joints=equations.joints,
             t=t,
             u=u,
-            y=y[:, None],
+            y=np.zeros((t.size, 1)),
             noise=np.array([design.noise]),
             resolution=np.zeros(1),
             posture=np.empty(0),
             use="fit",
         )
+        y = simulator.simulate(theta, run, x0=x0).y[:, 0]
         cycle = cycle_index(run)
         xi = hyper.get("cycle_scatter", 0.0) * rng.standard_normal(cycle[-1] + 1)
         y = rest + (y - rest) * (1 + xi[cycle])
@@ -126,17 +126,18 @@ def rank_one_set(design: Design, number: int, seed: int) -> Outcome:
     runs = synthetic_runs(design, truth, coordinates, rng)
     if not all(np.isfinite(run.y).all() for run in runs):
         return Outcome(number=number, ranks=None, failure="the truth blew up")
-    drawn = sample(_mode(design, runs, number), SAMPLING)
+    mode, _ = longest_step(lambda step: _mode(design, runs, number, step), lambda mode: mode, STEPS)
+    drawn = sample(mode, SAMPLING)
     flat = drawn.flat()
     picked = flat[rng.permutation(len(flat))[:RANKS]]
     ranks = tuple(int(r) for r in np.sum(picked < truth, axis=0))
     return Outcome(number=number, ranks=ranks, effective=float(drawn.effective.min()))
 
 
-def _mode(design: Design, runs: tuple[Run, ...], seed: int) -> Laplace:
+def _mode(design: Design, runs: tuple[Run, ...], seed: int, step: float) -> Laplace:
     """Climb from the prior's centre; where that leaves more than noise, also from a fit, and keep the higher mode."""
-    simulator = coarse(design.equations, design.step)
-    forward = KernelForward(equations=design.equations, step=design.step)
+    forward = KernelForward(equations=design.equations, step=step)
+    simulator = forward.simulator()
     problem = Problem(simulator=simulator, forward=forward, fitted=runs, unseen=(), noise_width=NOISE_KNOWN)
     centre = np.array([q.initial for q in design.equations.parameters])
     mode = problem.mode(design.model, centre, {"cycle_scatter": 0.05})

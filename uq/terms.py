@@ -44,6 +44,8 @@ class Terms:
         Prior standard deviation of each of them [rad], [rad/s].
     start_shift
         Centre of their prior minus ``x0``: the prior mean of the column's coefficient.
+    correction
+        What a fine inner step adds to the simulated positions at the mode [rad], shape (n_t,).
     """
 
     run: Run
@@ -53,6 +55,7 @@ class Terms:
     states: tuple[int, ...]
     start_std: Array
     start_shift: Array
+    correction: Array
 
     @property
     def cycles(self) -> int:
@@ -72,8 +75,8 @@ class Terms:
 
     @property
     def data(self) -> Array:
-        """Measured positions [rad], shape (n_t,)."""
-        return self.run.y[:, 0]
+        """Measured positions less ``correction`` [rad], shape (n_t,): what the simulation in use should give."""
+        return np.asarray(self.run.y[:, 0] - self.correction)
 
     def but(self, **changes: Any) -> Terms:
         """Return a copy with ``changes``."""
@@ -95,6 +98,7 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
         states=start.states,
         start_std=std,
         start_shift=(start.base - at)[list(start.states)],
+        correction=np.zeros(run.t.size),
     )
 
 
