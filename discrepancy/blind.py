@@ -1,0 +1,129 @@
+"""Blind study of the search for missing effects: make cases, work through them, score: ``python -m discrepancy.blind``.
+
+Only the scoring opens the labels. It also decides which entry to leave out of the catalogue in the second pass, where
+the right answer is that something unlisted is missing, and adds the proposed run to the cases that were ambiguous.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from discrepancy.blind_outcome import MEANING, Outcome, score_case
+from discrepancy.blind_score import summary
+from discrepancy.blind_settle import with_run
+from discrepancy.blind_study import ROOT, Job, digest, make, work_all
+from support.command import exit_codes, progress
+from support.errors import InputError
+from support.files import write_json
+
+SCHEMA = "blind/1"
+SHARES = {"found": 0.65, "without": 0.9, "settled": 1.0}
+"""Share of the time within which jobs of the three passes are begun."""
+
+
+@click.command(help=__doc__)
+@click.option(
+    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("artifacts/blind"), show_default=True
+)
+@click.option("--cases", type=click.IntRange(min=1), default=400, show_default=True)
+@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--kinds", default="", metavar="KIND,KIND", help="none, single, pair, scatter, scatter_with, unlisted.")
+@click.option("--sizes", default="", metavar="SIZE,SIZE", help="nominal, small, threshold.")
+@click.option("--inputs", type=click.Choice(["rich", "table3", "mixed"]), default="mixed", show_default=True)
+@click.option("--effects", default="", metavar="ID,ID", help="Hide no others than these.")
+@click.option("--without", default="", metavar="ID,ID", help="Entries that the catalogue lacks in every case.")
+@click.option("--leave-out/--no-leave-out", default=True, show_default=True, help="Repeat without the true entry.")
+@click.option(
+    "--settle/--no-settle", default=True, show_default=True, help="Make the proposed runs of ambiguous cases."
+)
+@click.option("--minutes", type=float, default=None, help="Begin no case later than this; score what was finished.")
+@click.option("--limit", type=float, default=1800.0, show_default=True, help="Longest time for one case [s].")
+@click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+@exit_codes
+def main(out: Path, *, leave_out: bool, settle: bool, minutes: float | None, workers: int, **choices: Any) -> None:
+    """Make, work through, score."""
+    out, began, date = out.resolve(), time.monotonic(), time.strftime("%Y-%m-%d")
+    asked = {name: choices[name] for name in ("cases", "seed", "kinds", "sizes", "inputs", "effects")}
+    names = make(out, asked, workers)
+    lacks = tuple(part for part in choices["without"].split(",") if part)
+    jobs = [Job(case=name, campaign=out / "cases" / name, out=out / "found" / name, without=lacks) for name in names]
+    study = _Passes(out, began, minutes, workers, choices)
+    first = study.scored(jobs, "found")
+    if not first:
+        raise InputError("--minutes", expected="time for one case at least", got=f"{minutes}")
+    second = study.scored(_without(out, first), "without") if leave_out else []
+    third = study.scored(with_run(out, first), "settled") if settle else []
+    figures = summary(first, second, third)
+    write_json(
+        out / "blind.json",
+        {
+            "schema": SCHEMA, "command": _command(), "date": date, "git": git_version(), "code": digest(),
+            "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+            "wall_s": time.monotonic() - began, "workers": workers, "asked": asked, "worked_through": len(first),
+            "meaning": MEANING, **figures, "cases": [o.as_json() for o in first],
+            "leave_one_out_cases": [o.as_json() for o in second], "settled_cases": [o.as_json() for o in third],
+        },
+    )  # fmt: skip
+    done = subprocess.run([sys.executable, "-m", "report.blind", str(out / "blind.json")], cwd=ROOT, check=False)
+    sys.exit(done.returncode)
+
+
+class _Passes:
+    """The three passes over the cases share labels, time and workers."""
+
+    def __init__(self, out: Path, began: float, minutes: float | None, workers: int, choices: dict[str, Any]) -> None:
+        read = json.loads((out / "labels.json").read_text(encoding="utf-8"))["labels"]
+        self.labels = {label["case"]: label for label in read}
+        self.began, self.minutes, self.workers, self.choices = began, minutes, workers, choices
+
+    def scored(self, jobs: Sequence[Job], name: str) -> list[Outcome]:
+        """Work through the jobs of one pass and score those that were begun in time."""
+        until = float("inf") if self.minutes is None else self.began + 60.0 * self.minutes * SHARES[name]
+        bar: Any
+        with progress(total=len(jobs), title=name, quiet=self.choices["quiet"]) as bar:
+            done = work_all(
+                jobs, seed=self.choices["seed"], workers=self.workers, limit=self.choices["limit"], until=until,
+                tell=bar.update,
+            )  # fmt: skip
+        return [
+            score_case(self.labels[job.case], job.result(), left_out=job.without, reason=job.failure() or "")
+            for job in done
+        ]
+
+
+def _without(out: Path, outcomes: Sequence[Outcome]) -> list[Job]:
+    """Return the second pass: single effects well above the threshold, their entry left out of the catalogue, too."""
+    chosen = [o for o in outcomes if o.kind in ("single", "scatter") and o.size != "threshold"]
+    return [
+        Job(case=o.case, campaign=out / "cases" / o.case, out=out / "without" / o.case, without=(*o.left_out, *o.truth))
+        for o in chosen
+    ]
+
+
+def git_version() -> str:
+    """Return the version of the code, ``unknown`` outside a repository."""
+    command = ["git", "describe", "--always", "--dirty"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "unknown"
+
+
+def _command() -> str:
+    """Return the command as typed, folders that only say where left out."""
+    told = [a for a in sys.argv[1:] if not a.startswith("--out")]
+    places = {sys.argv[k + 1] for k, a in enumerate(sys.argv[:-1]) if a == "--out"}
+    return " ".join(["python -m discrepancy.blind", *(a for a in told if a not in places)])
+
+
+if __name__ == "__main__":
+    main()

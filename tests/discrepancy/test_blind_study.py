@@ -1,0 +1,159 @@
+"""A small blind study from end to end, and what keeps it honest and resumable."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from discrepancy.blind import main
+from discrepancy.blind_outcome import score_case
+from discrepancy.blind_settle import with_run
+from discrepancy.blind_study import FAILED, STAMP, Job, digest, make, work, work_all
+from support.errors import InputError
+from support.files import write_json
+
+ASKED = {"cases": 2, "seed": 4, "kinds": "none", "sizes": "", "inputs": "table3", "effects": ""}
+FINDING = {
+    "verdict": "ambiguous", "effects": [], "alternatives": [], "gap": {}, "wall_s": 1.0, "simulations": 1,
+    "next_experiment": {"torque_amplitude_Nm": 0.004, "frequency_rad_s": 3.0, "torque_offset_Nm": 0.0, "run": "words"},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, tuple[str, ...]]:
+    out = tmp_path_factory.mktemp("study")
+    return out, make(out, ASKED, workers=1)
+
+
+class Stub(Job):
+    """A job whose command is a line of Python in the place of the workflow."""
+
+    def command(self, seed: int) -> list[str]:
+        return [sys.executable, "-c", LINES[self.case], str(self.out / "discrepancy"), str(self.campaign), str(seed)]
+
+
+WRITE = (
+    "import sys, json, pathlib; p = pathlib.Path(sys.argv[1]); p.mkdir(parents=True, exist_ok=True); "
+    "f = p / 'joint3.json'; n = json.loads(f.read_text())['n'] if f.exists() else 0; "
+    "f.write_text(json.dumps({'n': n + 1, 'given': sys.argv[2:]}))"
+)
+LINES = {
+    "writes": WRITE,
+    "raises": "raise SystemExit('error: no start converged')",
+    "hangs": "import time; time.sleep(60)",
+    "silent": "pass",
+}
+
+
+def job(case: str, out: Path) -> Stub:
+    return Stub(case=case, campaign=Path("campaign"), out=out / case)
+
+
+def test_the_workflow_is_handed_the_campaign_and_nothing_of_the_labels(study):
+    out, names = study
+    one = Job(case=names[0], campaign=out / "cases" / names[0], out=out / "found", without=("cogging",))
+    command = one.command(7)
+    assert command[1:4] == ["-m", "discrepancy.run", str(out / "cases" / names[0])]
+    assert command[-2:] == ["--without", "cogging"]
+    assert not [part for part in command if "labels" in part]
+    assert not list((out / "cases").rglob("labels*"))
+
+
+def test_cases_are_made_once_and_another_study_is_refused(study):
+    out, names = study
+    stamps = [p.stat().st_mtime_ns for p in sorted((out / "cases").rglob("*.gz"))]
+    assert make(out, ASKED, workers=1) == names == ("case_0000", "case_0001")
+    assert [p.stat().st_mtime_ns for p in sorted((out / "cases").rglob("*.gz"))] == stamps
+    with pytest.raises(InputError, match="another one"):
+        make(out, {**ASKED, "seed": 5}, workers=1)
+
+
+def test_what_cannot_be_made_is_said_in_one_line(tmp_path):
+    with pytest.raises(InputError, match="--effects: expected names of the catalogue"):
+        make(tmp_path, {**ASKED, "effects": "nonsense"}, workers=1)
+
+
+def test_finished_cases_are_kept_until_the_code_changes(tmp_path):
+    one = job("writes", tmp_path)
+    for stamp, runs in (("a", 1), ("a", 1), ("b", 1)):
+        work(one, seed=3, limit=30.0, stamp=stamp, threads=1)
+        found = one.result()
+        assert found == {"n": runs, "given": ["campaign", "3"]}  # each time from an empty folder
+    assert json.loads((one.out / STAMP).read_text())["code"] == "b"
+    assert len(digest()) == 12
+
+
+@pytest.mark.parametrize(
+    ("case", "reason"),
+    [
+        ("raises", "exit code 1: error: no start converged"),
+        ("hangs", "not finished within 1 s"),
+        ("silent", "no result"),
+    ],
+)
+def test_failures_are_kept_as_such(tmp_path, case, reason):
+    one = job(case, tmp_path)
+    work(one, seed=0, limit=1.0, stamp="a", threads=1)
+    assert one.result() is None
+    assert reason in str(one.failure())
+    assert (one.out / FAILED).exists()
+
+
+def test_no_case_is_begun_after_the_time_is_up(tmp_path):
+    told: list[int] = []
+    jobs = [job("writes", tmp_path)]
+    assert work_all(jobs, seed=0, workers=1, limit=9.0, until=0.0, tell=lambda: told.append(1)) == ()
+    assert told == [1]
+
+
+def test_a_proposed_run_is_simulated_and_added(study):
+    out, names = study
+    first = Job(case=names[0], campaign=out / "cases" / names[0], out=out / "found" / names[0])
+    write_json(first.out / "discrepancy" / "joint0.json", FINDING)
+    labels: list[dict[str, Any]] = json.loads((out / "labels.json").read_text())["labels"]
+    (settling,) = with_run(out, [score_case(labels[0], FINDING)])
+    before = (out / "cases" / names[0] / "campaign.toml").read_text()
+    after = (settling.campaign / "campaign.toml").read_text()
+    assert after.count("[[runs]]") == before.count("[[runs]]") + 1
+    assert settling.out != first.out
+
+
+ORACLE = """
+import json, pathlib, sys, tomllib
+campaign, out = map(pathlib.Path, sys.argv[1:3])
+joint = tomllib.loads((campaign / "campaign.toml").read_text())["runs"][0]["free_joints"][0]
+lacks = len(sys.argv) > 3
+asked = any(p.name.startswith("asked") for p in campaign.iterdir())
+verdict = "unlisted" if lacks else "named" if asked else "ambiguous"
+effects = [] if lacks else [{"id": "cogging", "parameters": {}}]
+rivals = [] if asked or lacks else [{"ids": ["torque_ripple"], "evidence": 1.0}]
+run = {"torque_amplitude_Nm": 0.004, "frequency_rad_s": 3.0, "torque_offset_Nm": 0.0}
+found = {"verdict": verdict, "effects": effects, "alternatives": rivals, "next_experiment": run if rivals else None,
+         "gap": {"validate": {"closed": 0.9}}, "wall_s": 2.0, "simulations": 5}
+(out / "discrepancy").mkdir(parents=True)
+(out / "discrepancy" / f"joint{joint}.json").write_text(json.dumps(found))
+"""
+"""A workflow that always says cogging or ripple, and cogging once a run was added."""
+
+
+def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
+    def command(self: Job, seed: int) -> list[str]:
+        assert seed == 2
+        return [sys.executable, "-c", ORACLE, str(self.campaign), str(self.out), *self.without]
+
+    monkeypatch.setattr(Job, "command", command)
+    asked = ["--cases", "2", "--kinds", "single", "--effects", "cogging", "--sizes", "small", "--inputs", "rich"]
+    done = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--seed", "2"])
+    assert done.exit_code == 0, done.output
+    stored = json.loads((tmp_path / "blind.json").read_text())
+    assert stored["results"] == {"among_alternatives": 2}
+    assert stored["leave_one_out"]["flagged"]["hits"] == 2
+    assert stored["settled_by_one_run"]["settled"]["hits"] == 2
+    assert stored["right"]["share"] == 1.0
+    assert stored["asked"]["effects"] == "cogging"
+    assert (tmp_path / "blind.md").exists()
+    again = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--minutes", "0"])
+    assert again.exit_code == 2  # another seed is another study

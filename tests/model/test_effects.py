@@ -1,0 +1,158 @@
+"""Every entry of the catalogue: neutral at zero, differentiable, of the stated dimensions, the same as an FMU."""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from fmu_build.build import Kind, build_fmu
+from model.effects import catalogue
+from model.equations import Equations
+from model.joint import joint_equations
+from model.kernel.compiled import CompiledKernel
+from model.scales import Scales
+from tests.fmu_build.fmu_cases import Client
+from tests.model.kernel_cases import CASES, KERNEL, TENDON, torque, vector
+
+ENTRIES = {key: e for key, e in catalogue().items() if not e.random}
+AMPLITUDE = CASES["tendon"][1]
+T = np.arange(0.0, 4.0, 0.01)
+U = torque(T, AMPLITUDE)
+START = (0.1, 0.02, 1e-4)
+STEP = 2.5e-4
+BASE = KERNEL.simulate(T, U, vector(TENDON), np.array(START), step=STEP)[:, 0]
+SCALES = Scales(
+    torque=float(np.abs(U).max()), position=float(np.ptp(BASE)) / 2, centre=float(BASE.max() + BASE.min()) / 2,
+    speed=float(np.abs(np.gradient(BASE, T)).max()), inertia=TENDON["inertia"], friction=TENDON["Fc"],
+    viscous=TENDON["sigma2"], duration=float(T[-1]),
+)  # fmt: skip
+LOOSE = {"backlash:motor": 0.05}
+"""Relative tolerance of derivatives where the motion hits a wall; 0.02 elsewhere."""
+FIXED_RATE = {"backlash:encoder": 1e-5, "amplifier_lag:settled": 1e-4}
+"""The play's wall, and the lag's settling at the start, have a rate fixed in 1/s: how far that shows [rad]."""
+
+
+@cache
+def equations(key: str) -> Equations:
+    return joint_equations(4, effects=[ENTRIES[key].at(SCALES)])
+
+
+@cache
+def kernel(key: str) -> CompiledKernel:
+    return CompiledKernel.of(equations(key))
+
+
+def point(key: str, **changes: float) -> np.ndarray:
+    values = {q.id: q.initial for q in equations(key).parameters} | TENDON | changes
+    return np.array([values[q.id] for q in equations(key).parameters])
+
+
+def start(key: str) -> np.ndarray:
+    return np.array([*START, *(s.start for s in equations(key).states[3:])])
+
+
+def simulated(key: str, p: np.ndarray, t: np.ndarray = T, u: np.ndarray = U, step: float = STEP) -> np.ndarray:
+    return kernel(key).simulate(t, u, p, start(key), step=step)[:, 0]
+
+
+@pytest.mark.parametrize("key", ENTRIES)
+def test_at_zero_it_is_the_base_model(key: str):
+    neutral = simulated(key, point(key, **ENTRIES[key].neutral))
+    np.testing.assert_allclose(neutral, BASE, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("key", ENTRIES)
+def test_at_its_typical_size_it_shows(key: str):
+    moved = simulated(key, point(key)) - simulated(key, point(key, **ENTRIES[key].neutral))
+    assert np.isfinite(moved).all()
+    assert 1e-6 < np.sqrt(np.mean(moved**2)) < 0.2
+
+
+@pytest.mark.parametrize("key", ENTRIES)
+def test_derivatives_equal_differences(key: str):
+    e, p = equations(key), point(key)
+    dy = kernel(key).simulate_tangent(T, U, p, start(key), step=STEP)[1][:, 0]
+    for i, q in enumerate(e.parameters):
+        if q.id in TENDON or q.fixed:
+            continue
+        h = 1e-4 * abs(p[i])
+        moved = [p.copy() for _ in range(4)]
+        for vary, steps in zip(moved, (1, -1, 2, -2), strict=True):
+            vary[i] += steps * h
+        y = [simulated(key, each) for each in moved]
+        reference = (8 * (y[0] - y[1]) - (y[2] - y[3])) / (12 * h)
+        error = np.sqrt(np.mean((dy[:, i] - reference) ** 2) / (np.mean(reference**2) + 1e-30))
+        assert error < LOOSE.get(key, 0.02), (q.id, error)
+
+
+def mass_and_time(unit: str) -> tuple[int, int]:
+    """Exponents of mass and time in a unit such as ``N m s^2/rad^2``."""
+    total = [0, 0]
+    above, _, below = unit.partition("/")
+    for part, sign in ((above, 1), (below.strip("()"), -1)):
+        for name, power in re.findall(r"(kg|N|rad|m|s)(?:\^(\d))?(?![a-z])", part):
+            n = sign * int(power or 1)
+            mass, time = {"kg": (1, 0), "N": (1, -2), "s": (0, 1)}.get(name, (0, 0))
+            total[0] += n * mass
+            total[1] += n * time
+    return total[0], total[1]
+
+
+def in_other_units(key: str, mass: float, time: float) -> np.ndarray:
+    factors = [mass**m * time**s for m, s in (mass_and_time(q.unit) for q in equations(key).parameters)]
+    return point(key) * np.array(factors)
+
+
+@pytest.mark.parametrize("key", ENTRIES)
+def test_the_stated_units_are_those_of_the_formula(key: str):
+    """The same motion in another unit of mass: all parameters rescaled by their stated units, torque likewise."""
+    reference = simulated(key, point(key))
+    other = simulated(key, in_other_units(key, 1000.0, 1.0), u=1000.0 * U)
+    np.testing.assert_allclose(other, reference, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("key", ENTRIES)
+def test_the_stated_units_of_time_are_those_of_the_formula(key: str):
+    """The same motion in another unit of time, 1.25 times as long in numbers."""
+    x = start(key)
+    for i, s in enumerate(equations(key).states):
+        x[i] *= 1.25 ** mass_and_time(s.unit)[1]
+    p = in_other_units(key, 1.0, 1.25)
+    other = kernel(key).simulate(1.25 * T, 1.25**-2 * U, p, x, step=1.25 * STEP)[:, 0]
+    np.testing.assert_allclose(other, simulated(key, point(key)), rtol=0, atol=FIXED_RATE.get(key, 1e-7))
+
+
+@pytest.mark.parametrize("key", catalogue())
+def test_the_table_of_an_entry_makes_sense(key: str):
+    e = catalogue()[key].at(SCALES)
+    for q in e.parameters:
+        assert q.lower <= q.initial <= q.upper
+        assert q.lower < q.upper
+        assert q.description
+        assert q.unit
+    for q in e.parameters[: e.amplitudes]:
+        assert q.lower <= 0.0 < q.initial, f"{q.id} cannot vanish, or has no size to start from"
+    known = {q.id: q for q in e.parameters}
+    for id, grid in e.shapes:
+        assert all(known[id].lower <= value <= known[id].upper for value in grid)
+    assert set(e.rivals) <= {other.id for other in catalogue().values()} - {e.id}
+
+
+@pytest.mark.parametrize(
+    ("key", "kind"),
+    [
+        ("cubic_spring", "native"), ("time_delay", "native"), ("backlash:encoder", "native"),
+        ("amplifier_saturation:hard", "native"), ("lock_compliance", "python"), ("coulomb_drift", "python"),
+    ],
+)  # fmt: skip
+def test_an_fmu_moves_like_the_kernel(tmp_path: Path, key: str, kind: Kind):
+    t, values = T[:151], dict(zip([q.id for q in equations(key).parameters], point(key), strict=True))
+    made = build_fmu(equations(key), tmp_path / "effect.fmu", kind=kind, values=values)
+    x0 = [s.start for s in equations(key).states]
+    expected = kernel(key).simulate(t, U[:151], point(key), x0)[:, 0]
+    moved = Client(made).start().go().run(equations(key), t, U[:151])[:, 0]
+    np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-12)
