@@ -44,7 +44,7 @@ class Contestant:
     environment: Environment | None = None
 
 
-WAYS = {"Python FMU": "python", "native FMU": "native", "kernel": "kernel", "kernel, 2 steps/row": "coarse"}
+WAYS = {"Python FMU": "python", "native FMU": "native", "kernel": "kernel"}
 METHODS = {"SLSQP": "slsqp", "Gauss-Newton": "gauss_newton"}
 CONTESTANTS = (
     *(
@@ -52,7 +52,7 @@ CONTESTANTS = (
         for m, method in METHODS.items()
         for way, w in WAYS.items()
     ),
-    Contestant(label="fmpy + SLSQP, finite differences", module="fmpy_slsqp", count=6, budget=45),
+    Contestant(label="fmpy + SLSQP, finite differences", module="fmpy_slsqp", count=3, budget=45),
     *(
         Contestant(
             label=f"CasADi single shooting, {n} steps/row",
@@ -64,7 +64,7 @@ CONTESTANTS = (
         )
         for n in ("1", "2", "4")
     ),
-    Contestant(label="ModestPy SLSQP", module="modestpy_slsqp", count=4, budget=60, environment=MODESTPY),
+    Contestant(label="ModestPy SLSQP", module="modestpy_slsqp", count=2, budget=60, environment=MODESTPY),
     Contestant(label="AMICI forward sensitivities, TRF", module="amici_trf", count=8, budget=45, environment=AMICI),
 )
 

@@ -12,15 +12,18 @@ from fmu_build.archive import pack
 from fmu_build.extras import extra_files
 from fmu_build.interface import Interface, interface_of
 from fmu_build.native_fmu import native_files
+from fmu_build.native_fmu3 import native_files3, renamed
 from fmu_build.platforms import PLATFORMS, Platform, this_platform
 from fmu_build.provenance import Provenance
 from fmu_build.python_fmu import python_files
 from model.equations import Equations
 from model.kernel.generate import DEFAULT_STEP, generate
 from model.observer import with_observer
+from support.errors import InputError
 from support.files import write_bytes
 
-Kind = Literal["python", "native"]
+Kind = Literal["python", "native", "native3"]
+_PACKAGINGS = {"python": python_files, "native": native_files, "native3": native_files3}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,7 +39,7 @@ class Fmu:
     equations
         What it was built from (without observer).
     kind
-        ``python`` or ``native``.
+        ``python``, ``native`` or ``native3``.
     step
         Longest internal step [s].
     identification
@@ -65,7 +68,7 @@ def interface_for(
         kernel,
         identifier=f"{equations.name}_identification" if identification else equations.name,
         identification=identification,
-        derivatives=kind == "native",
+        derivatives=kind != "python",
         values=dict(values or {}),
     )
 
@@ -85,7 +88,8 @@ def build_fmu(
     Parameters
     ----------
     kind
-        ``python`` (pythonfmu, the kernel compiled inside) or ``native``.
+        ``python`` (pythonfmu, the kernel compiled inside), ``native`` (FMI 2.0) or ``native3`` (FMI 3.0, not for
+        identification).
     identification
         Take also the measured positions, slopes and the observer gain; give also the sensitivities.
     values
@@ -95,14 +99,16 @@ def build_fmu(
     platforms
         For which to carry binaries; all where None, this machine's alone for identification.
     """
+    if identification and kind == "native3":
+        raise InputError("identification FMU", expected="FMI 2.0, which the fits step", got="FMI 3.0")
     interface = interface_for(equations, kind=kind, identification=identification, values=values)
     if platforms is None:
         platforms = this_platform() if identification else PLATFORMS
     text = f"{equations.title}; torque in, position out"
-    pack_kind = python_files if kind == "python" else native_files
-    files, _ = pack_kind(interface, platforms=platforms, text=text)
-    files |= extra_files(interface, text=text, python=kind == "python", provenance=provenance or {})
-    data = pack(files)
+    files, _ = _PACKAGINGS[kind](interface, platforms=platforms, text=text)
+    python, linear = kind == "python", kind == "native"
+    files |= extra_files(interface, text=text, python=python, linear=linear, provenance=provenance or {})
+    data = pack(renamed(files) if kind == "native3" else files)
     write_bytes(out, data)
     return Fmu(
         path=out,

@@ -41,11 +41,11 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
         numberOfEventIndicators="0",
     )
     _kinds(root, interface, python)
-    _units(root, {v.unit for v in interface.variables if v.unit})
+    unit_definitions(root, {v.unit for v in interface.variables if v.unit})
     categories = SubElement(root, "LogCategories")
     for name, meaning in LOG_CATEGORIES:
         SubElement(categories, "Category", name=name, description=meaning)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize=_number(interface.kernel.step))
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize=number(interface.kernel.step))
     variables = SubElement(root, "ModelVariables")
     for variable in interface.variables:
         _scalar(variables, variable, interface)
@@ -66,7 +66,8 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
 
 
-def _number(value: float) -> str:
+def number(value: float) -> str:
+    """Return the shortest text that reads back as ``value``."""
     return repr(float(value))
 
 
@@ -99,7 +100,8 @@ def _kinds(root: Element, interface: Interface, python: bool) -> None:
         SubElement(SubElement(together, "SourceFiles"), "File", name="all.c")
 
 
-def _units(root: Element, names: Iterable[str]) -> None:
+def unit_definitions(root: Element, names: Iterable[str]) -> None:
+    """Append the units ``names`` with base units and display units, which FMI 2.0 and 3.0 write alike."""
     definitions = SubElement(root, "UnitDefinitions")
     for name in sorted(names):
         unit = parse_unit(name)
@@ -107,10 +109,10 @@ def _units(root: Element, names: Iterable[str]) -> None:
         exponents = dict(unit.exponents)
         attributes = {base: str(exponents[base]) for base in BASE if base in exponents}
         if unit.factor != 1.0:
-            attributes["factor"] = _number(unit.factor)
+            attributes["factor"] = number(unit.factor)
         SubElement(node, "BaseUnit", attributes)
         if unit.display:
-            SubElement(node, "DisplayUnit", name=unit.display[0], factor=_number(unit.display[1]))
+            SubElement(node, "DisplayUnit", name=unit.display[0], factor=number(unit.display[1]))
 
 
 def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
@@ -130,10 +132,10 @@ def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
         real["displayUnit"] = display[0]
     for key, value in (("min", v.minimum), ("max", v.maximum)):
         if math.isfinite(value):
-            real[key] = _number(value)
-    real["nominal"] = _number(v.nominal)
+            real[key] = number(value)
+    real["nominal"] = number(v.nominal)
     if v.start is not None:
-        real["start"] = _number(v.start)
+        real["start"] = number(v.start)
     if v.derivative_of is not None:
         real["derivative"] = str(_index(interface, v.derivative_of))
     SubElement(node, "Real", real)

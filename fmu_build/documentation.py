@@ -27,14 +27,14 @@ GENERAL = (
 )
 
 
-def documentation(interface: Interface, *, text: str, python: bool, provenance: Mapping[str, Provenance]) -> str:
-    """Return the page."""
+def documentation(interface: Interface, *, text: str, linear: bool, provenance: Mapping[str, Provenance]) -> str:
+    """Return the page; ``linear``: the host may set the inputs' derivatives."""
     e = interface.equations
     sources = list(dict.fromkeys(origin.source for origin in provenance.values()))
     return _ENVIRONMENT.get_template("documentation.html.j2").render(
         interface=interface,
         text=text,
-        python=python,
+        linear=linear,
         notes=e.notes,
         formulas=_formulas(e),
         general=GENERAL if e.definitions else (),

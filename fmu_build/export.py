@@ -77,21 +77,31 @@ def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
     return int(chosen[0])
 
 
+def _packaging(kind: Kind, fmi: str) -> Kind:
+    if fmi == "2.0":
+        return kind
+    if kind == "python":
+        raise InputError("--fmi 3.0", expected="--kind native", got="python", todo="pythonfmu writes FMI 2.0")
+    return "native3"
+
+
 @click.command()
 @click.option("--from", "source", type=click.Path(path_type=Path), required=True, help="An identification.json.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The FMU to write.")
 @click.option("--kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
+@click.option("--fmi", type=click.Choice(["2.0", "3.0"]), default="2.0", show_default=True, help="3.0: native alone.")
 @click.option("--joints", default=None, metavar="4", help="This joint alone instead of the whole device.")
 @exit_codes
-def main(source: Path, out: Path, kind: Kind, joints: str | None) -> None:
+def main(source: Path, out: Path, kind: Kind, fmi: str, joints: str | None) -> None:
     """Package the model that an identification.json holds."""
+    kind = _packaging(kind, fmi)
     data, wanted = _read(source), parse_joints(joints)
     if data["device"] == SINGLE or wanted:
         fmu = export_joint(data, _only_joint(data, wanted), out, kind)
     else:
         fmu = export_full(load_device(data["device"], source.parent), data, out, kind)
     size = fmu.path.stat().st_size / 1024
-    click.echo(f"{fmu.path}: {fmu.equations.title}; {kind}, {size:.0f} kB, digest {fmu.digest}")
+    click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
 
 
 if __name__ == "__main__":

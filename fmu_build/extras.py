@@ -15,11 +15,11 @@ from fmu_build.ssv import ssv_bytes
 
 
 def extra_files(
-    interface: Interface, *, text: str, python: bool, provenance: Mapping[str, Provenance | str]
+    interface: Interface, *, text: str, python: bool, linear: bool, provenance: Mapping[str, Provenance | str]
 ) -> dict[str, bytes]:
     """Return the files by their name within the archive."""
     origins = provenance_of(interface.equations, provenance)
-    page = documentation(interface, text=text, python=python, provenance=origins)
+    page = documentation(interface, text=text, linear=linear, provenance=origins)
     files = {
         "documentation/index.html": page.encode(),
         "documentation/licenses/license.txt": text_of("license.txt").encode(),

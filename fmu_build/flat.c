@@ -16,18 +16,15 @@ HF_API int hf_step(double *v, double t, double dt) {
 
 #ifdef HK_NC
 HF_API int hf_output_tangent(double *v, double t) {
-    double rates[HK_NX * HK_NC];
-    hk_output(t, v + HF_X, v + HF_U, v + HF_P, v + HF_Y);
-    hk_linearise(t, v + HF_X, v + HF_S, v + HF_U, v + HF_P, rates, v + HF_DY);
+    hk_output_tangent(t, v + HF_X, v + HF_S, v + HF_U, v + HF_P, v + HF_Y, v + HF_DY);
     return 1;
 }
 
 HF_API int hf_step_tangent(double *v, double t, double dt) {
-    double rates[HK_NX * HK_NC], end[HK_NU + 1];
+    double end[HK_NU + 1];
     int finite = hk_advance_tangent(v + HF_X, v + HF_S, t, dt, v + HF_U, v + HF_SLOPE, v + HF_P, v[HF_H]);
     for (int j = 0; j < HK_NU; j++) end[j] = v[HF_U + j] + dt * v[HF_SLOPE + j];
-    hk_output(t + dt, v + HF_X, end, v + HF_P, v + HF_Y);
-    hk_linearise(t + dt, v + HF_X, v + HF_S, end, v + HF_P, rates, v + HF_DY);
+    hk_output_tangent(t + dt, v + HF_X, v + HF_S, end, v + HF_P, v + HF_Y, v + HF_DY);
     return finite;
 }
 #endif

@@ -13,7 +13,9 @@ from fmu_build.tables import input_jacobian, tables
 PARTS = ("fmi2_instance.c", "fmi2_state.c", "fmi2_co_simulation.c", "fmi2_model_exchange.c")
 
 
-def native_source(interface: Interface, guid: str) -> str:
+def native_source(
+    interface: Interface, guid: str, *, headers: tuple[str, ...] = ("fmi2.h",), parts: tuple[str, ...] = PARTS
+) -> str:
     """Return the whole FMU as one C file."""
     kernel = interface.kernel
     return "\n".join(
@@ -24,10 +26,10 @@ def native_source(interface: Interface, guid: str) -> str:
             layout(kernel),
             text_of("flat.c"),
             input_jacobian(kernel.equations) if kernel.columns else "",
-            text_of("fmi2.h"),
+            *map(text_of, headers),
             tables(interface, guid),
             text_of("message.h"),
-            *(text_of(name) for name in PARTS),
+            *map(text_of, parts),
         )
     )
 

@@ -17,6 +17,8 @@ class Platform:
         The compiler's name of it.
     fmi2
         Folders below ``binaries`` where FMI 2.0 hosts look; two names for one place where hosts differ.
+    fmi3
+        The folder in FMI 3.0, its platform tuple.
     python
         ``sys.platform`` and machine as Python names them.
     suffix
@@ -25,16 +27,33 @@ class Platform:
 
     triple: str
     fmi2: tuple[str, ...]
+    fmi3: str
     python: str
     suffix: str
 
 
 PLATFORMS = (
-    Platform(triple="x86_64-linux-gnu.2.17", fmi2=("linux64",), python="linux-x86_64", suffix=".so"),
-    Platform(triple="aarch64-linux-gnu.2.17", fmi2=("aarch64-linux",), python="linux-aarch64", suffix=".so"),
-    Platform(triple="x86_64-windows-gnu", fmi2=("win64",), python="win32-x86_64", suffix=".dll"),
-    Platform(triple="x86_64-macos.11.0", fmi2=("darwin64",), python="darwin-x86_64", suffix=".dylib"),
-    Platform(triple="aarch64-macos.11.0", fmi2=("aarch64-darwin",), python="darwin-aarch64", suffix=".dylib"),
+    Platform(
+        triple="x86_64-linux-gnu.2.17", fmi2=("linux64",), fmi3="x86_64-linux", python="linux-x86_64", suffix=".so"
+    ),
+    Platform(
+        triple="aarch64-linux-gnu.2.17",
+        fmi2=("aarch64-linux",),
+        fmi3="aarch64-linux",
+        python="linux-aarch64",
+        suffix=".so",
+    ),
+    Platform(triple="x86_64-windows-gnu", fmi2=("win64",), fmi3="x86_64-windows", python="win32-x86_64", suffix=".dll"),
+    Platform(
+        triple="x86_64-macos.11.0", fmi2=("darwin64",), fmi3="x86_64-darwin", python="darwin-x86_64", suffix=".dylib"
+    ),
+    Platform(
+        triple="aarch64-macos.11.0",
+        fmi2=("aarch64-darwin",),
+        fmi3="aarch64-darwin",
+        python="darwin-aarch64",
+        suffix=".dylib",
+    ),
 )
 _MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 

@@ -1,7 +1,6 @@
 """Haptid's own fit from one start at a time: parameters, covariance and statuses, as ``fitting.fit`` gives them.
 
-``--variant SIMULATOR:METHOD`` with SIMULATOR python or native (FMU), kernel (in process), or coarse (the kernel with
-two inner steps a row, as many as the CasADi contestant takes, not ten), METHOD slsqp or gauss_newton.
+``--variant SIMULATOR:METHOD`` with SIMULATOR python or native (FMU) or kernel (in process), METHOD slsqp or gauss_newton.
 """
 
 from __future__ import annotations
@@ -21,8 +20,6 @@ from measurement.run import Run
 from model.equations import Equations
 from model.joint import joint_equations
 
-COARSE = 2.5e-3
-
 
 def equations_of(statement: Statement) -> Equations:
     """Return the joint with the bounds as told, all nine as logarithms; no order of Fs and Fc, as for everyone."""
@@ -35,8 +32,6 @@ def equations_of(statement: Statement) -> Equations:
 def _simulator(equations: Equations, name: str) -> Simulator:
     if name == "kernel":
         return KernelSimulator.of(equations)
-    if name == "coarse":
-        return KernelSimulator.of(equations).with_step(COARSE)
     return FmuSimulator.of(identification_fmu(equations, kind="python" if name == "python" else "native"), equations)
 
 

@@ -14,9 +14,9 @@ NOTES = """
 Read with care:
 
 - The aim (ten times faster than the best of the others, and at most 1 s) is held against the first line alone, the
-  default of the command, not against the best of haptid's lines. The lines "2 steps/row" are no choice that users
-  have: they show what a coarser inner step would give. haptid has eight lines here and CasADi three, the others one
-  each.
+  default of the command, not against the best of haptid's lines. haptid has six lines here and CasADi three, the
+  others one each. haptid goes through the homotopy at the coarsest inner step that halving it allows and ends at
+  0.5 ms, ten steps a row.
 - The machine was in use by others (load before and after each contestant is in the JSON), so wall times of
   different contestants were taken under different load; CPU seconds are the better comparison. One thread each. Not
   counted: installation, compilation, and what a contestant prepares once (`preparation_s`).

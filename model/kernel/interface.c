@@ -114,6 +114,17 @@ HK_API int hk_advance_tangent(double *x, double *S, double t, double dt, const d
     return hk_tangent_finite(X) != 0;
 }
 
+/* As hk_output, with dY[HK_NY][HK_NC], the derivatives of y along the columns of S[HK_NX][HK_NC]. */
+HK_API void hk_output_tangent(double t, const double *x, const double *S, const double *u, const double *p, double *y, double *dY) {
+    real X[HK_NX][1 + HK_NC], Y[HK_NY][1 + HK_NC];
+    hk_seed(X, x, S);
+    hk_out_tangent(t, X, u, p, Y);
+    for (int i = 0; i < HK_NY; i++) {
+        y[i] = Y[i][0];
+        for (int c = 0; c < HK_NC; c++) dY[i * HK_NC + c] = Y[i][1 + c];
+    }
+}
+
 /* Derivatives of f and y in direction (dx, dp) are read off the tangent columns: F[HK_NX][1+HK_NC], Y[HK_NY][1+HK_NC] from S. */
 HK_API void hk_linearise(double t, const double *x, const double *S, const double *u, const double *p, double *dF, double *dY) {
     real X[HK_NX][1 + HK_NC], F[HK_NX][1 + HK_NC], Y[HK_NY][1 + HK_NC];
