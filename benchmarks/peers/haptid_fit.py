@@ -1,6 +1,7 @@
 """Haptid's own fit from one start at a time: parameters, covariance and statuses, as ``fitting.fit`` gives them.
 
-``--variant SIMULATOR:METHOD`` with SIMULATOR python or native (FMU) or kernel (in process), METHOD slsqp or gauss_newton.
+``--variant SIMULATOR:METHOD`` with SIMULATOR python or native (FMU) or kernel (in process), METHOD slsqp or
+gauss_newton.
 """
 
 from __future__ import annotations
