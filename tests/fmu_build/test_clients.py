@@ -112,11 +112,13 @@ def _ecospy():  # ecospy is untyped
 
 
 @needs_clients
-@pytest.mark.parametrize("name", ["joint4", "freedom6s"])
-def test_ecos(name: str):
+@pytest.mark.parametrize(
+    ("name", "kind"), [("joint4", "native"), ("freedom6s", "native"), ("joint4", "native3"), ("freedom6s", "native3")]
+)
+def test_ecos(name: str, kind: Kind):
     ecospy, e = _ecospy(), equations(name)
     structure = ecospy.EcosSimulationStructure()
-    structure.add_model("model", str(fmu(name, "native").path))
+    structure.add_model("model", str(fmu(name, kind).path))
     u, got = torques(e, T), []
     with ecospy.EcosSimulation(STEP, structure=structure) as simulation:
         simulation.init()

@@ -87,6 +87,22 @@ def test_export_puts_the_identified_values_into_the_whole_device(kind, source, t
     np.testing.assert_array_equal(got, kernel("freedom6s").simulate(t, torques(e, t), p, np.zeros(18)))
 
 
+def test_export_in_fmi_3(source, tmp_path):
+    out = tmp_path / "whole.fmu"
+    arguments = ["--from", str(source), "--out", str(out), "--fmi", "3.0", "--kind"]
+    result = CliRunner().invoke(export, [*arguments, "native"])
+    assert result.exit_code == 0, result.output
+    assert "FMI 3.0" in result.stdout
+    description = fmpy.read_model_description(str(out))
+    assert description.fmiVersion == "3.0"
+    assert {v.name: v.start for v in description.modelVariables}["joint4.spring.Ks"] == "0.0123"
+    out.unlink()
+    result = CliRunner().invoke(export, [*arguments, "python"])
+    assert result.exit_code == 2
+    assert "expected --kind native" in result.stderr
+    assert not out.exists()
+
+
 def test_export_of_one_joint(source, tmp_path):
     out = tmp_path / "joint.fmu"
     result = CliRunner().invoke(export, ["--from", str(source), "--out", str(out), "--joints", "4"])

@@ -1,0 +1,20 @@
+/* Co-simulation (FMI 3.0.1, section 4): inputs are held over a step, each step is done to its end. */
+
+FMI3 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 t, fmi3Float64 dt, fmi3Boolean no_set_state_before, fmi3Boolean *event,
+                           fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last_successful) {
+    BEGIN(IN_STEP);
+    const double before = w->core->time;
+    const fmi3Status status = (fmi3Status)fmi2DoStep(w->core, t, dt, no_set_state_before);
+    *event = *terminate = *early_return = false;
+    *last_successful = status == fmi3OK ? w->core->time : before;
+    return status;
+}
+
+REFUSED(fmi3EnterStepMode, (fmi3Instance instance), (void)0, "expected with eventModeUsed alone, and this FMU has no events")
+
+FMI3 fmi3Status fmi3GetOutputDerivatives(fmi3Instance instance, const fmi3ValueReference vr[], size_t n, const fmi3Int32 order[],
+                                         fmi3Float64 value[], size_t n_values) {
+    BEGIN(ANY);
+    (void)vr; (void)order; (void)value;
+    return n | n_values ? complain(w, "this FMU does not provide them (maxOutputDerivativeOrder is 0)") : fmi3OK;
+}

@@ -1,0 +1,82 @@
+/* Model exchange (FMI 3.0.1, section 3): right-hand side and outputs; the host integrates. There are no events. */
+
+/* Whether it is an instance for model exchange, in one of these modes. */
+#define BEGIN_EXCHANGE(modes)                                  \
+    BEGIN(modes);                                              \
+    if (w->core->type != fmi2ModelExchange) return complain(w, "expected an instance for model exchange")
+
+FMI3 fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
+    BEGIN_EXCHANGE(IN_CONTINUOUS);
+    w->core->mode = RUNNING | IN_EVENT;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3EvaluateDiscreteStates(fmi3Instance instance) {
+    BEGIN_EXCHANGE(INITIALIZING | IN_EVENT);
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *again, fmi3Boolean *terminate, fmi3Boolean *nominals_changed,
+                                         fmi3Boolean *values_changed, fmi3Boolean *next_defined, fmi3Float64 *next) {
+    BEGIN_EXCHANGE(IN_EVENT);
+    *again = *terminate = *nominals_changed = *values_changed = *next_defined = false;
+    *next = 0;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance) {
+    BEGIN_EXCHANGE(IN_EVENT);
+    if (fmi2EnterContinuousTimeMode(w->core) != fmi2OK) return fmi3Error;
+    w->core->mode = RUNNING | IN_CONTINUOUS;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean no_set_state_before, fmi3Boolean *event,
+                                            fmi3Boolean *terminate) {
+    BEGIN_EXCHANGE(IN_CONTINUOUS);
+    (void)no_set_state_before;
+    *event = *terminate = false;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 t) {
+    BEGIN_EXCHANGE(IN_EVENT | IN_CONTINUOUS);
+    return (fmi3Status)fmi2SetTime(w->core, t);
+}
+
+FMI3 fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 x[], size_t n) {
+    BEGIN_EXCHANGE(IN_EVENT | IN_CONTINUOUS);
+    return (fmi3Status)fmi2SetContinuousStates(w->core, x, n);
+}
+
+FMI3 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 rates[], size_t n) {
+    BEGIN_EXCHANGE(INITIALIZING | IN_EVENT | IN_CONTINUOUS);
+    return (fmi3Status)fmi2GetDerivatives(w->core, rates, n);
+}
+
+FMI3 fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 z[], size_t n) {
+    BEGIN_EXCHANGE(INITIALIZING | IN_EVENT | IN_CONTINUOUS);
+    return (fmi3Status)fmi2GetEventIndicators(w->core, z, n);
+}
+
+FMI3 fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 x[], size_t n) {
+    BEGIN_EXCHANGE(INITIALIZING | IN_EVENT | IN_CONTINUOUS);
+    return (fmi3Status)fmi2GetContinuousStates(w->core, x, n);
+}
+
+FMI3 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 x[], size_t n) {
+    BEGIN_EXCHANGE(INITIALIZING | IN_EVENT | IN_CONTINUOUS);
+    return (fmi3Status)fmi2GetNominalsOfContinuousStates(w->core, x, n);
+}
+
+FMI3 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *n) {
+    BEGIN_EXCHANGE(ANY);
+    *n = 0;
+    return fmi3OK;
+}
+
+FMI3 fmi3Status fmi3GetNumberOfContinuousStates(fmi3Instance instance, size_t *n) {
+    BEGIN_EXCHANGE(ANY);
+    *n = HK_NX;
+    return fmi3OK;
+}
