@@ -16,8 +16,8 @@ import numpy as np
 
 from measurement.run import Array
 from support.files import write_bytes
-from uq.density import Density
 from uq.moves import Proposal, moves
+from uq.straight import StraightDensity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +27,7 @@ class Chunk:
     Parameters
     ----------
     chain
-        η, shape (n_steps, n_walkers, n).
+        x as `uq.straight` has it, shape (n_steps, n_walkers, n).
     log_prob
         Log posterior, shape (n_steps, n_walkers).
     accepted
@@ -69,7 +69,7 @@ class Task:
         Entropy of the random numbers: the user's seed, phase, ensemble, chunk.
     """
 
-    density: Density
+    density: StraightDensity
     move: str
     proposal: Proposal
     coords: Array

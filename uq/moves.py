@@ -1,4 +1,4 @@
-"""Proposals: emcee's own, and independent draws from a Student distribution around the ensemble's mean."""
+"""Proposals: emcee's own, and independent draws from a Student distribution around the ensembles' mean."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from measurement.run import Array
 
-DEGREES = 5.0
+DEGREES = 10.0
 MOVES = ("stretch", "differential", "independent")
 
 

@@ -18,6 +18,7 @@ from uq.autocorrelation import autocorrelation_time
 from uq.chunk import Chunk, Task, advance
 from uq.laplace import Laplace
 from uq.moves import MOVES, Proposal
+from uq.straight import Straight, StraightDensity
 
 PHASES = {"burn": 0, "pilot": 1, "main": 2}
 DISPERSED = 3.0
@@ -127,7 +128,7 @@ class _Store:
 class _Ensembles:
     """Where all walkers stand, and how to move them on."""
 
-    start: Laplace
+    density: StraightDensity
     options: SamplingOptions
     workers: Workers
     store: _Store
@@ -141,7 +142,7 @@ class _Ensembles:
             if self.store.get(phase, e, number) is None:
                 seed = (self.options.seed, PHASES[phase], e, number)
                 tasks[e] = Task(
-                    density=self.start.density, move=name, proposal=proposal, coords=self.coords[e],
+                    density=self.density, move=name, proposal=proposal, coords=self.coords[e],
                     log_prob=self.log_prob[e], steps=steps, seed=seed,
                 )  # fmt: skip
         work = [(task,) for task in tasks.values()]
@@ -175,12 +176,18 @@ def sample(
     """
     if folder is not None:
         _claim(folder, start, options)
-    ensembles = _begin(start, options, workers or Here(), _Store(folder))
+    coordinates = start.density.coordinates
+    straight = Straight.of(coordinates.names, coordinates.logarithmic, start.eta)
+    mean, covariance = straight.straight(start.eta), straight.covariance(start.eta, start.covariance)
+    density = StraightDensity(density=start.density, straight=straight)
+    coords = [_first_points(density, mean, covariance, e, options) for e in range(options.ensembles)]
+    log_prob = [density(points) for points in coords]
+    ensembles = _Ensembles(density, options, workers or Here(), _Store(folder), coords, log_prob)
     names = [options.move] * options.ensembles
-    proposal = Proposal.of(start.eta, start.covariance)
+    proposal = Proposal.of(mean, covariance)
     if options.burn:
-        burned = ensembles.step("burn", 0, options.burn, names, proposal)
-        proposal = refitted(burned)
+        for number, steps in enumerate(_shares(options.burn)):
+            proposal = refitted(ensembles.step("burn", number, steps, names, proposal))
     move, trials = options.move, {}
     if options.pilot:
         tried = [MOVES[e % len(MOVES)] for e in range(options.ensembles)]
@@ -188,6 +195,11 @@ def sample(
         trials = {name: float(autocorrelation_time(c.chain[None]).max()) for name, c in zip(tried, chunks, strict=True)}
         move = min(trials, key=lambda name: trials[name])
     return _run(ensembles, move, proposal, trials, report)
+
+
+def _shares(burn: int) -> list[int]:
+    """Cut the burn-in where the proposal is refitted: after a quarter, after half, at the end."""
+    return [part for part in (burn // 4, burn // 4, burn - 2 * (burn // 4)) if part]
 
 
 def _run(
@@ -198,7 +210,8 @@ def _run(
     while True:
         made = ensembles.step("main", len(chunks), options.chunk, [move] * options.ensembles, proposal)
         chunks.append(made)
-        chain = np.concatenate([np.stack([c.chain for c in row]) for row in chunks], axis=1)
+        moved = np.concatenate([np.stack([c.chain for c in row]) for row in chunks], axis=1)
+        chain = ensembles.density.straight.back(moved)
         tau = autocorrelation_time(chain)
         steps, longest = chain.shape[1], float(tau.max())
         if report is not None:
@@ -209,13 +222,14 @@ def _run(
             break
     accepted = np.sum([[c.accepted.mean() for c in row] for row in chunks], axis=0) / chain.shape[1]
     log_prob = np.concatenate([np.stack([c.log_prob for c in row]) for row in chunks], axis=1)
+    log_prob = log_prob - ensembles.density.straight.log_volume(moved)
     return Sample(
         chain=chain, log_prob=log_prob, acceptance=accepted, tau=tau, reached=reached, move=move, trials=trials
     )
 
 
 def refitted(chunks: Sequence[Chunk]) -> Proposal:
-    """Proposal with mean and covariance of the second halves of all ensembles, the worst draws left out."""
+    """Proposal in the shape of the second halves of all ensembles, the worst draws left out."""
     half = [slice(c.chain.shape[0] // 2, None) for c in chunks]
     draws = np.concatenate([c.chain[h].reshape(-1, c.chain.shape[-1]) for c, h in zip(chunks, half, strict=True)])
     log_prob = np.concatenate([c.log_prob[h].ravel() for c, h in zip(chunks, half, strict=True)])
@@ -223,28 +237,25 @@ def refitted(chunks: Sequence[Chunk]) -> Proposal:
     return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
 
 
-def _begin(start: Laplace, options: SamplingOptions, workers: Workers, store: _Store) -> _Ensembles:
-    n = start.eta.size
-    size = options.walkers or LANES * -(-2 * (n + 1) // LANES)
-    coords = []
-    for e in range(options.ensembles):
-        rng = np.random.default_rng([options.seed, 99, e])
-        spread = DISPERSED if e % 2 else 1.0
-        coords.append(_first_points(start, size, spread, rng))
-    log_prob = [start.density(points) for points in coords]
-    return _Ensembles(start, options, workers, store, coords, log_prob)
+def _first_points(
+    density: StraightDensity, mean: Array, covariance: Array, ensemble: int, options: SamplingOptions
+) -> Array:
+    """Draw points of finite density around the mode; the spread shrinks until enough are found.
 
-
-def _first_points(start: Laplace, walkers: int, spread: float, rng: np.random.Generator) -> Array:
-    """Draw points of finite density around the mode; the spread shrinks until enough are found."""
-    kept = np.empty((0, start.eta.size))
+    Every second ensemble begins ``DISPERSED`` times as wide.
+    """
+    n = mean.size
+    walkers = options.walkers or LANES * -(-2 * (n + 1) // LANES)
+    rng = np.random.default_rng([options.seed, 99, ensemble])
+    spread, lower = DISPERSED if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
+    kept = np.empty((0, n))
     for attempt in range(20):
         scale = spread * 0.7 ** max(attempt - 3, 0)
-        drawn = start.eta + scale * rng.standard_normal((2 * walkers, start.eta.size)) @ start.lower.T
-        kept = np.concatenate([kept, drawn[np.isfinite(start.density(drawn))]])
+        drawn = mean + scale * rng.standard_normal((2 * walkers, n)) @ lower.T
+        kept = np.concatenate([kept, drawn[np.isfinite(density(drawn))]])
         if len(kept) >= walkers:
             return kept[:walkers]
-    msg = f"{start.density.equations.name}: hardly any point near the mode has a finite posterior density"
+    msg = "hardly any point near the mode has a finite posterior density"
     raise NumericalError(msg)
 
 

@@ -15,7 +15,9 @@ COVARIANCE = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.03], [0.0, 0.03, 0.04]])
 class Normal:
     terms: tuple = ()
     equations: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(digest="toy", name="toy"))
-    coordinates: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(names=("a", "b", "c")))
+    coordinates: SimpleNamespace = field(
+        default_factory=lambda: SimpleNamespace(names=("a", "b", "c"), logarithmic=(False,) * 3)
+    )
 
     def __call__(self, eta):
         z = np.atleast_2d(eta) - MEAN
