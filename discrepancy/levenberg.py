@@ -1,7 +1,7 @@
 """Levenberg–Marquardt for the search: no fixed ridge, so that long valleys (gravity and spring) are walked to the end.
 
-Steps are damped in the scale of the Jacobian's own columns (Marquardt 1963; damping after Nielsen 1999) and respect
-bounds and orderings as `identification.least_squares` does.
+Steps are damped in the scale of the Jacobian's own columns (Marquardt 1963; damping after Nielsen 1999), follow the
+valley of `identification.retraction` and respect bounds and orderings as `identification.least_squares` does.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import numpy as np
 from identification.gauss_newton import Descent
 from identification.least_squares import step_within, triangle
 from identification.problem import Blocks, Problem
+from identification.retraction import Retraction
 from measurement.run import Array
 
 FLOOR = 1e-10
@@ -38,7 +39,7 @@ def minimise(
     problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 0.01
 ) -> Descent:
     """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (squares over noise)."""
-    A, b = problem.constraints()
+    along = Retraction.of(problem)
     now = problem.blocks(x, gain)
     cost = float(now.residual @ now.residual)
     damping, growth, calls, converged = 1e-3, 2.0, 1, False
@@ -46,17 +47,18 @@ def minimise(
         return Descent(x=x, cost=np.inf, calls=calls, converged=False)
     R, c = triangle_by_runs(now)
     while calls < iterations:
-        d, predicted = _step(R, c, damping, A, b - A @ x)
+        d, predicted = _step(R, c, damping, *along.constraints(x))
         converged = predicted <= tolerance and damping < 1.0
         if converged or damping > 1e9:
             break
-        trial = problem.blocks(x + d, gain)
+        moved = along.move(x, d)
+        trial = problem.blocks(moved, gain)
         calls += 1
         new = float(trial.residual @ trial.residual)
         usable = np.isfinite(new) and all(np.isfinite(J).all() for J in trial.jacobians or ())
         ratio = (cost - new) / max(predicted, 1e-12) if usable else -1.0
         if ratio > 1e-4:
-            x, cost, growth = x + d, new, 2.0
+            x, cost, growth = moved, new, 2.0
             R, c = triangle_by_runs(trial)
             damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
         else:

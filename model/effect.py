@@ -64,8 +64,8 @@ class Effect:
         Torque added to the right-hand side.
     input, output, acceleration
         The new ``w``, ``y``, ``a`` in terms of the old.
-    friction_level, coulomb_level, viscous_level
-        Factors on g(v), on Fc and Fs alone and on σ2.
+    friction_level, coulomb_level, kinetic_level, viscous_level
+        Factors on g(v), on Fc and Fs alone, on Fc alone and on σ2.
     stribeck_velocity
         Speed seen by the Stribeck curve.
     inertia_factor
@@ -95,6 +95,7 @@ class Effect:
     acceleration: sp.Expr | None = None
     friction_level: sp.Expr | None = None
     coulomb_level: sp.Expr | None = None
+    kinetic_level: sp.Expr | None = None
     viscous_level: sp.Expr | None = None
     stribeck_velocity: sp.Expr | None = None
     inertia_factor: sp.Expr | None = None

@@ -28,6 +28,7 @@ class _Terms:
     torque: sp.Expr = sp.S.Zero
     friction_level: sp.Expr = sp.S.One
     coulomb_level: sp.Expr = sp.S.One
+    kinetic_level: sp.Expr = sp.S.One
     viscous_level: sp.Expr = sp.S.One
     stribeck_velocity: sp.Expr = sym.v
     inertia_factor: sp.Expr = sp.S.One
@@ -48,6 +49,7 @@ def _add(terms: _Terms, effect: Effect) -> _Terms:
         torque=terms.torque + (effect.torque if effect.torque is not None else 0),
         friction_level=terms.friction_level * (effect.friction_level or one).subs(sym.w, terms.w),
         coulomb_level=terms.coulomb_level * (effect.coulomb_level or one).subs(sym.w, terms.w),
+        kinetic_level=terms.kinetic_level * (effect.kinetic_level or one).subs(sym.w, terms.w),
         viscous_level=terms.viscous_level * (effect.viscous_level or one),
         stribeck_velocity=effect.stribeck_velocity if effect.stribeck_velocity is not None else terms.stribeck_velocity,
         inertia_factor=terms.inertia_factor * (effect.inertia_factor or one),
@@ -107,7 +109,7 @@ def joint_equations(
             sigma2=p["sigma2"] * terms.viscous_level,
             vs=p["vs"],
             Fs=p["Fs"] * terms.coulomb_level,
-            Fc=p["Fc"] * terms.coulomb_level,
+            Fc=p["Fc"] * terms.coulomb_level * terms.kinetic_level,
         ),
         level=terms.friction_level,
         lagged=terms.stribeck_velocity,

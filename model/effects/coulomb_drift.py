@@ -1,4 +1,4 @@
-"""Dry friction that settles while the joint warms up."""
+"""Dry friction that settles while the joint warms up: both its levels, or that in motion alone."""
 
 import sympy as sp
 
@@ -6,8 +6,9 @@ from model.effect import Effect, parameter, t
 from model.scales import DURATION
 
 a1, T = sp.symbols("coulomb_excess coulomb_warm_up", real=True)
+_settling = 1 + a1 * sp.exp(-t / T)
 
-EFFECT = Effect(
+_BOTH = Effect(
     id="coulomb_drift",
     title="dry friction that settles during a run",
     formula="Fc, Fs times (1 + a·exp(−t/T))",
@@ -20,5 +21,16 @@ EFFECT = Effect(
     relative={"coulomb_warm_up": DURATION},
     shapes=(("coulomb_warm_up", (0.08, 0.2, 0.5, 1.5)),),
     rivals=("viscous_drift", "gain_drift"),
-    coulomb_level=1 + a1 * sp.exp(-t / T),
+    coulomb_level=_settling,
+)
+
+EFFECTS = (
+    _BOTH,
+    _BOTH.but(
+        variant="kinetic",
+        title="dry friction of a moving joint that settles during a run",
+        formula="Fc times (1 + a·exp(−t/T))",
+        coulomb_level=None,
+        kinetic_level=_settling,
+    ),
 )

@@ -1,0 +1,28 @@
+"""QR run after run against one QR of everything; Levenberg–Marquardt against SciPy."""
+
+import numpy as np
+import pytest
+
+from discrepancy.levenberg import triangle_by_runs
+from identification.least_squares import triangle
+from identification.problem import Blocks
+
+
+def test_runs_apart_give_the_same_normal_equations_as_all_at_once():
+    rng = np.random.default_rng(3)
+    rows, jacobians = [], []
+    for k, n in enumerate((40, 55)):
+        J = np.zeros((n, 1, 7))
+        J[:, 0, :3] = rng.standard_normal((n, 3))
+        J[:, 0, 3 + 2 * k : 5 + 2 * k] = rng.standard_normal((n, 2))
+        jacobians.append(J)
+        rows.append(rng.standard_normal((n, 1)))
+    prior_jacobian = np.eye(7)[:2]
+    blocks = Blocks(
+        rows=tuple(rows), jacobians=tuple(jacobians), prior=np.array([0.3, -0.4]), prior_jacobian=prior_jacobian
+    )
+    R, c = triangle_by_runs(blocks)
+    whole, target = triangle(blocks.jacobian, blocks.residual)
+    assert pytest.approx(whole.T @ whole) == R.T @ R
+    assert np.linalg.solve(R, c) == pytest.approx(np.linalg.solve(whole, target))
+    assert np.linalg.solve(R, c) == pytest.approx(np.linalg.lstsq(blocks.jacobian, -blocks.residual, rcond=None)[0])
