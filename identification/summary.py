@@ -42,12 +42,15 @@ def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
     parts += [f"{step.configuration.name}: {sentence}" for step in steps for sentence in attention(step)]
     runs = verification.get("runs", [])
     if runs:
-        parts.append("Whole model (all joints free), RMS over noise by joint:")
+        parts.append(
+            "Whole model (all joints free), RMS over noise by joint; in brackets over what noise and the spread of the "
+            "parameters explain:"
+        )
         rows = [
             (
                 run["file"],
                 run["mode"].replace("_", " "),
-                *(_ratio(one["rmse_over_noise"]) for one in run["joints"]),
+                *(_whole(one) for one in run["joints"]),
             )
             for run in runs
         ]
@@ -56,8 +59,11 @@ def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
     return "\n".join(parts)
 
 
-def _ratio(value: float | None) -> str:
-    return "diverged" if value is None else f"{value:.2f}"
+def _whole(joint: Mapping[str, Any]) -> str:
+    noise, expected = joint["rmse_over_noise"], joint.get("rmse_over_expected")
+    if noise is None:
+        return "diverged"
+    return f"{noise:.2f}" if expected is None else f"{noise:.2f} ({expected:.2f})"
 
 
 def attention(step: Step) -> list[str]:

@@ -92,7 +92,10 @@ def _worst(step: Step) -> float | None:
 
 def _overview(steps: Sequence[Step]) -> Section:
     table = Table(header=HEADER, rows=[step_row(step) for step in steps])
-    return Section(title="Overview", anchor="overview", paragraphs=(METHOD,), tables=(table,))
+    look = [f"{step.configuration.name.capitalize()}: {sentence}." for step in steps for sentence in attention(step)]
+    rows = [(sentence.replace("..", "."),) for sentence in look]
+    tables = (table, Table(header=("worth a second look",), rows=rows)) if rows else (table,)
+    return Section(title="Overview", anchor="overview", paragraphs=(METHOD,), tables=tables)
 
 
 def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
