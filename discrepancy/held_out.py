@@ -9,9 +9,8 @@ import numpy as np
 
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise
-from discrepancy.solution import Solution, whiteners
+from discrepancy.solution import Solution, under_noise
 from discrepancy.study import Study
-from discrepancy.whitened import Whitened
 from measurement.run import Array, Run
 
 
@@ -45,13 +44,11 @@ def predict(
     held = {q.id: {"initial": float(p), "lower": float(p), "upper": float(p), "fixed": True}
             for q, p in zip(solution.equations.parameters, solution.theta, strict=True)}  # fmt: skip
     simulator = study.factory(solution.equations.with_parameters(held))
-    problem = Whitened.under(
-        simulator, chosen, whiteners(simulator, chosen, model.but(scatter=0.0), solution.theta, ())
-    )
+    problem = under_noise(simulator, chosen, model.but(scatter=0.0), solution.theta, ())
     x = minimise(problem, np.zeros(problem.size), iterations=12).x
     x0 = problem.x0(x)
     if model.scatter > 0:
-        problem = Whitened.under(simulator, chosen, whiteners(simulator, chosen, model, solution.theta, x0))
+        problem = under_noise(simulator, chosen, model, solution.theta, x0)
         x = minimise(problem, x, iterations=12).x
         x0 = problem.x0(x)
     found = problem.blocks(x, jacobian=False)

@@ -41,10 +41,10 @@ def estimate(study: Study, solution: Solution) -> Noise:
 
 
 def _columns(study: Study, solution: Solution, noise: Noise) -> list[Array]:
-    simulator = study.simulator(solution.effects)
+    simulator, cycles = study.simulator(solution.effects), study.cycles()
     return [
-        cycle_columns(simulator, run, noise, solution.theta, x0)
-        for run, x0 in zip(study.fitted, solution.x0, strict=True)
+        cycle_columns(simulator, run, noise, solution.theta, x0, cycles=cycles[run.file])
+        for run, x0 in zip(solution.problem.runs, solution.x0, strict=True)
     ]
 
 

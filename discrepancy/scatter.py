@@ -5,22 +5,26 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from discrepancy.cycles import whole_cycles
 from discrepancy.noise import Noise
 from identification.simulator import Simulator
-from measurement.cycles import find_cycles
+from measurement.cycles import Cycles
 from measurement.run import Array, Run
 
+LINEARISATIONS = 3
 PROBE = 1e-2
 """Relative change of a cycle's torque from which its effect on the reading is taken."""
 
 
-def cycle_columns(simulator: Simulator, run: Run, noise: Noise, theta: Array, x0: Array) -> Array:
+def cycle_columns(
+    simulator: Simulator, run: Run, noise: Noise, theta: Array, x0: Array, *, cycles: Cycles | None = None
+) -> Array:
     """Return M (n_t, n_cycles): change of the reading with the relative amplitude of each cycle, over the sensor's std.
 
     Where the scatter acts on the reading, column c is q − centre within cycle c and 0 outside; where it acts on the
     torque, it is the difference of two simulations, the torque of cycle c changed by a hundredth.
     """
-    cycles = find_cycles(run)
+    cycles = whole_cycles(run) if cycles is None else cycles
     y = simulator.simulate(theta, run, x0=x0).y[:, 0]
     inside = cycles.index[:, None] == np.arange(cycles.count)
     if noise.path == "reading":
@@ -33,6 +37,34 @@ def _torque_column(simulator: Simulator, run: Run, theta: Array, x0: Array, y: A
     u = run.u.copy()
     u[mask] *= 1.0 + PROBE
     return np.asarray((simulator.simulate(theta, run.but(u=u), x0=x0).y[:, 0] - y) / PROBE)
+
+
+def relinearised(simulator: Simulator, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
+    """Return the run about the most probable amplitudes of its cycles, and M there.
+
+    With torque u·exp(b) in a cycle, b ~ N(0, s²), the reading is linearised about the posterior mean b̂ instead of 0:
+    y(b) ≈ y(b̂) + σ·M·(b − b̂). The returned run has the torque u·exp(b̂) and the reading y + σ·M·b̂, so that residual
+    and M stay those of the linear model r = M·b + ε. A scatter on the reading is linear as it is.
+    """
+    cycles = whole_cycles(run)
+    if noise.path == "reading":
+        return run, cycle_columns(simulator, run, noise, theta, x0, cycles=cycles)
+    b: Array = np.zeros(cycles.count)
+    for _ in range(LINEARISATIONS):
+        moved = run.but(u=run.u * np.exp(_spread(b, cycles))[:, None])
+        M = cycle_columns(simulator, moved, noise, theta, x0, cycles=cycles)
+        r = (run.y[:, 0] - simulator.simulate(theta, moved, x0=x0).y[:, 0]) / run.sensor_std[0] + M @ b
+        shift = run.sensor_std[0] * (M @ b)
+        flat, left = noise.colour.whiten(M), noise.colour.whiten(r)
+        weight = flat.T @ flat + np.eye(b.size) / noise.scatter**2
+        b = np.asarray(np.linalg.solve(weight, flat.T @ left), dtype=np.float64)
+    return moved.but(y=run.y + shift[:, None]), M
+
+
+def _spread(b: Array, cycles: Cycles) -> Array:
+    """Value of b in every row; 0 outside all cycles."""
+    inside = cycles.index[:, None] == np.arange(cycles.count)
+    return np.asarray(inside @ b)
 
 
 def restricted_likelihood(r: Array, M: Array) -> tuple[Array, Array]:

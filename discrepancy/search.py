@@ -11,9 +11,8 @@ from dataclasses import dataclass, field, replace
 
 from discrepancy.base import Base, fit_base
 from discrepancy.exchange import exchanged
-from discrepancy.noise import Noise
-from discrepancy.noise_estimate import estimate
-from discrepancy.refit import Candidate, judged
+from discrepancy.noise import Colour, Noise
+from discrepancy.refit import Candidate, judged, settle
 from discrepancy.scan import Scan, scan
 from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
@@ -105,8 +104,7 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
 def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None) -> Search:
     """Search from one minimum of the base; keep what is ``known`` where it still gains over a base that lacks."""
     white = solve(study, (), Noise(), base.solution.values, x0=base.solution.x0)
-    noise = estimate(study, white)
-    plain = white if noise == Noise() else solve(study, (), noise, white.values, x0=white.x0)
+    plain = settle(study, (), white).solution
     tell("signatures of the catalogue")
     scales = scales_of(study, plain.values)
     entries = {key: e.at(scales) for key, e in study.entries.items() if not e.random}
@@ -134,7 +132,7 @@ def _forward(s: Searcher, start: Trial, white: Solution) -> tuple[list[Trial], T
     trials: list[Trial] = []
     best = start
     if not start.adequate or start.solution.noise != Noise():
-        trials = s.step(start, white)
+        trials = s.step(start, *_origins(s, start, white), few=start.adequate)
         winner = chosen(trials)
         best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST:
@@ -144,6 +142,14 @@ def _forward(s: Searcher, start: Trial, white: Solution) -> tuple[list[Trial], T
             break
         best = winner
     return trials, best
+
+
+def _origins(s: Searcher, start: Trial, white: Solution) -> tuple[Solution, ...]:
+    """Return the base under white noise, and under scatter alone where a gap is left beside it."""
+    noise = start.solution.noise.but(colour=Colour())
+    if noise.scatter == 0.0 or start.adequate:
+        return (white,)
+    return white, solve(s.study, (), noise, start.solution.values, x0=start.solution.x0)
 
 
 def simpler(winner: Trial, start: Trial) -> bool:

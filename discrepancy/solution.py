@@ -9,7 +9,7 @@ import numpy as np
 
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise, Whitener
-from discrepancy.scatter import cycle_columns
+from discrepancy.scatter import relinearised
 from discrepancy.study import Study
 from discrepancy.whitened import Whitened
 from identification.problem import Blocks, Problem
@@ -89,14 +89,13 @@ class Solution:
         return tuple(dict.fromkeys(key.partition(":")[0] for key in self.keys))
 
 
-def whiteners(
-    simulator: Simulator, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array]
-) -> tuple[Whitener, ...]:
-    """Whiteners of ``runs`` about the trajectories at ``theta``."""
+def under_noise(simulator: Simulator, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array]) -> Whitened:
+    """Lay out the problem of ``runs`` under ``noise``, its scatter linearised about the trajectories at ``theta``."""
     if noise.scatter == 0.0:
-        return tuple(Whitener(colour=noise.colour) for _ in runs)
-    columns = (cycle_columns(simulator, run, noise, theta, start) for run, start in zip(runs, x0, strict=True))
-    return tuple(Whitener.of(noise.colour, noise.scatter, M) for M in columns)
+        return Whitened.under(simulator, tuple(runs), tuple(Whitener(colour=noise.colour) for _ in runs))
+    about = [relinearised(simulator, run, noise, theta, start) for run, start in zip(runs, x0, strict=True)]
+    whiteners = tuple(Whitener.of(noise.colour, noise.scatter, M) for _, M in about)
+    return Whitened.under(simulator, tuple(run for run, _ in about), whiteners)
 
 
 def start_vector(equations: Equations, values: Mapping[str, float]) -> Array:
@@ -124,8 +123,7 @@ def solve(
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
     for _ in range(ROUNDS if noise.scatter > 0 else 1):
-        current = whiteners(simulator, runs, noise, problem.theta(x), problem.x0(x))
-        problem = Whitened.under(simulator, runs, current)
+        problem = under_noise(simulator, runs, noise, problem.theta(x), problem.x0(x))
         found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
     raw = Problem.blocks(problem, x)

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory
 from identification.equations_for import device_of, equations_for
 from identification.simulator import Simulator
 from measurement.campaign import Campaign
-from measurement.cycles import Cycles, find_cycles
+from measurement.cycles import Cycles
 from measurement.run import Run
 from model.effect import Effect
 from model.equations import Equations
@@ -67,7 +68,7 @@ class Study:
 
     def cycles(self) -> dict[str, Cycles]:
         """Cycles of the torque of every run, by file."""
-        return {run.file: find_cycles(run) for run in (*self.fitted, *self.unseen)}
+        return {run.file: whole_cycles(run) for run in (*self.fitted, *self.unseen)}
 
 
 def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect]) -> Study:

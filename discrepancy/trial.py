@@ -121,10 +121,17 @@ class Searcher:
             at_bound=at_bound,
         )
 
-    def step(self, current: Trial, origin: Solution) -> list[Trial]:
-        """Extend ``origin``, an optimum of ``current``'s equations: begin with every entry, finish with the best."""
+    def step(self, current: Trial, *origins: Solution, few: bool = False) -> list[Trial]:
+        """Extend ``origins``, optima of ``current``'s equations: begin with every entry, finish with the best.
+
+        With ``few`` only the entries of the best scores are begun, and only the best of them is finished.
+        """
         trials: list[Trial] = []
-        ready = self.ready(origin)
+        most = PROMISING if few else len(self.entries)
+        begun: dict[str, Solution] = {}
+        for found in sorted((s for origin in origins for s in self.ready(origin, most)), key=self.rank):
+            begun.setdefault(found.effects[-1].key, found)
+        ready = list(begun.values())[: 1 if few else None]
         while ready and len(trials) < FINISHED:
             if any(t.adequate and t.acceptable for t in trials):
                 limit = max(t.solution.log_likelihood for t in trials) - CLOSE
@@ -135,10 +142,11 @@ class Searcher:
                 trials.append(self.finish(current, ready.pop(0)))
         return trials
 
-    def ready(self, solution: Solution) -> list[Solution]:
+    def ready(self, solution: Solution, most: int) -> list[Solution]:
         """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end."""
         rough = at_step(self.study, COARSE)
-        fresh = {s.key: s for s in self.scan(solution).scores if self.entries[s.key].id not in solution.ids}
+        scores = [s for s in self.scan(solution).scores if self.entries[s.key].id not in solution.ids]
+        fresh = {s.key: s for s in scores[:most]}
         begun = [begin(rough, solution, self.entries[key], score) for key, score in fresh.items()]
         begun = sorted((s for s in begun if np.isfinite(s.log_likelihood)), key=self.rank)
         named = {rival for s in begun[:1] for rival in s.effects[-1].rivals}

@@ -1,0 +1,52 @@
+"""Cycles' amplitudes on the torque: the linear model holds about the most probable ones, not about none."""
+
+import numpy as np
+import pytest
+
+from discrepancy.cycles import whole_cycles
+from discrepancy.kernels import Factory
+from discrepancy.noise import Noise
+from discrepancy.scatter import cycle_columns, relinearised
+from identification.simulator import initial_state
+from measurement.run import Run
+from model.joint import joint_equations
+
+VALUES = {
+    "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,
+    "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
+}  # fmt: skip
+OMEGA = 2.0
+
+
+def run_with(u: np.ndarray, y: np.ndarray, t: np.ndarray) -> Run:
+    return Run(
+        file="cosine", free_joints=(0,), t=t, u=u[:, None], y=y[:, None], noise=np.array([1e-4]),
+        resolution=np.zeros(1), posture=np.zeros(1), use="fit",
+    )  # fmt: skip
+
+
+def test_amplitudes_are_found_and_leave_far_less_than_the_first_linearisation():
+    equations = joint_equations(0)
+    simulator, theta = Factory()(equations), np.array([VALUES[q.id] for q in equations.parameters])
+    t = np.arange(0.0, 16.0, 0.01)
+    u = 0.008 * np.cos(OMEGA * t)
+    cycles = whole_cycles(run_with(u, np.zeros_like(t), t))
+    assert cycles.count == 6  # 5.09 cycles: the last tenth of a cycle has an amplitude of its own
+    rng = np.random.default_rng(2)
+    b = 0.03 * rng.standard_normal(cycles.count)
+    driven = run_with(u * np.exp(b[cycles.index]), np.zeros_like(t), t)
+    x0 = initial_state(equations, driven)
+    y = simulator.simulate(theta, driven, x0=x0).y[:, 0]
+    run = run_with(u, y + 1e-4 * rng.standard_normal(t.size), t)
+    noise = Noise(scatter=0.03, path="torque")
+
+    about, M = relinearised(simulator, run, noise, theta, x0)
+    found = np.log(np.array([about.u[cycles.index == k, 0][0] / u[cycles.index == k][0] for k in range(cycles.count)]))
+    assert found[:5] == pytest.approx(b[:5], abs=2e-3)
+    left = (about.y[:, 0] - simulator.simulate(theta, about, x0=x0).y[:, 0]) / 1e-4
+    assert np.mean((left - M @ found) ** 2) < 1.1
+
+    naive = cycle_columns(simulator, run, noise, theta, x0)
+    r = (run.y[:, 0] - simulator.simulate(theta, run, x0=x0).y[:, 0]) / 1e-4
+    rest = r - naive @ np.linalg.lstsq(naive, r, rcond=None)[0]
+    assert np.mean(rest**2) > 2.0
