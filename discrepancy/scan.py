@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 from scipy.stats import chi2
 
+from discrepancy.chi_squared import log_tail
 from discrepancy.signatures import Point, Signatures
 from discrepancy.solution import Solution
 from discrepancy.study import Study
@@ -131,7 +132,7 @@ def scan(
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
         T, amplitude = _statistics(G, c, point, entries[point.key])
-        p = float(chi2.logsf(T, len(point.values)))
+        p = log_tail(T, len(point.values))
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
     scores = [_score(sorted(rows, key=lambda row: row[0]), count, survives) for rows in best.values()]
     return Scan(scores=tuple(sorted(scores, key=lambda s: (s.log_p, -s.T))), tests=count)
