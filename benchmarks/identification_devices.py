@@ -192,7 +192,7 @@ def main(devices: int, joints: str | None, out: Path, workers: int, **settings: 
         "cases": results,
     }
     out.parent.mkdir(parents=True, exist_ok=True)
-    out.write_text(json.dumps(kept, indent=1), encoding="utf-8")
+    out.write_text(json.dumps(kept, separators=(",", ":")) + "\n", encoding="utf-8")
     out.with_suffix(".md").write_text(page(kept), encoding="utf-8")
     click.echo(page(kept))
 
