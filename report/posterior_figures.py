@@ -62,6 +62,31 @@ def _corner_cell(ax: Axes, shown: Array, i: int, j: int, limits: Array) -> None:
     ax.set_xlim(*limits[j])
 
 
+def widths(names: Sequence[str], posterior: Array, prior: Array) -> Figure:
+    """Half-width of each parameter's 95 % interval in percent of its value, within that of its prior.
+
+    Parameters
+    ----------
+    posterior, prior
+        Shape (n,) each; a prior wider than the axis is cut.
+    """
+    order = np.argsort(posterior)
+    low = 10 ** np.floor(np.log10(max(float(np.min(posterior)), 1e-6)))
+    with style():
+        made = figure(9.0, 0.24 * len(names) + 0.9)
+        ax = made.subplots()
+        for row, i in enumerate(order):
+            ax.barh(row, min(prior[i], 1000.0) - low, left=low, color=BAND, height=0.75)
+            ax.barh(row, min(posterior[i], 1000.0) - low, left=low, color=SIMULATED, height=0.75)
+            ax.text(1050.0, row, f"± {posterior[i]:.2g} %", va="center", fontsize=7)
+        ax.set_xscale("log")
+        ax.set_xlim(low, 1000.0)
+        ax.set_yticks(range(len(names)), [names[i] for i in order], fontsize=7)
+        ax.set_xlabel("95 % half-width in percent of the value (dark: with the data, pale: prior alone)")
+        ax.grid(visible=False, axis="y")
+    return made
+
+
 def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
     """Rank plots (Vehtari et al. 2021, §5): each ensemble's share of every range of ranks; level bars mean agreement.
 
@@ -109,10 +134,8 @@ def bands(parts: Sequence[Bands]) -> Figure:
                 row[1].fill_between(t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
             row[1].plot(t, 1e3 * (y - part.median), ",", color=RESIDUAL)
             row[1].set_ylabel("mrad")
-            shares = ", ".join(f"{c:.1%}" for c in part.covered)
-            row[1].set_title(
-                f"less the median; bands of 50, 80, 95 % cover {shares} of the rows", fontsize=7, loc="left"
-            )
+            shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
+            row[1].set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")
         axes[0][0].legend(fontsize=6, loc="upper right")
         for ax in axes[-1]:
             ax.set_xlabel("time [s]")

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from report.page import Picture, Section, Table, render_page
-from report.posterior_figures import bands, corner, cycles, ranks
+from report.posterior_figures import bands, corner, cycles, ranks, widths
+from report.posterior_overview import lead, overview, physical, width
 from report.style import data_uri
 from uq.posterior import Posterior
 from uq.summary import ParameterSummary
@@ -24,25 +25,11 @@ def posterior_page(
     posteriors: Sequence[Posterior], *, title: str, synthetic: bool, footer: Sequence[str], full: Sequence[Section] = ()
 ) -> str:
     """Render the page of all joints; ``full`` are sections about the full model."""
-    unsound = [p.joint for p in posteriors if not p.sound]
-    lead = " ".join(_lead(p) for p in posteriors)
-    if unsound:
-        lead += f" The sampler's own checks are not all met for joint {', '.join(map(str, unsound))}: see below."
-    sections = [part for p in posteriors for part in _joint(p)]
-    return render_page(title=title, lead=lead, sections=[*sections, *full], synthetic=synthetic, footer=footer)
-
-
-def _lead(p: Posterior) -> str:
-    """Joint, widest and narrowest parameter, scatter."""
-    physical = [s for s in p.parameters if s.id in {q.id for q in p.mode.density.coordinates.free}]
-    told = [s for s in physical if s.contraction <= 0.5]
-    if not told:
-        return f"Joint {p.joint}: the data set no parameter; all are set by their priors."
-    widths = {s.id: (s.intervals[0.95][1] - s.intervals[0.95][0]) / 2 / abs(s.median) for s in told}
-    low, high = min(widths, key=lambda k: widths[k]), max(widths, key=lambda k: widths[k])
-    scatter = [s.verdict for s in p.parameters if s.id == "cycle_scatter"]
-    text = f"Joint {p.joint}: from ±{100 * widths[low]:.2g} % ({low}) to ±{100 * widths[high]:.2g} % ({high})."
-    return " ".join([text, *scatter])
+    sections = [overview(posteriors)] if len(posteriors) > 1 else []
+    sections += [part for p in posteriors for part in _joint(p)]
+    return render_page(
+        title=title, lead=lead(posteriors), sections=[*sections, *full], synthetic=synthetic, footer=footer
+    )
 
 
 def _joint(p: Posterior) -> list[Section]:
@@ -56,13 +43,13 @@ def _joint(p: Posterior) -> list[Section]:
         Section(
             title=f"Joint {p.joint}",
             anchor=f"joint{p.joint}",
-            paragraphs=[*(s.verdict for s in p.parameters), _next_words(p), *p.notes],
-            pictures=cycle_pictures,
+            paragraphs=[*(s.verdict for s in p.parameters if s not in physical(p)), _next_words(p), *p.notes],
+            pictures=[_widths(p)],
             tables=[_intervals(p.parameters)],
         ),
         Section(
             title=f"Joint {p.joint}: predicted and measured",
-            pictures=[_picture(bands(p.bands), BANDS, "predictive bands over measured positions")],
+            pictures=[*cycle_pictures, _picture(bands(p.bands), BANDS, "predictive bands over measured positions")],
         ),
         Section(
             title=f"Joint {p.joint}: noise model",
@@ -81,7 +68,7 @@ def _joint(p: Posterior) -> list[Section]:
                     "rank plots",
                 ),
             ],
-            tables=[_diagnostics(p.parameters), *_sensitivity(p)],
+            tables=[_further_intervals(p.parameters), _diagnostics(p.parameters), *_sensitivity(p)],
             folded=True,
         ),
     ]
@@ -91,13 +78,41 @@ def _picture(made: object, caption: str, alt: str) -> Picture:
     return Picture(uri=data_uri(made), caption=caption, alt=alt)  # type: ignore[arg-type] # figures only
 
 
+def _widths(p: Posterior) -> Picture:
+    """How much of the prior's width is left."""
+    shown, coordinates = physical(p), p.mode.density.coordinates
+    prior = coordinates.values(coordinates.draw(np.random.default_rng(0), 2000))
+    ends = np.quantile(prior, [0.025, 0.975], axis=0)
+    scale = np.array([max(abs(s.median), 1e-300) for s in shown])
+    places = [coordinates.names.index(s.id) for s in shown]
+    wide = 100 * (ends[1] - ends[0])[places] / 2 / scale
+    made = widths([s.id for s in shown], np.array([100 * width(s) for s in shown]), wide)
+    return _picture(made, "How well each parameter is known, the least known on top.", "widths of intervals and priors")
+
+
 def _intervals(parameters: Sequence[ParameterSummary]) -> Table:
-    rows = [
-        [p.id, f"{p.median:.6g}", *(f"{a:.6g} … {b:.6g}" for a, b in p.intervals.values()), p.unit, p.description]
-        for p in parameters
-    ]
-    header = ["parameter", "median", *(f"{level:.0%} interval" for level in parameters[0].intervals), "unit", "meaning"]
+    rows = [[p.id, p.description, p.verdict, *_spelled(p, (0.95,)), p.unit, p.prior] for p in parameters]
+    header = ["parameter", "meaning", "verdict", "median", "95 % interval", "unit", "prior"]
     return Table(header=header, rows=rows, caption=INTERVALS)
+
+
+def _further_intervals(parameters: Sequence[ParameterSummary]) -> Table:
+    levels = tuple(parameters[0].intervals)
+    header = ["parameter", "median", *(f"{100 * level:.0f} % interval" for level in levels), "unit"]
+    return Table(header=header, rows=[[p.id, *_spelled(p, levels), p.unit] for p in parameters], caption=INTERVALS)
+
+
+def _spelled(p: ParameterSummary, levels: Sequence[float]) -> list[str]:
+    ends = [p.intervals[level] for level in levels]
+    return [_rounded(p.median, p.std), *(f"{_rounded(a, p.std)} … {_rounded(b, p.std)}" for a, b in ends)]
+
+
+def _rounded(value: float, std: float) -> str:
+    """Write a value to a tenth of its standard deviation's first digit."""
+    if not std > 0 or value == 0:
+        return f"{value:.4g}"
+    digits = int(np.floor(np.log10(abs(value)))) - int(np.floor(np.log10(std))) + 2
+    return f"{value:.{int(np.clip(digits, 2, 9))}g}"
 
 
 def _diagnostics(parameters: Sequence[ParameterSummary]) -> Table:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,10 +25,12 @@ from support.files import write_json, write_text
 from uq.calibration_result import judged, page, table
 from uq.hyper import NOISE_KNOWN
 from uq.noise_model import NoiseModel
-from uq.simulation_based import Design, rank_one_set
+from uq.simulation_based import Design, Outcome, rank_one_set
 
 PRIOR = 0.1
 """Relative width of the priors from which truths are drawn."""
+KEPT_EVERY = 10
+"""Data sets between one writing of the results and the next."""
 PRIOR_WORDS = (
     f"normal, {PRIOR:.0%} wide (1e-4 about 0); cycle_scatter half-normal, scale 10 %; noise_factor log-normal, "
     f"{NOISE_KNOWN:.0%} wide"
@@ -54,7 +58,9 @@ def main(joints: str, sets: int, seed: int, workers: int, out: Path, *, quiet: b
     known = [j for j in chosen if j in campaign.joints]
     if known != list(chosen):
         raise InputError("--joints", expected=f"joints of {campaign.joints}", got=joints)
-    begun, results = time.perf_counter(), {}
+    study = _Study(
+        command=f"python -m uq.calibrate --joints {joints} --sets {sets} --seed {seed}", workers=workers, out=out
+    )
     with Processes(workers) as pool:
         for joint in chosen:
             design = design_of(campaign, joint)
@@ -62,27 +68,41 @@ def main(joints: str, sets: int, seed: int, workers: int, out: Path, *, quiet: b
             bar: Any
             with progress(total=sets, title=f"joint {joint}", quiet=quiet) as bar:
 
-                def more(done: Any, bar: Any = bar) -> int:
+                def more(done: Sequence[Outcome], bar: Any = bar, joint: int = joint, design: Design = design) -> int:
                     bar.n = len(done)
                     bar.refresh()
+                    if done and (len(done) % KEPT_EVERY == 0 or len(done) == sets):
+                        study.keep(joint, design, done)
                     return sets - len(done)
 
-                outcomes = pool.until(rank_one_set, tasks, more)
-            results[str(joint)] = judged(outcomes, names_of(design))
-            click.echo(table(str(joint), results[str(joint)]))
-            stored = {
-                "command": f"python -m uq.calibrate --joints {joints} --sets {sets} --seed {seed}",
-                "date": time.strftime("%Y-%m-%d"),
-                "python": sys.version.split()[0],
-                "workers": workers,
-                "wall_s": time.perf_counter() - begun,
-                "sets": sets,
-                "design": design.words,
-                "priors": PRIOR_WORDS,
-                "joints": results,
-            }
-            write_json(out, stored)
-            write_text(out.with_suffix(".md"), page(stored))
+                pool.until(rank_one_set, tasks, more)
+            click.echo(table(str(joint), study.results[str(joint)]))
+
+
+@dataclass(slots=True, kw_only=True)
+class _Study:
+    """What is known so far, written whenever more is known: an interrupted command keeps it."""
+
+    command: str
+    workers: int
+    out: Path
+    begun: float = field(default_factory=time.perf_counter)
+    results: dict[str, dict[str, Any]] = field(default_factory=dict)
+
+    def keep(self, joint: int, design: Design, outcomes: Sequence[Outcome]) -> None:
+        """Judge the outcomes of a joint so far and write everything."""
+        self.results[str(joint)] = {"design": design.words, **judged(outcomes, names_of(design))}
+        stored = {
+            "command": self.command,
+            "date": time.strftime("%Y-%m-%d"),
+            "python": sys.version.split()[0],
+            "workers": self.workers,
+            "wall_s": time.perf_counter() - self.begun,
+            "priors": PRIOR_WORDS,
+            "joints": self.results,
+        }
+        write_json(self.out, stored)
+        write_text(self.out.with_suffix(".md"), page(stored))
 
 
 def design_of(campaign: Campaign, joint: int) -> Design:

@@ -80,7 +80,7 @@ def page(stored: dict[str, Any]) -> str:
         "right, ranks are uniform and a p-interval holds the truth in a share p of the data sets. The path is the "
         "command's: mode, normal approximation, ensembles, marginal likelihood with noise factor and amplitude "
         "scatter.\n\n"
-        f"Each data set: {stored['design']}. Priors: {stored['priors']}.\n\n"
+        f"Priors: {stored['priors']}.\n\n"
     )
     return text + "\n".join(_joint(joint, result) for joint, result in stored["joints"].items())
 
@@ -98,7 +98,8 @@ def _joint(joint: str, result: dict[str, Any]) -> str:
     told = (
         f"{verdict(result)} {result['ranked']} data sets, {len(result['failed'])} failed; independent draws per data "
         f"set {draws['median']:.0f} in the median, {draws['fewest']:.0f} at least. Bold: outside the central 95 % "
-        "range of chance, as one in twenty should be.\n"
+        "range of chance, as one in twenty should be. Each data set: "
+        f"{result['design']}.\n"
     )
     return "\n".join([f"## Joint {joint}\n", told, *lines, ""])
 

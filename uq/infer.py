@@ -54,7 +54,7 @@ class InferOptions:
     sensitivity: bool = False
 
 
-QUICK = SamplingOptions(chunk=40, burn=60, pilot=0, longest=160)
+QUICK = SamplingOptions(chunk=40, burn=60, pilot=0, longest=120)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,9 +31,9 @@ RANKS = 199
 STEPS = (1e-2, 5e-3, 2.5e-3)
 """Inner steps [s] among which the longest that suffices is taken; data are made with a fine one."""
 SAMPLING = SamplingOptions(
-    ensembles=1, chunk=60, burn=60, pilot=0, longest=1600, lengths=16.0, change=float("inf"), move="independent"
+    ensembles=1, chunk=40, burn=60, pilot=0, longest=1600, lengths=10.0, change=float("inf"), move="independent"
 )
-"""One ensemble of 32 walkers until it is 16 autocorrelation times long: 500 independent draws."""
+"""One ensemble of 32 walkers until it is 10 autocorrelation times long: 320 independent draws."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
