@@ -82,6 +82,7 @@ def page(stored: dict[str, Any]) -> str:
         "scatter.\n\n"
         f"Priors: {stored['priors']}.\n\n"
     )
+    text += "".join(f"{note}\n\n" for note in stored.get("notes", ()))
     return text + "\n".join(_joint(joint, result) for joint, result in stored["joints"].items())
 
 
