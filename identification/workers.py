@@ -8,6 +8,7 @@ would otherwise depend on the number of threads.
 from __future__ import annotations
 
 import multiprocessing
+import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager
@@ -76,6 +77,11 @@ class Submitting:
         return results
 
 
+def _left_to_the_parent() -> None:
+    """Leave Ctrl-C to the parent, which ends its workers itself."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
 class Processes(Submitting, AbstractContextManager["Processes"]):
     """Processes on this machine, started on first use."""
 
@@ -86,7 +92,9 @@ class Processes(Submitting, AbstractContextManager["Processes"]):
     def submit(self, function: Callable[..., T], *task: Any) -> Future[T]:
         """Start a task."""
         if self._pool is None:
-            self._pool = ProcessPoolExecutor(self.count, mp_context=multiprocessing.get_context("spawn"))
+            self._pool = ProcessPoolExecutor(
+                self.count, mp_context=multiprocessing.get_context("spawn"), initializer=_left_to_the_parent
+            )
         return self._pool.submit(single_threaded, function, *task)
 
     def __exit__(

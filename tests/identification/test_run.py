@@ -3,6 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +22,7 @@ from virtual_device.campaign import make_joint_campaign
 from virtual_device.inputs import Cosine
 from virtual_device.sensor import Sensor
 
+ROOT = Path(__file__).parents[2]
 DATA = Path(__file__).parents[3] / "shared" / "data"
 FAST = ("--quiet", "--workers", "1", "--fmu", "none", "--method", "gauss_newton")
 COSINES = (
@@ -109,6 +115,44 @@ def test_interrupted_run_goes_on_where_it_stopped(identified, campaign, tmp_path
     assert sought == []
     assert again["complete"] is True
     assert again["configurations"][0]["parameters"] == whole["configurations"][0]["parameters"]
+
+
+def state_of(pid: str, field: str) -> str:
+    try:
+        lines = Path(f"/proc/{pid}/status").read_text().splitlines()
+    except OSError:
+        return ""
+    return next(line.split()[1] for line in lines if line.startswith(field))
+
+
+def ignores_interrupt(pid: str) -> bool:
+    return bool(int(state_of(pid, "SigIgn") or "0", 16) >> (signal.SIGINT - 1) & 1)
+
+
+def runs_still(pid: str) -> bool:
+    return state_of(pid, "State") not in {"", "Z"}
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds the workers in /proc")
+def test_ctrl_c_ends_workers_in_one_line(campaign, tmp_path):
+    command = [sys.executable, "-m", "identification.run", str(campaign), "--out", str(tmp_path), "--quiet"]
+    command += ["--workers", "2", "--fmu", "none", "--starts", "64", "--no-export"]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=ROOT
+    )
+    children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
+    ours: list[str] = []
+    while process.poll() is None and not (len(ours) >= 3 and all(map(ignores_interrupt, ours))):
+        time.sleep(0.05)  # two workers that are ready, and the tracker
+        ours = children.read_text().split()
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert said.strip().splitlines() == ["interrupted: what was finished is kept"]
+    until = time.monotonic() + 20.0
+    while any(map(runs_still, ours)) and time.monotonic() < until:
+        time.sleep(0.05)
+    assert not any(map(runs_still, ours))
 
 
 @pytest.mark.parametrize(
