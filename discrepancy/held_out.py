@@ -13,6 +13,9 @@ from discrepancy.solution import Solution, under_noise
 from discrepancy.study import Study
 from measurement.run import Array, Run
 
+SPREAD, SHARE = 5.0, 0.05
+"""How far ‖r‖² of unseen runs may lie above its mean for noise alone."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Prediction:
@@ -26,11 +29,23 @@ class Prediction:
         RMS of measured − simulated over the scored rows of every run [rad].
     y
         Simulated readings of every run.
+    chi2, rows
+        ‖r‖² over all runs, and how many rows count.
     """
 
     score: float
     rms: tuple[float, ...]
     y: tuple[Array, ...]
+    chi2: float = 0.0
+    rows: int = 0
+
+    @property
+    def noise_alone(self) -> bool:
+        """Whether ‖r‖² is what noise gives: within `SPREAD` of its standard deviations and `SHARE` of its mean.
+
+        The share leaves room for what a fit's uncertainty and the noise model's own add on runs that no fit saw.
+        """
+        return self.chi2 <= self.rows * (1.0 + SHARE) + SPREAD * float(np.sqrt(2.0 * self.rows))
 
 
 def predict(
@@ -55,4 +70,5 @@ def predict(
     chi2 = float(found.residual @ found.residual)
     y = tuple(simulator.simulate(solution.theta, run, x0=start).y[:, 0] for run, start in zip(chosen, x0, strict=True))
     rms = tuple(float(np.sqrt(np.mean((run.y[:, 0] - s)[run.scored] ** 2))) for run, s in zip(chosen, y, strict=True))
-    return Prediction(score=-0.5 * (chi2 + problem.log_determinant), rms=rms, y=y)
+    rows = sum(run.t.size - run.score_from for run in chosen)
+    return Prediction(score=-0.5 * (chi2 + problem.log_determinant), rms=rms, y=y, chi2=chi2, rows=rows)

@@ -6,6 +6,7 @@ parameters; so its values come with standard errors.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ VARIABLES = {"position_rad": position, "velocity_rad_s": velocity, "time_s": TIM
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """Remaining torque (KNOTS,) [N m] at knots of ``variable``, its standard errors, and twice the gain in ln L."""
+    """Remaining torque (KNOTS,) [N m] over ``variable`` less its straight line, its std, and twice the gain in ln L."""
 
     variable: str
     knots: Array
@@ -71,10 +72,30 @@ def _over(study: Study, solution: Solution, variable: str) -> Shape:
     effect = spline(variable, knots, scale)
     richer = solve(study, (*solution.effects, effect), solution.noise, solution.values, x0=solution.x0, iterations=15)
     place = [i for i, p in enumerate(richer.equations.parameters) if p.id.startswith("shape")]
-    std = standard_errors(richer)[place]
-    torque = richer.theta[place]
+    bent = without_line(knots)
+    std = np.sqrt(np.diag(bent @ covariance_of(richer, place) @ bent.T))
     gain = 2.0 * (richer.log_likelihood - solution.log_likelihood)
-    return Shape(variable=variable, knots=knots, torque=torque - np.mean(torque), std=std, gain=gain)
+    return Shape(variable=variable, knots=knots, torque=bent @ richer.theta[place], std=std, gain=gain)
+
+
+def without_line(knots: Array) -> Array:
+    """Return the projector (n, n) that takes constant and slope off a function at the knots.
+
+    A spring's stiffness and place, or viscous friction, hold them already: with those the data fix the rest alone.
+    """
+    Q = np.linalg.qr(np.column_stack((np.ones(knots.size), knots)))[0]
+    return np.asarray(np.eye(knots.size) - Q @ Q.T)
+
+
+def covariance_of(solution: Solution, place: Sequence[int]) -> Array:
+    """Return the covariance of the free parameters at ``place`` of ``equations.parameters``, all of linear scale."""
+    J = solution.blocks.jacobian
+    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    inverse = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-12, hermitian=True)
+    scaling = solution.problem.scaling
+    at = [scaling.free.index(i) for i in place]
+    unit = scaling.slope(solution.theta)[at] / size[at]
+    return np.asarray(inverse[np.ix_(at, at)] * np.outer(unit, unit))
 
 
 def _values(run: Run, variable: str) -> Array:

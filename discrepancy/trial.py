@@ -70,8 +70,8 @@ class Trial:
 
     @property
     def adequate(self) -> bool:
-        """Whether it leaves nothing but noise."""
-        return self.left.p > LACK and self.left_p > FAMILY
+        """Whether it leaves nothing but noise, on fitted and on unseen runs."""
+        return self.left.p > LACK and self.left_p > FAMILY and self.candidate.prediction.noise_alone
 
     @property
     def acceptable(self) -> bool:

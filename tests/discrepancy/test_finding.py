@@ -28,11 +28,12 @@ INPUTS = tuple(
 )
 
 
-def found(tmp_path: Path, effects: dict[str, float]) -> Finding:
+def found(tmp_path: Path, effects: dict[str, dict[str, float]], without: str = "") -> Finding:
     known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
     sensor = Sensor(noise=2e-4, resolution=0.0)
     make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=known, seed=5)
-    study = study_of(prepare(read_campaign(tmp_path / "c")), 3, ENTRIES)
+    entries = {key: e for key, e in ENTRIES.items() if e.id != without}
+    study = study_of(prepare(read_campaign(tmp_path / "c")), 3, entries)
     return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
 
 
@@ -61,3 +62,16 @@ def test_nothing_hidden_is_nothing_missing(tmp_path: Path):
     assert finding.judgement.verdict == "nothing_missing"
     assert finding.search.best.solution.keys == ()
     assert finding.gaps["validate"].after == pytest.approx(finding.gaps["validate"].noise, rel=0.1)
+
+
+def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Path):
+    finding = found(tmp_path, {"cubic_spring": {"spring_cubic": 0.02}}, without="cubic_spring")
+    data = as_json(finding, measured=False, seed=0)
+    assert data["verdict"] == "unlisted"
+    assert data["fmu"] is None
+    shape = data["unnamed_shape"]
+    assert shape["variable"] == "position_rad"
+    q, torque = np.array(shape["knots"]), np.array(shape["torque_Nm"])
+    assert np.ptp(torque) > 5 * np.median(shape["std_Nm"])
+    assert np.isfinite(q).all()
+    json.dumps(data, allow_nan=False)
