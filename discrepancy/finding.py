@@ -135,6 +135,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
         "refit": dict(rebuilt.fit.values) if rebuilt else None,
         "omnibus_p": {"before": finding.search.plain.left.p, "after": finding.search.best.left.p},
+        "smallest_detectable": [d.as_json() for d in finding.search.scan.detectable],
         "base_starts_at_best": [finding.search.base.reached, len(finding.search.base.costs)],
         "simulations": finding.search.simulations,
         "wall_s": finding.wall_s,

@@ -9,11 +9,16 @@ import click
 
 from discrepancy.finding import Finding, as_json, find
 from discrepancy.study import study_of
+from discrepancy.torque_finding import find_torque, torque_json
+from discrepancy.torque_study import torque_study_of
 from fmu_build.build import Kind
+from identification.strategy import choose_for
 from measurement.campaign import Campaign
 from measurement.prepare import campaign_for_command
+from model.effect import Effect
 from model.effects import with_folder
 from report.discrepancy_page import discrepancy_page
+from report.torque_gap_page import torque_gap_page
 from support.command import common_options, exit_codes, parse_joints, progress
 from support.errors import InputError
 from support.files import write_json, write_text
@@ -52,12 +57,31 @@ def main(
     chosen = (joint,) if joint is not None else parse_joints(joints) or read.joints
     if not chosen:
         raise InputError("campaign.toml", expected="runs with one free joint", got="none")
-    studies = [study_of(read, j, entries) for j in chosen]
+    swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind == "torque"]
+    for j in swept:
+        _torque(read, j, entries, out, choices)
+    studies = [study_of(read, j, entries) for j in chosen if j not in swept]
     for study in studies:
         bar: Any = progress(total=None, title=f"joint {study.joint}", quiet=choices["quiet"])
         with bar:
             finding = find(study, out, **_options(choices), tell=bar.set_description)
         _written(finding, read, out, choices["seed"])
+
+
+def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:
+    """Study a joint that a position controller swept: its torque is scored."""
+    bar: Any = progress(total=None, title=f"joint {joint}", quiet=choices["quiet"])
+    with bar:
+        study = torque_study_of(read, joint)
+        finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
+    folder = out / "discrepancy"
+    write_json(folder / f"joint{joint}.json", torque_json(finding, measured=read.measured, seed=choices["seed"]))
+    write_text(folder / f"joint{joint}.html", torque_gap_page(finding, read.title, measured=read.measured))
+    gap = finding.gaps["validate"]
+    click.echo(f"joint {joint}: {finding.verdict}. {finding.sentence}")
+    click.echo(
+        f"  held-out torque: RMS {gap.before:.3g} N m before, {gap.after:.3g} after, white noise {gap.noise:.3g}"
+    )
 
 
 def _options(choices: dict[str, Any]) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from scipy.linalg import qr
 from scipy.stats import chi2
 
 from discrepancy.chi_squared import log_tail
+from discrepancy.detectable import Detectable, smallest
 from discrepancy.signatures import Point, Signatures
 from discrepancy.solution import Solution
 from discrepancy.study import Study
@@ -64,10 +65,11 @@ class Score:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scan:
-    """Scores by entry, best first, and the number of independent tests that the catalogue amounts to."""
+    """Scores by entry, best first; how many independent tests the catalogue amounts to; smallest sizes that show."""
 
     scores: tuple[Score, ...]
     tests: float
+    detectable: tuple[Detectable, ...] = ()
 
     @property
     def family_p(self) -> float:
@@ -135,7 +137,8 @@ def scan(
         p = log_tail(T, len(point.values))
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
     scores = [_score(sorted(rows, key=lambda row: row[0]), count, survives) for rows in best.values()]
-    return Scan(scores=tuple(sorted(scores, key=lambda s: (s.log_p, -s.T))), tests=count)
+    ordered = tuple(sorted(scores, key=lambda s: (s.log_p, -s.T)))
+    return Scan(scores=ordered, tests=count, detectable=smallest(visible, G, count, entries))
 
 
 def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: float, survives: Array) -> Score:

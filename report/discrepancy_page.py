@@ -5,18 +5,26 @@ from __future__ import annotations
 import numpy as np
 
 from discrepancy.finding import Curve, Finding
-from discrepancy.where import Map
+from discrepancy.where import Map, Region
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
 from report.style import ACCENT, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
+AXES = {
+    "position_rad": ("position", "rad"),
+    "velocity_rad_s": ("speed", "rad/s"),
+    "torque_Nm": ("torque", "N m"),
+    "time_s": ("time", "s"),
+}
+"""Variables of the maps in words and units."""
+
 
 def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
-    """Measured and simulated position, residual before and after, on up to two runs that no fit saw."""
+    """Measured and simulated position, and what is left before and after, on up to two runs that no fit saw."""
     shown = curves[:2]
     with style():
-        made = figure(8.5, 4.2)
-        axes = made.subplots(2, len(shown), squeeze=False, sharex="col", height_ratios=(1.4, 1))
+        made = figure(8.5, 4.4)
+        axes = made.subplots(2, len(shown), squeeze=False, sharex="col", sharey="row", height_ratios=(1, 1.5))
         for column, curve in enumerate(shown):
             top, low = axes[0, column], axes[1, column]
             t, y = curve.run.t, curve.run.y[:, 0]
@@ -24,14 +32,20 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
             top.plot(t, curve.before, color=ACCENT, ls="--", label="simulated before")
             top.plot(t, curve.after, color=SIMULATED, ls=":", label="simulated after")
             top.set_title(curve.run.file, fontsize=8)
-            low.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7)
-            low.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7)
-            low.axhspan(*(2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)), color="#99e9f2", alpha=0.5, lw=0)
+            low.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7, label="before")
+            low.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
+            band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
+            low.axhspan(*band, color="#99e9f2", alpha=0.5, lw=0, label="±2σ of the sensor")
             low.set_xlabel("time [s]")
         axes[0, 0].set_ylabel("position [rad]")
-        axes[1, 0].set_ylabel("residual [mrad]")
-        axes[0, 0].legend(fontsize=7)
-    caption = "Measured minus simulated, before (orange) and after (blue); the band is ±2σ of the sensor."
+        axes[1, 0].set_ylabel("measured − simulated [mrad]")
+        for row in axes:
+            row[0].legend(fontsize=7, ncols=3, loc="upper center")
+            low, high = row[0].get_ylim()
+            row[0].set_ylim(low, high + 0.2 * (high - low))
+    unseen = all(curve.run.use == "validate" for curve in shown)
+    runs = "Runs that no fit saw" if unseen else "Fitted runs (the campaign has none to validate on)"
+    caption = f"{runs}. Above: the motion. Below: what the simulation misses, before and after."
     return Picture(uri=data_uri(made), caption=caption, alt="measured and simulated position, before and after")
 
 
@@ -39,16 +53,10 @@ def where_picture(maps: tuple[Map, ...]) -> Picture:
     """Residual energy over the noise, per bin of each variable."""
     with style():
         made = figure(8.5, 2.4)
-        for axis, m in zip(made.subplots(1, len(maps)), maps, strict=True):
-            axis.bar(
-                m.edges[:-1],
-                m.excess / np.maximum(m.rows, 1.0),
-                np.diff(m.edges),
-                align="edge",
-                color=RESIDUAL,
-                alpha=0.75,
-            )
-            axis.set_xlabel(m.variable.replace("_", " "), fontsize=8)
+        for axis, m in zip(made.subplots(1, len(maps), sharey=True), maps, strict=True):
+            mean = np.where(m.rows > 0, m.excess / np.maximum(m.rows, 1.0), 0.0)
+            axis.bar(m.edges[:-1], mean, np.diff(m.edges), align="edge", color=RESIDUAL, alpha=0.75)
+            axis.set_xlabel("{} [{}]".format(*AXES[m.variable]), fontsize=8)
         made.axes[0].set_ylabel("energy over the noise")
     return Picture(
         uri=data_uri(made),
@@ -89,19 +97,56 @@ def _ranking(finding: Finding) -> list[Table]:
     ]
 
 
+def _in_words(finding: Finding) -> list[str]:
+    """Say what the picture shows."""
+    name = "validate" if "validate" in finding.gaps else "fit"
+    runs = "runs that no fit saw" if name == "validate" else "the fitted runs (there are no others)"
+    gap = finding.gaps[name]
+    before = (
+        f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} mrad (RMS), "
+        f"{gap.before / gap.noise:.2g} times the sensor's noise of {1e3 * gap.noise:.3g} mrad."
+    )
+    if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
+        return [before]
+    closed = "" if gap.closed is None else f", which closes {100 * gap.closed:.1f} % of the gap"
+    after = f"With what was found, it misses them by {1e3 * gap.after:.3g} mrad, {gap.after / gap.noise:.2g} times"
+    made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
+    return [f"{before} {after} the noise{closed}.", *made]
+
+
 def _gaps(finding: Finding) -> Table:
     names = {"fit": "fitted runs", "validate": "runs that no fit saw"}
     rows = [
         (
-            names[name],
-            f"{g.before:.3g}",
-            f"{g.after:.3g}",
-            f"{g.noise:.3g}",
+            names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
             "–" if g.closed is None else f"{100 * g.closed:.1f} %",
         )
         for name, g in finding.gaps.items()
+    ]  # fmt: skip
+    return Table(header=("", "missed before [mrad]", "after [mrad]", "sensor noise [mrad]", "gap closed"), rows=rows)
+
+
+def _scores(finding: Finding) -> Table:
+    rows = [
+        (s.key, f"{s.T:.0f}", f"{s.dof}", "below 1e-12" if s.family_p < 1e-12 else f"{s.family_p:.2g}")
+        for s in finding.search.scan.scores
     ]
-    return Table(header=("", "RMS before [rad]", "RMS after [rad]", "sensor noise [rad]", "gap closed"), rows=rows)
+    tests = finding.search.scan.tests
+    caption = f"p over the whole catalogue, which amounts to {tests:.0f} independent tests, before anything was added"
+    return Table(header=("entry", "score", "degrees of freedom", "p"), rows=rows, caption=caption)
+
+
+def _detectable(finding: Finding) -> Section:
+    rows = [(d.key, d.parameter, f"{d.size:.2g} {d.unit}") for d in finding.search.scan.detectable]
+    none = finding.judgement.verdict == "nothing_missing"
+    return Section(
+        title="How small an effect would have been seen", anchor="detectable", folded=not none,
+        paragraphs=[
+            "Nine in ten effects of this size would have been found in these runs at a false-alarm rate of 1 % over "
+            "the whole catalogue (to first order, at the shape at which the effect shows best)."
+        ],
+        tables=[Table(header=("entry", "parameter", "smallest size"), rows=rows)],
+    )  # fmt: skip
 
 
 def _moved(finding: Finding) -> Table:
@@ -134,39 +179,32 @@ def _settle(finding: Finding) -> list[str]:
     return lines
 
 
+def _region(r: Region) -> str:
+    name, unit = AXES[r.variable]
+    place = f"a {name} between {r.lower:.3g} and {r.upper:.3g} {unit}"
+    return f"{100 * r.share_of_gap:.0f} % of the gap lies at {place}, in {100 * r.share_of_rows:.0f} % of the samples."
+
+
 def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     """Render the page of one joint."""
     j = finding.judgement
+    named = bool(j.effects) and j.verdict != "nothing_missing"
+    where = [_region(r) for r in finding.regions[:2]]
+    evidence = (
+        "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
+    )
     sections = [
         Section(
-            title="Before and after", anchor="gap",
+            title="Before and after", anchor="gap", paragraphs=_in_words(finding),
             pictures=[before_after_picture(finding.curves)], tables=[_gaps(finding)],
         ),
-        Section(
-            title="Where the gap was", anchor="where", pictures=[where_picture(finding.maps)],
-            paragraphs=[
-                f"{100 * r.share_of_gap:.0f} % of the gap lies at {r.variable.replace('_', ' ')} "
-                f"{r.lower:.3g} to {r.upper:.3g}, "
-                f"in {100 * r.share_of_rows:.0f} % of the samples."
-                for r in finding.regions[:2]
-            ],
-        ),
-    ]  # fmt: skip
-    if j.effects and j.verdict != "nothing_missing":
-        sections.insert(
-            1, Section(title="What is missing", anchor="what", paragraphs=_settle(finding), tables=[_effects(finding)])
-        )
-    elif lines := _settle(finding):
-        sections.insert(1, Section(title="What is known of it", anchor="what", paragraphs=lines))
-    sections += [
-        Section(
-            title="What was tried", anchor="tried", tables=_ranking(finding),
-            paragraphs=[
-                "Evidence is twice the gain in log predictive score on runs that no fit saw; "
-                "BIC charges each parameter ln n."
-            ],
-        ),
+        Section(title="What is missing", anchor="what", tables=[_effects(finding)] if named else []),
+        Section(title="What would settle it", anchor="settle", paragraphs=_settle(finding)),
+        Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_picture(finding.maps)]),
+        Section(title="What was tried", anchor="tried", paragraphs=[evidence], tables=_ranking(finding)),
+        _detectable(finding),
         Section(title="Parameters that moved", anchor="moved", tables=[_moved(finding)]),
+        Section(title="Scores of the whole catalogue", folded=True, tables=[_scores(finding)]),
     ]  # fmt: skip
     best, tried = finding.search.base.reached, len(finding.search.base.costs)
     footer = [
@@ -176,7 +214,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     return render_page(
         title=f"Joint {finding.joint}: {title}",
         lead=j.sentence,
-        sections=sections,
+        sections=[s for s in sections if s.paragraphs or s.pictures or any(t.rows for t in s.tables)],
         synthetic=not measured,
         footer=footer,
     )

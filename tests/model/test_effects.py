@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 
 from fmu_build.build import Kind, build_fmu
-from model.effects import catalogue
+from model.effects import catalogue, load_folder
 from model.equations import Equations
 from model.joint import joint_equations
 from model.kernel.compiled import CompiledKernel
 from model.scales import Scales
+from support.environment import ROOT
 from tests.fmu_build.fmu_cases import Client
 from tests.model.kernel_cases import CASES, KERNEL, TENDON, torque, vector
 
@@ -156,3 +157,15 @@ def test_an_fmu_moves_like_the_kernel(tmp_path: Path, key: str, kind: Kind):
     expected = kernel(key).simulate(t, U[:151], point(key), x0)[:, 0]
     moved = Client(made).start().go().run(equations(key), t, U[:151])[:, 0]
     np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-12)
+
+
+def test_the_example_of_the_how_to_is_an_entry(tmp_path: Path):
+    text = (ROOT / "docs" / "how-to" / "find_missing_physics.md").read_text(encoding="utf-8")
+    (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    (tmp_path / "seal.py").write_text(code, encoding="utf-8")
+    (entry,) = load_folder(tmp_path).values()
+    effect = entry.at(SCALES)
+    k = CompiledKernel.of(joint_equations(4, effects=[effect]))
+    moved = [k.simulate(T, U, [*vector(TENDON), a], START)[:, 0] for a in (0.0, effect.parameters[0].initial)]
+    np.testing.assert_allclose(moved[0], KERNEL.simulate(T, U, vector(TENDON), START)[:, 0], rtol=0, atol=1e-12)
+    assert np.ptp(moved[1]) < 0.99 * np.ptp(moved[0])

@@ -1,0 +1,44 @@
+"""The smallest detectable size is the one that a test finds as often as it says."""
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from discrepancy.detectable import LEVEL, POWER, noncentrality, smallest
+from discrepancy.signatures import Point
+from model.effects import catalogue
+from model.scales import Scales
+
+ENTRIES = {key: catalogue()[key].at(Scales(torque=0.01)) for key in ("cubic_spring", "cogging")}
+
+
+@pytest.mark.parametrize("dof", [1, 2])
+@pytest.mark.parametrize("tests", [1.0, 300.0])
+def test_power_by_drawing(dof: int, tests: float):
+    rng = np.random.default_rng(0)
+    shift = np.zeros(dof)
+    shift[0] = np.sqrt(noncentrality(dof, tests))
+    T = np.sum((rng.standard_normal((40_000, dof)) + shift) ** 2, axis=1)
+    family = -np.expm1(tests * np.log1p(-chi2.sf(T, dof)))
+    assert np.mean(family < LEVEL) == pytest.approx(POWER, abs=0.01)
+
+
+def test_sizes_scale_with_the_signature_and_the_best_shape_counts():
+    k3 = ENTRIES["cubic_spring"].parameters[0].initial
+    a, n = (ENTRIES["cogging"].parameters[i].initial for i in (0, 2))
+    points = [
+        Point(key="cubic_spring", values=({"k3": k3},), columns=slice(0, 1)),
+        *(
+            Point(
+                key="cogging",
+                values=({"cogging_sin": a, "cogging_number": n}, {"cogging_cos": a, "cogging_number": n}),
+                columns=slice(at, at + 2),
+            )
+            for at in (1, 3)
+        ),
+    ]
+    G = np.diag([4.0, 1.0, 1.0, 9.0, 9.0])
+    cogging, spring = smallest(points, G, 50.0, ENTRIES)
+    assert spring.size == pytest.approx(k3 * np.sqrt(noncentrality(1, 50.0)) / 2.0)
+    assert cogging.size == pytest.approx(a * np.sqrt(noncentrality(2, 50.0)) / 3.0)
+    assert (spring.unit, cogging.parameter) == ("N m/rad^3", "cogging_sin")
