@@ -3,6 +3,7 @@
 The problem is stated in `benchmarks.peers.problem`. Contestants run one after the other, each in its own process with
 one thread, from the same first starts. Without ``--peers`` only haptid and fmpy run; with it also the tools that need
 environments of their own, made below ``.cache/peers``, and the results go to ``docs/results/time_to_truth.json``.
+``--again haptid,CasADi`` runs those side by side anew and keeps the other lines of the stored results.
 """
 
 from __future__ import annotations
@@ -139,21 +140,32 @@ def measure(name: str, chosen: list[Contestant]) -> list[dict[str, Any]]:
     return rows
 
 
+def earlier(name: str, rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return the stored lines of the contestants that were not run anew, marked as of another run."""
+    known = {c.label for c in CONTESTANTS} - {row["contestant"] for row in rows}
+    stored = json.loads(OUT.read_text(encoding="utf-8"))
+    old = stored["cases"][name]["contestants"]
+    return [{"of_run": stored["date"], **row} for row in old if row["contestant"] in known]
+
+
 @click.command()
 @click.option(
     "--peers", is_flag=True, help="Also the tools with environments of their own (installs them), and keep the results."
 )
 @click.option("--only", default="", help="Only contestants whose name holds this text; nothing is kept.")
-def main(peers: bool, only: str) -> None:
+@click.option("--again", default="", metavar="TEXT,...", help="With --peers: only these anew, the others' lines stay.")
+def main(peers: bool, only: str, again: str) -> None:
     """Measure time to truth on the stated problem."""
     began = time.perf_counter()
     chosen = [c for c in CONTESTANTS if (peers or c.environment is None) and only in c.label]
+    chosen = [c for c in chosen if any(text in c.label for text in again.split(","))]
     cases = {name: measure(name, chosen) for name in CASES}
+    cases = {name: rows + (earlier(name, rows) if again else []) for name, rows in cases.items()}
     for name, rows in cases.items():
         click.echo("\n".join(lines(CASES[name].title, rows)) + "\n")
     if peers and not only:
         kept = {
-            "command": "python -m benchmarks.time_to_truth --peers",
+            "command": "python -m benchmarks.time_to_truth --peers" + (f" --again {again}" if again else ""),
             "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
             "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
             "wall_s": time.perf_counter() - began,

@@ -83,6 +83,9 @@ def page(cases: dict[str, list[Row]], kept: Row) -> str:
     """Return the aim, the tables and what to know about them as Markdown."""
     tables = "\n\n".join("\n".join(lines(CASES[name].title, rows)) for name, rows in cases.items())
     made = f"`{kept['command']}`, {kept['date']}, {kept['machine']}, {kept['wall_s'] / 60:.0f} min."
+    old = sorted({r["contestant"] for rows in cases.values() for r in rows if "of_run" in r})
+    if old:
+        made += f"\nFrom a run before, on the same problem and machine: {', '.join(old)}."
     held = "".join(f"- {CASES[name].title}: {_held(rows)}\n" for name, rows in cases.items())
     return f"# Time to truth\n\n{WHAT}\n\n{made}\n\n{held}\n```text\n{tables}\n```\n{NOTES}"
 
