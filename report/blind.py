@@ -85,7 +85,7 @@ def blind_page(study: Row, picture: str) -> str:
         "A virtual device, with formulas and integrator of its own, hides effects in campaigns; the search sees the "
         "campaigns, the scorer alone the labels.\n",
         f"`{study['command']}`, {study['date']}, version {study['git']}, {study['machine']}, "
-        f"{study['wall_s'] / 60:.0f} min with {study['workers']} workers; {study['worked_through']} of "
+        f"{study['workers']} workers; {study['worked_through']} of "
         f"{study['asked']['cases']} cases worked through. Intervals are Wilson's, 95 %.\n",
         *(f"- {line}" for line in headlines(study)),
         "\n## By kind and size\n",
