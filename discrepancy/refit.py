@@ -22,6 +22,8 @@ ROUGH = 1.0
 """Predicted decrease, in squares over the noise, at which a try that is not the last one ends."""
 LARGE, ALIKE = 10.0, 0.5
 """Largest factor on an effect's typical size to start at; share of T from which another shape is tried too."""
+EDGE = 1e-3
+"""Relative distance from the lower bound at which a wave number or time constant counts as lying there."""
 INFORMED = 0.5
 """A shape parameter counts as fitted where its std is below this share of its range (or of a factor e)."""
 
@@ -151,7 +153,11 @@ def settle(study: Study, effects: Sequence[Effect], first: Solution, calls: int 
 
 
 def significance(solution: Solution) -> tuple[float, bool]:
-    """Return the least Wald statistic of an effect's amplitudes, and whether one of them ended at its bound."""
+    """Return the least Wald statistic of an effect's amplitudes, and whether one of them ended at its bound.
+
+    So does a wave number or a time constant at the lower end of its range: there it stands for something else (a wave
+    longer than the travel for a bent spring).
+    """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
     size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
@@ -166,6 +172,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
         room = 1e-4 * (upper[at] - lower[at])
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))
+        shape = [ids.index(q.id) for q in effect.parameters[effect.amplitudes :] if q.scale == "log" and not q.fixed]
+        at_bound |= bool(np.any(solution.x[shape] - lower[shape] < EDGE))
     return wald, at_bound
 
 
