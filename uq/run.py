@@ -189,7 +189,7 @@ def _summary(posterior: Posterior) -> str:
     sample = posterior.sample
     lines = [f"joint {posterior.joint} ({posterior.chosen.model.words})"]
     lines += [f"  {p.verdict}" for p in posterior.parameters]
-    known = "known" if sample.reached else "not known yet"
+    known = "settled" if sample.reached else "the chain is too short to settle it: final figures without --quick"
     lines.append(
         f"  sampler: τ {sample.tau.max():.1f} steps ({known}), R̂ {posterior.worst_rhat:.3f}, "
         f"ESS {min(p.diagnostics.ess_bulk for p in posterior.parameters):.0f}, {posterior.wall_s:.0f} s"
