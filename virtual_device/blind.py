@@ -19,7 +19,7 @@ import click
 import numpy as np
 
 from support.command import exit_codes
-from support.errors import InputError
+from support.errors import InputError, NumericalError
 from support.files import write_json
 from virtual_device.arm import JOINTS, Arm
 from virtual_device.asked import add_run
@@ -57,6 +57,10 @@ def draw_joint(case: Case, rng: np.random.Generator) -> tuple[dict[str, float], 
     return drawn, known | {"gravity_cos": dict(bounds), "gravity_sin": dict(bounds)}
 
 
+DRAWS = 5
+"""How often a case is drawn before its joint may be said to run away."""
+
+
 def _tests(case: Case) -> tuple[Cosine, ...]:
     """Return the runs; Table III keeps two for validation, its brackets included."""
     if case.inputs == "rich":
@@ -92,7 +96,16 @@ def _scatter(case: Case, base: Reach, shape: Shape) -> dict[str, float]:
 
 
 def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
-    """Write one campaign and return its label."""
+    """Write one campaign and return its label; a joint that runs away under its disturbances is drawn again."""
+    for attempt in range(1, DRAWS):
+        try:
+            return _drawn(folder, case, seed)
+        except NumericalError:
+            seed = [*seed, attempt]
+    return _drawn(folder, case, seed)
+
+
+def _drawn(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
     rng = np.random.default_rng(list(seed))
     parameters, known = draw_joint(case, rng)
     runs = _tests(case)

@@ -190,9 +190,15 @@ static double follow(const Joint *j, double play, double q) {
   return fmin(fmax(play, q - half), q + half);
 }
 
+#define RUNAWAY 1e6 /* a speed [rad/s] from which on the motion counts as not finite */
+
 static void advance(const Joint *j, double t, double end, const Line *u, double max_step, double *x, double *play) {
   double constant = fastest(j);
   while (end - t > 1e-12) {
+    if (!(fabs(x[VELOCITY]) < RUNAWAY)) {
+      x[POSITION] = NAN;
+      return;
+    }
     double rate = constant + 2 * j->sigma0 * fabs(x[VELOCITY]) / fmin(j->Fc, j->Fs);
     double h = fmin(max_step, 0.1 / rate);
     double left = ceil((end - t) / h - 1e-9);

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from support.errors import NumericalError
 from virtual_device.compiled import Array
 from virtual_device.effects import FORMULAS, Scales, Shape, Values
 from virtual_device.inputs import Cosine
@@ -95,13 +96,21 @@ def _solve(measure: Callable[[float], float], target: float) -> float:
     """Find k with measure(k) = target, for a measure about proportional to k."""
     size, low, high = 0.5, SMALLEST, LARGEST
     for _ in range(7):
-        ratio = target / max(measure(size), 1e-15)
-        if abs(np.log(ratio)) < 0.1 or (size == LARGEST and ratio > 1):
+        ratio = target / max(_finite(measure, size), 1e-15)
+        if abs(np.log(max(ratio, 1e-300))) < 0.1 or (size == LARGEST and ratio > 1):
             break
         low, high = (size, high) if ratio > 1 else (low, size)
         aimed = size * float(np.clip(ratio, 1e-2, 30.0))
         size = aimed if low < aimed < high else high if high == LARGEST < aimed else float(np.sqrt(low * high))
     return size
+
+
+def _finite(measure: Callable[[float], float], size: float) -> float:
+    """Return the measure, infinite where the joint runs away."""
+    try:
+        return measure(size)
+    except NumericalError:
+        return float("inf")
 
 
 def formula(name: str, scales: Scales, shape: Shape) -> Callable[[float], Values]:

@@ -173,3 +173,10 @@ def test_bad_input_is_refused() -> None:
         integrate(BASE_JOINT | {"Ks": -1e4}, np.arange(400) * 0.05, np.ones(400))
     with pytest.raises(NumericalError, match="no stable rest"):
         rest_position(BASE_JOINT | {"Ks": -1.0})
+
+
+def test_a_joint_that_runs_away_is_reported_at_once() -> None:
+    """An inertia that falls below zero within the travel drives the joint off: no step is small enough to follow it."""
+    run = Cosine(amplitude=0.02, frequency=1.0)
+    with pytest.raises(NumericalError, match="stopped being finite"):
+        integrate({**BASE_JOINT, "inertia_quadratic": -200.0}, run.times(), run.torque(), start=(0.3, 0.0))
