@@ -62,6 +62,14 @@ class Combination:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """Ends of a 95 % interval in the parameter's unit; None where its bound, or nothing, ends it."""
+
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
     """An identified configuration.
 
@@ -88,6 +96,8 @@ class Fit:
         Integrated autocorrelation time of the residuals, in rows; 1 is white.
     observer_gain
         Gain [1/s] with which the measured position was fed back in the residuals and scores; 0 for a free simulation.
+    profiles
+        95 % intervals of the profile likelihood by id, where they were asked for.
     """
 
     equations: Equations
@@ -110,6 +120,7 @@ class Fit:
     runs: tuple[RunScore, ...] = ()
     notes: tuple[str, ...] = field(default=())
     observer_gain: float = 0.0
+    profiles: Mapping[str, Interval] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""

@@ -22,6 +22,7 @@ from identification.options import FitOptions
 from identification.outcome import outcome_of
 from identification.positive import marginal
 from identification.problem import Problem
+from identification.profile import profiles
 from identification.score import score, score_of
 from identification.simulator import Simulator
 from identification.sobol import sobol_starts
@@ -123,6 +124,7 @@ def _result(
         warnings=excitation_warnings(scaling.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
         runs=_scores(problem, theta, runs, x0, fitted),
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
+        profiles=profiles(problem, best.x, bent) if problem.options.profile else {},
     )
 
 

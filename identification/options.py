@@ -40,6 +40,8 @@ class FitOptions:
         RMS over noise up to which a residual counts as noise.
     passive
         Whether σ2 ≥ σ1·(Fs − Fc)/Fc is demanded.
+    profile
+        Whether profile likelihoods are followed to the ends of their 95 % intervals.
     """
 
     method: Method = "slsqp"
@@ -55,6 +57,7 @@ class FitOptions:
     agree: int = 2
     tolerance: float = 1.05
     passive: bool = False
+    profile: bool = False
     quiet: bool = True
 
     def but(self, **changes: Any) -> FitOptions:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from identification.consistency import Agreement
-from identification.fit import Basin, Combination, Fit, RunScore
+from identification.fit import Basin, Combination, Fit, Interval, RunScore
 from identification.outcome import Outcome
 from identification.step import Step
 from model.equations import Equations
@@ -30,6 +30,7 @@ def step_json(step: Step) -> dict[str, Any]:
             "description": q.description,
             "lower": finite(q.lower),
             "upper": finite(q.upper),
+            **_profile_json(fit.profiles.get(q.id)),
         }
         for q, v, s in zip(fit.equations.parameters, fit.theta, std, strict=True)
     }
@@ -71,6 +72,10 @@ def step_json(step: Step) -> dict[str, Any]:
         "initial_states": {file: x.tolist() for file, x in fit.x0.items()},
         "sigma": {file: s.tolist() for file, s in fit.sigma.items()},
     }
+
+
+def _profile_json(interval: Interval | None) -> dict[str, list[float | None]]:
+    return {} if interval is None else {"profile_95": [interval.lower, interval.upper]}
 
 
 def _run_json(score: RunScore, torque_scored: bool) -> dict[str, Any]:
@@ -139,6 +144,11 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
         runs=tuple(_score_from(run) for run in entry["runs"]),
         notes=tuple(entry["notes"]),
         observer_gain=entry["observer_gain_per_s"],
+        profiles={
+            id: Interval(lower=one["profile_95"][0], upper=one["profile_95"][1])
+            for id, one in by_id.items()
+            if "profile_95" in one
+        },
     )
 
 

@@ -106,7 +106,9 @@ def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
         anchor=step.configuration.anchor,
         paragraphs=tuple(s for s in (step.configuration.locked, *said) if s),
         pictures=_pictures(step, traces),
-        tables=tuple(t for t in (_parameters(step), _combinations(step), _runs(step), _basins(step)) if t.rows),
+        tables=tuple(
+            t for t in (_parameters(step), _profiles(step), _combinations(step), _runs(step), _basins(step)) if t.rows
+        ),
     )
 
 
@@ -133,6 +135,19 @@ def _parameters(step: Step) -> Table:
     ]
     header = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
     return Table(header=header, rows=rows, caption="Parameters")
+
+
+def _profiles(step: Step) -> Table:
+    fit, rows = step.fit, []
+    for id, one in fit.profiles.items():
+        value, std, unit = fit.values[id], fit.std[fit.index(id)], fit.equations.parameter(id).unit
+        ends = ["open" if end is None else f"{end:.6g}" for end in (one.lower, one.upper)]
+        rows.append((id, *ends, f"{value - 1.96 * std:.6g} to {value + 1.96 * std:.6g}", unit))
+    return Table(
+        header=("parameter", "from", "to", "value ± 1.96 std", "unit"),
+        rows=rows,
+        caption="95 % intervals of the profile likelihood: all other parameters adapt to each end",
+    )
 
 
 def _combinations(step: Step) -> Table:
@@ -226,3 +241,6 @@ def _consistency(steps: Sequence[Step]) -> Section:
     tables = (Table(header=header, rows=rows),) if rows else ()
     text = consistency_summary(agreements)
     return Section(title="Agreement between tests", anchor="agreement", paragraphs=(text,), tables=tables)
+
+
+TABLES = (_parameters, _profiles, _combinations, _runs, _basins)
