@@ -87,8 +87,11 @@ class Whitener:
 
     @classmethod
     def of(cls, colour: Colour, scatter: float = 0.0, M: Array | None = None) -> Whitener:
-        """Build from scatter s and M (n_t, n_cycles), the latter over the sensor's standard deviation."""
-        if scatter == 0.0 or M is None:
+        """Build from scatter s and M (n_t, n_cycles), the latter over the sensor's standard deviation.
+
+        Where the simulation behind M left the finite numbers there are no directions; the residual there is infinite.
+        """
+        if scatter == 0.0 or M is None or not np.isfinite(M).all():
             return cls(colour=colour)
         Q, d, _ = np.linalg.svd(scatter * colour.whiten(M), full_matrices=False)
         keep = d > 1e-9

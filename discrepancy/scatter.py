@@ -12,6 +12,8 @@ from measurement.cycles import Cycles
 from measurement.run import Array, Run
 
 LINEARISATIONS = 3
+LARGEST = 1.0
+"""Largest |ln| of a cycle's relative torque that is linearised about: beyond it the model is wrong."""
 PROBE = 1e-2
 """Relative change of a cycle's torque from which its effect on the reading is taken."""
 
@@ -53,11 +55,13 @@ def relinearised(simulator: Simulator, run: Run, noise: Noise, theta: Array, x0:
     for _ in range(LINEARISATIONS):
         moved = run.but(u=run.u * np.exp(_spread(b, cycles))[:, None])
         M = cycle_columns(simulator, moved, noise, theta, x0, cycles=cycles)
+        if not np.isfinite(M).all():
+            return run, M
         r = (run.y[:, 0] - simulator.simulate(theta, moved, x0=x0).y[:, 0]) / run.sensor_std[0] + M @ b
         shift = run.sensor_std[0] * (M @ b)
         flat, left = noise.colour.whiten(M), noise.colour.whiten(r)
         weight = flat.T @ flat + np.eye(b.size) / noise.scatter**2
-        b = np.asarray(np.linalg.solve(weight, flat.T @ left), dtype=np.float64)
+        b = np.clip(np.linalg.solve(weight, flat.T @ left), -LARGEST, LARGEST)
     return moved.but(y=run.y + shift[:, None]), M
 
 
@@ -68,7 +72,12 @@ def _spread(b: Array, cycles: Cycles) -> Array:
 
 
 def restricted_likelihood(r: Array, M: Array) -> tuple[Array, Array]:
-    """Return variances d² and squared projections of r of the model r = M·b + ε, b ~ N(0, s²): both shape (K,)."""
+    """Return variances d² and squared projections of r of the model r = M·b + ε, b ~ N(0, s²): both shape (K,).
+
+    Nothing (K = 0) where the simulation behind M left the finite numbers.
+    """
+    if not np.isfinite(M).all():
+        return np.empty(0), np.empty(0)
     U, d, _ = np.linalg.svd(M, full_matrices=False)
     keep = d > 1e-6 * max(float(d[0]), 1e-300)
     return d[keep] ** 2, (U[:, keep].T @ r) ** 2

@@ -123,7 +123,9 @@ def solve(
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
     for _ in range(ROUNDS if noise.scatter > 0 else 1):
-        problem = under_noise(simulator, runs, noise, problem.theta(x), problem.x0(x))
+        theta, begun = problem.theta(x), problem.x0(x)
+        problem = under_noise(simulator, runs, noise, theta, begun)
+        x = with_starts(problem, problem.first(theta), begun)
         found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
     raw = Problem.blocks(problem, x)

@@ -5,8 +5,8 @@ import pytest
 
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory
-from discrepancy.noise import Noise
-from discrepancy.scatter import cycle_columns, relinearised
+from discrepancy.noise import Colour, Noise, Whitener
+from discrepancy.scatter import LARGEST, cycle_columns, relinearised, restricted_likelihood
 from identification.simulator import initial_state
 from measurement.run import Run
 from model.joint import joint_equations
@@ -50,3 +50,31 @@ def test_amplitudes_are_found_and_leave_far_less_than_the_first_linearisation():
     r = (run.y[:, 0] - simulator.simulate(theta, run, x0=x0).y[:, 0]) / 1e-4
     rest = r - naive @ np.linalg.lstsq(naive, r, rcond=None)[0]
     assert np.mean(rest**2) > 2.0
+
+
+def test_a_simulation_that_runs_away_has_no_directions_and_breaks_nothing():
+    equations = joint_equations(0)
+    simulator = Factory()(equations)
+    theta = np.array([VALUES[q.id] for q in equations.parameters])
+    theta[[q.id for q in equations.parameters].index("Ks")] = -1e6
+    t = np.arange(0.0, 8.0, 0.01)
+    run = run_with(0.008 * np.cos(OMEGA * t), np.zeros_like(t), t)
+    x0 = np.array([1.0, 0.0, 0.0])
+
+    about, M = relinearised(simulator, run, Noise(scatter=0.03, path="torque"), theta, x0)
+    assert about is run
+    assert not np.isfinite(M).all()
+    assert Whitener.of(Colour(), 0.03, M) == Whitener()
+    assert [part.size for part in restricted_likelihood(np.zeros(t.size), M)] == [0, 0]
+
+
+def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
+    equations = joint_equations(0)
+    simulator, theta = Factory()(equations), np.array([VALUES[q.id] for q in equations.parameters])
+    t = np.arange(0.0, 8.0, 0.01)
+    run = run_with(0.008 * np.cos(OMEGA * t), np.full_like(t, 50.0), t)
+    x0 = initial_state(equations, run.but(y=np.zeros((t.size, 1))))
+    about, M = relinearised(simulator, run, Noise(scatter=0.5, path="torque"), theta, x0)
+    assert np.isfinite(M).all()
+    moved = np.abs(about.u[:, 0]) > np.abs(run.u[:, 0]) * np.exp(LARGEST) * (1 + 1e-9)
+    assert not moved.any()
