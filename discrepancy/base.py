@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from discrepancy.study import Study
 from discrepancy.whitened import Whitened
 from identification.homotopy import feasible
 from identification.sobol import sobol_starts
+from model.effect import Effect
 from model.equations import Equations
 from model.quantity import Normal
 from support.errors import NumericalError
@@ -60,20 +61,14 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
 
     The first start is at ``values`` where given, at the first guesses otherwise.
     """
-    guided = replace(study, base=with_guides(study.base))
-    simulator = guided.simulator(observed=True)
-    problem = Whitened.under(simulator, study.fitted, tuple(Whitener() for _ in study.fitted))
     first = start_vector(study.base, values or {})
+    scaling = _guided(study, ()).scaling
     found: list[Solution] = []
     calls = 0
-    for theta in sobol_starts(problem.scaling, first, starts, seed):
-        x = feasible(problem, problem.first(theta))
-        for gain in GAINS:
-            level = minimise(problem, x, gain, iterations=FEW, tolerance=LOOSE)
-            x, calls = level.x, calls + level.calls
-        named = {q.id: float(p) for q, p in zip(simulator.equations.parameters, problem.theta(x), strict=True)}
-        solution = solve(study, (), Noise(), named, x0=problem.x0(x), iterations=MANY)
-        calls += solution.calls
+    for theta in sobol_starts(scaling, first, starts, seed):
+        named = {q.id: float(p) for q, p in zip(study.base.parameters, theta, strict=True)}
+        solution, used = through_homotopy(study, (), named)
+        calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)
         best = min((s.chi2 for s in found), default=np.inf)
@@ -83,6 +78,32 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
         msg = f"joint {study.joint}: no start gave a finite simulation; check units, bounds and first guesses"
         raise NumericalError(msg)
     return Base(solution=min(found, key=lambda s: s.chi2), costs=tuple(s.chi2 for s in found), calls=calls)
+
+
+def _guided(study: Study, effects: Sequence[Effect]) -> Whitened:
+    guided = replace(study, base=with_guides(study.base))
+    return Whitened.under(
+        guided.simulator(effects, observed=True), study.fitted, tuple(Whitener() for _ in study.fitted)
+    )
+
+
+def through_homotopy(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> tuple[Solution, int]:
+    """Fit base and effects from ``values`` through falling observer gains, under white noise.
+
+    Returns
+    -------
+    solution, calls
+        Its optimum, and how many simulations of all runs it took.
+    """
+    problem = _guided(study, effects)
+    equations = problem.simulator.equations
+    x, calls = feasible(problem, problem.first(start_vector(equations, values))), 0
+    for gain in GAINS:
+        level = minimise(problem, x, gain, iterations=FEW, tolerance=LOOSE)
+        x, calls = level.x, calls + level.calls
+    named = {q.id: float(p) for q, p in zip(equations.parameters, problem.theta(x), strict=True)}
+    solution = solve(study, effects, Noise(), named, x0=problem.x0(x), iterations=MANY)
+    return solution, calls + solution.calls
 
 
 def with_guides(base: Equations) -> Equations:

@@ -19,6 +19,7 @@ from discrepancy.verdict import Judgement, NamedEffect, judge
 from discrepancy.where import Map, Region, maps, regions
 from fmu_build.build import Kind
 from measurement.run import Array, Run
+from support.threads import on_one_thread
 
 SCHEMA = "discrepancy/1"
 
@@ -66,6 +67,7 @@ class Finding:
     wall_s: float
 
 
+@on_one_thread
 def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: Callable[[str], None]) -> Finding:
     """Run all stages for one joint; FMUs go below ``out``."""
     began = time.perf_counter()

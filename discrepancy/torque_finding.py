@@ -20,6 +20,7 @@ from fmu_build.provenance import Provenance
 from identification.torque import measured_motion
 from measurement.run import Array
 from model.effect import Effect
+from support.threads import on_one_thread
 
 BINS = 10
 NOISE = 1.1
@@ -90,6 +91,7 @@ class TorqueFinding:
         )
 
 
+@on_one_thread
 def find_torque(
     study: TorqueStudy,
     entries: Mapping[str, Effect],

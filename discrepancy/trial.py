@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.base import through_homotopy
 from discrepancy.kernels import COARSE
 from discrepancy.omnibus import Omnibus, omnibus
 from discrepancy.refit import Candidate, begin, continued, settle, significance
@@ -140,7 +141,24 @@ class Searcher:
                 break
             if ready:
                 trials.append(self.finish(current, ready.pop(0)))
-        return trials
+        return self.with_best_freed(current, trials)
+
+    def with_best_freed(self, current: Trial, trials: list[Trial]) -> list[Trial]:
+        """Fit the best trial again through homotopy from the first guesses, where none leaves noise alone.
+
+        The base fit may have taken friction into a corner to make up for what is missing (Fs = Fc, where vs means
+        nothing); a fit that starts there can stay there.
+        """
+        if not trials or any(t.adequate and t.acceptable for t in trials):
+            return trials
+        best = chosen(trials) or min(trials, key=lambda t: t.candidate.criterion)
+        effects = best.solution.effects
+        own = {q.id: best.solution.values[q.id] for e in effects for q in e.parameters}
+        solution, calls = through_homotopy(self.study, effects, own)
+        if solution.log_likelihood <= best.solution.log_likelihood:
+            self.simulations += calls * len(self.study.fitted)
+            return trials
+        return [*trials, self.judge(current, settle(self.study, effects, solution, calls))]
 
     def ready(self, solution: Solution, most: int) -> list[Solution]:
         """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end."""
@@ -163,7 +181,10 @@ class Searcher:
 
     def finish(self, current: Trial, begun: Solution) -> Trial:
         """Fit to the end what was begun, and judge it."""
-        candidate = settle(self.study, begun.effects, begun)
+        return self.judge(current, settle(self.study, begun.effects, begun))
+
+    def judge(self, current: Trial, candidate: Candidate) -> Trial:
+        """Judge a candidate that extends ``current``, and tell of it."""
         made = self.trial(candidate, current.candidate)
         self.tell(
             f"{'+'.join(candidate.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "

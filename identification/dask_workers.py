@@ -7,8 +7,9 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Any
 
-from identification.workers import Submitting, single_threaded
+from identification.workers import Submitting
 from support.errors import InputError
+from support.threads import single_threaded
 
 
 class Cluster(Submitting, AbstractContextManager["Cluster"]):

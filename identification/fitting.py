@@ -26,9 +26,10 @@ from identification.profile import profiles
 from identification.score import score, score_of
 from identification.simulator import Simulator
 from identification.sobol import sobol_starts
-from identification.workers import Here, Processes, Workers, single_threaded
+from identification.workers import Here, Processes, Workers
 from measurement.run import Array, Run
 from support.errors import NumericalError
+from support.threads import single_threaded
 
 MANY_AGREE = 4
 """Starts that must share the best minimum where it lies above the noise."""

@@ -12,11 +12,10 @@ import signal
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager
-from functools import lru_cache
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
-from threadpoolctl import ThreadpoolController
+from support.threads import single_threaded
 
 T = TypeVar("T")
 Enough = Callable[[Sequence[Any]], int]
@@ -28,18 +27,6 @@ class Workers(Protocol):
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
         """Return the results of the first tasks, as many as ``more`` asks for."""
-
-
-@lru_cache(maxsize=1)
-def _controller() -> ThreadpoolController:
-    """Find the libraries with threads, once: NumPy's and SciPy's are loaded by then."""
-    return ThreadpoolController()
-
-
-def single_threaded(function: Callable[..., T], *arguments: Any) -> T:
-    """Call ``function`` with BLAS on one thread."""
-    with _controller().limit(limits=1):
-        return function(*arguments)
 
 
 class Here:

@@ -7,8 +7,10 @@ import numpy as np
 from measurement.noise import contrasts, robust_std
 from measurement.run import Array, Run
 
-STEADY = 0.9
+STEADY = 0.95
 """Share of moving rows at one speed, from which a motion counts as a prescribed sweep."""
+COMMANDED = 3e-4
+"""Noise of a torque over its range, below which it counts as a command rather than what a controller answered."""
 LINKED = 0.3
 """Correlation of the torque's and the position's noise, from which the torque counts as made from the position."""
 LAGS = 3
@@ -17,19 +19,24 @@ LAGS = 3
 def position_control(run: Run, column: int = 0) -> str:
     """Say in a few words why a run looks recorded under position control; empty where it does not.
 
-    Three signs are looked for: a recorded reference position; a sweep at constant speed, which no open-loop torque
-    gives against friction; and torque whose high-frequency part is the position's noise times a gain (a commanded
+    Three signs are looked for: a recorded reference position; a sweep at constant speed by a torque that is no smooth
+    command (a slow cosine can move a viscous joint at nearly constant speed); and torque whose high-frequency part is the position's noise times a gain (a commanded
     torque knows nothing of the sensor's noise). The last is the correlation of fourth divided differences of u and y,
     up to three rows of delay.
     """
     joint = run.free_joints[column]
     if any(name in run.extra for name in (f"reference_{joint}_rad", f"reference_{joint}_m")):
         return "a reference position is recorded"
-    if steady_share(run.t, run.y[:, column]) > STEADY:
+    if steady_share(run.t, run.y[:, column]) > STEADY and not commanded(run, column):
         return "position sweeps at constant speed"
     if noise_link(run, column) > LINKED:
         return "torque follows the position's noise"
     return ""
+
+
+def commanded(run: Run, column: int) -> bool:
+    """Whether the torque is as smooth as a command: its noise is rounding."""
+    return robust_std(contrasts(run.t, run.u[:, column], 4)) < COMMANDED * float(np.ptp(run.u[:, column]))
 
 
 def steady_share(t: Array, y: Array) -> float:

@@ -22,7 +22,7 @@ from identification.options import FitOptions
 from identification.simulator import Simulator
 from identification.step import Step
 from identification.verification_result import Verification
-from identification.workers import Processes, Submitting, single_threaded
+from identification.workers import Processes, Submitting
 from measurement.campaign import Campaign
 from measurement.prepare import campaign_for_command
 from model.device import Device
@@ -32,6 +32,7 @@ from report.posterior_page import posterior_page
 from support.command import common_options, exit_codes, parse_joints, progress
 from support.errors import InputError
 from support.files import write_json, write_text
+from support.threads import single_threaded
 from uq.forward import kernel_of
 from uq.full_model import as_fit, full_model_bands
 from uq.infer import QUICK, InferOptions, infer

@@ -1,0 +1,35 @@
+"""BLAS on one thread: its sums depend on the number of threads, and small matrices wait for each other on many."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache, wraps
+from typing import Any, ParamSpec, TypeVar
+
+from threadpoolctl import ThreadpoolController
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+@lru_cache(maxsize=1)
+def _controller() -> ThreadpoolController:
+    """Find the libraries with threads, once: NumPy's and SciPy's are loaded by then."""
+    return ThreadpoolController()
+
+
+def single_threaded(function: Callable[..., T], *arguments: Any) -> T:
+    """Call ``function`` with BLAS on one thread."""
+    with _controller().limit(limits=1):
+        return function(*arguments)
+
+
+def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
+    """Decorate ``function`` to run with BLAS on one thread."""
+
+    @wraps(function)
+    def wrapped(*args: P.args, **kwargs: P.kwargs) -> T:
+        with _controller().limit(limits=1):
+            return function(*args, **kwargs)
+
+    return wrapped
