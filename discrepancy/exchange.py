@@ -18,6 +18,12 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
     """
     made: list[Trial] = []
     less = _without_each(s, best, start)
+    if best.solution.effects and SCATTER in less:
+        smaller = s.trial(less[SCATTER], start.candidate)
+        made.append(smaller)
+        if smaller.adequate and _costs(smaller, best) < BETTER:
+            best = smaller
+            less = _without_each(s, best, start)
     for key in [e.key for e in best.solution.effects[:-1]]:
         if len(less) < 2 or key not in less:
             break

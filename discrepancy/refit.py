@@ -18,6 +18,8 @@ from model.effect import Effect
 
 FIRST, MORE, FULL = 6, 25, 60
 """Most simulations of all runs: of a first try, of what goes on with it, and of the fit to the end."""
+SETTLING = 5
+"""Most fits under a noise estimated anew: a first fit that has not arrived passes for noise that is not there."""
 ROUGH = 1.0
 """Predicted decrease, in squares over the noise, at which a try that is not the last one ends."""
 LARGE, ALIKE = 10.0, 0.5
@@ -142,7 +144,7 @@ def settle(study: Study, effects: Sequence[Effect], first: Solution, calls: int 
     """Fit to the end, with the noise model estimated from the fit's own residuals until it rests."""
     solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
     calls += solution.calls
-    for _ in range(2):
+    for _ in range(SETTLING):
         noise = estimate(study, solution)
         if alike(noise, solution.noise):
             break
