@@ -82,9 +82,9 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
 
 def _guided(study: Study, effects: Sequence[Effect]) -> Whitened:
     guided = replace(study, base=with_guides(study.base))
-    return Whitened.under(
-        guided.simulator(effects, observed=True), study.fitted, tuple(Whitener() for _ in study.fitted)
-    )
+    whiteners = tuple(Whitener() for _ in study.fitted)
+    simulator = guided.simulator(effects, observed=True)
+    return Whitened.under(simulator, study.fitted, whiteners, threads=study.threads)
 
 
 def through_homotopy(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> tuple[Solution, int]:

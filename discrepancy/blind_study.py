@@ -36,12 +36,12 @@ class Job:
     out: Path
     without: tuple[str, ...] = ()
 
-    def command(self, seed: int) -> list[str]:
+    def command(self, seed: int, threads: int) -> list[str]:
         """Return the command line of the workflow: it gets the campaign, and no more."""
         left_out = ["--without", ",".join(self.without)] if self.without else []
         return [
             sys.executable, "-m", "discrepancy.run", str(self.campaign), "--out", str(self.out), "--seed", str(seed),
-            "--quiet", *left_out,
+            "--workers", str(threads), "--quiet", *left_out,
         ]  # fmt: skip
 
     def result(self) -> dict[str, Any] | None:
@@ -109,7 +109,13 @@ def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     try:
         ended = subprocess.run(
-            job.command(seed), cwd=ROOT, env=environment, capture_output=True, text=True, check=False, timeout=limit
+            job.command(seed, threads),
+            cwd=ROOT,
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=limit,
         )
         reason = "" if ended.returncode == 0 else f"exit code {ended.returncode}: {last_line(ended.stderr)}"
     except subprocess.TimeoutExpired:

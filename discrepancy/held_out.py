@@ -59,11 +59,11 @@ def predict(
     held = {q.id: {"initial": float(p), "lower": float(p), "upper": float(p), "fixed": True}
             for q, p in zip(solution.equations.parameters, solution.theta, strict=True)}  # fmt: skip
     simulator = study.factory(solution.equations.with_parameters(held))
-    problem = under_noise(simulator, chosen, model.but(scatter=0.0), solution.theta, ())
+    problem = under_noise(simulator, chosen, model.but(scatter=0.0), solution.theta, (), threads=study.threads)
     x = minimise(problem, np.zeros(problem.size), iterations=12).x
     x0 = problem.x0(x)
     if model.scatter > 0:
-        problem = under_noise(simulator, chosen, model, solution.theta, x0)
+        problem = under_noise(simulator, chosen, model, solution.theta, x0, threads=study.threads)
         x = minimise(problem, x, iterations=12).x
         x0 = problem.x0(x)
     found = problem.blocks(x, jacobian=False)

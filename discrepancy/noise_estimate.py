@@ -11,7 +11,8 @@ from discrepancy.scan import movable
 from discrepancy.scatter import best_scatter, cycle_columns, restricted_likelihood
 from discrepancy.solution import Solution
 from discrepancy.study import Study
-from measurement.run import Array
+from measurement.run import Array, Run
+from support.threads import mapped
 
 SCATTER = "amplitude_scatter"
 GAIN = 14.0
@@ -42,10 +43,11 @@ def estimate(study: Study, solution: Solution) -> Noise:
 
 def _columns(study: Study, solution: Solution, noise: Noise) -> list[Array]:
     simulator, cycles = study.simulator(solution.effects), study.cycles()
-    return [
-        cycle_columns(simulator, run, noise, solution.theta, x0, cycles=cycles[run.file])
-        for run, x0 in zip(solution.problem.runs, solution.x0, strict=True)
-    ]
+
+    def one(run: Run, x0: Array) -> Array:
+        return cycle_columns(simulator, run, noise, solution.theta, x0, cycles=cycles[run.file])
+
+    return mapped(one, solution.problem.runs, solution.x0, threads=study.threads)
 
 
 def remove_scatter(study: Study, solution: Solution, noise: Noise) -> list[Array]:

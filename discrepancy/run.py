@@ -60,7 +60,7 @@ def main(
     swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind == "torque"]
     for j in swept:
         _torque(read, j, entries, out, choices)
-    studies = [study_of(read, j, entries) for j in chosen if j not in swept]
+    studies = [study_of(read, j, entries, threads=choices["workers"]) for j in chosen if j not in swept]
     for study in studies:
         bar: Any = progress(total=None, title=f"joint {study.joint}", quiet=choices["quiet"])
         with bar:

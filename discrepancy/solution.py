@@ -17,6 +17,7 @@ from identification.simulator import Simulator
 from measurement.run import Array, Run
 from model.effect import Effect
 from model.equations import Equations
+from support.threads import mapped
 
 ROUNDS = 2
 """Fits between which the cycles' columns of the scatter are computed anew."""
@@ -89,13 +90,21 @@ class Solution:
         return tuple(dict.fromkeys(key.partition(":")[0] for key in self.keys))
 
 
-def under_noise(simulator: Simulator, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array]) -> Whitened:
+def under_noise(
+    simulator: Simulator, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array], *, threads: int = 1
+) -> Whitened:
     """Lay out the problem of ``runs`` under ``noise``, its scatter linearised about the trajectories at ``theta``."""
     if noise.scatter == 0.0:
-        return Whitened.under(simulator, tuple(runs), tuple(Whitener(colour=noise.colour) for _ in runs))
-    about = [relinearised(simulator, run, noise, theta, start) for run, start in zip(runs, x0, strict=True)]
+        return Whitened.under(
+            simulator, tuple(runs), tuple(Whitener(colour=noise.colour) for _ in runs), threads=threads
+        )
+
+    def one(run: Run, start: Array) -> tuple[Run, Array]:
+        return relinearised(simulator, run, noise, theta, start)
+
+    about = mapped(one, runs, x0, threads=threads)
     whiteners = tuple(Whitener.of(noise.colour, noise.scatter, M) for _, M in about)
-    return Whitened.under(simulator, tuple(run for run, _ in about), whiteners)
+    return Whitened.under(simulator, tuple(run for run, _ in about), whiteners, threads=threads)
 
 
 def start_vector(equations: Equations, values: Mapping[str, float]) -> Array:
@@ -117,14 +126,15 @@ def solve(
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
     runs = study.fitted
-    problem = Whitened.under(simulator, runs, tuple(Whitener(colour=noise.colour) for _ in runs))
+    whiteners = tuple(Whitener(colour=noise.colour) for _ in runs)
+    problem = Whitened.under(simulator, runs, whiteners, threads=study.threads)
     x = problem.first(theta)
     if x0 is not None:
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
     for _ in range(ROUNDS if noise.scatter > 0 else 1):
         theta, begun = problem.theta(x), problem.x0(x)
-        problem = under_noise(simulator, runs, noise, theta, begun)
+        problem = under_noise(simulator, runs, noise, theta, begun, threads=study.threads)
         x = with_starts(problem, problem.first(theta), begun)
         found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged

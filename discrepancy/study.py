@@ -43,6 +43,8 @@ class Study:
         Whether the joint slides.
     factory
         Equations in, simulator out.
+    threads
+        Threads that simulate runs side by side; the results do not depend on it.
     """
 
     joint: int
@@ -52,6 +54,7 @@ class Study:
     entries: Mapping[str, Effect]
     prismatic: bool = False
     factory: Factory = field(default_factory=Factory)
+    threads: int = 1
 
     @property
     def rows(self) -> int:
@@ -71,7 +74,7 @@ class Study:
         return {run.file: whole_cycles(run) for run in (*self.fitted, *self.unseen)}
 
 
-def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect]) -> Study:
+def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, threads: int = 1) -> Study:
     """Return the study of one joint of a campaign.
 
     Raises
@@ -92,7 +95,9 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect]) -> S
         raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
     base = within_reach(base, fitted)
     unseen = campaign.runs_of((joint,), "validate")
-    return Study(joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides)
+    return Study(
+        joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides, threads=threads
+    )
 
 
 def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:

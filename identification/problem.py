@@ -14,7 +14,7 @@ import numpy as np
 from identification.loss import pseudo_huber
 from identification.options import FitOptions
 from identification.scaling import Scaling
-from identification.simulator import Simulator
+from identification.simulator import Simulator, Trajectory
 from identification.starting import Start, start_of
 from identification.weights import time_weights
 from measurement.run import Array, Run
@@ -133,8 +133,8 @@ class Problem:
         theta = self.theta(x)
         slope = self.scaling.slope(theta)
         rows, jacobians = [], []
-        for run, start, root, part in zip(self.runs, self.starts, self.roots, self.slices(), strict=True):
-            y = self.simulator.simulate(theta, run, x0=start.at(x[part]), gain=gain, sensitivities=jacobian)
+        simulated = self.trajectories(x, theta, gain, sensitivities=jacobian)
+        for run, start, root, part, y in zip(self.runs, self.starts, self.roots, self.slices(), simulated, strict=True):
             scale = root[:, None] / run.sensor_std
             r = scale * (run.y - y.y[:, : run.y.shape[1]])
             outer = np.ones_like(r)
@@ -155,6 +155,13 @@ class Problem:
             prior=prior,
             prior_jacobian=prior_jacobian,
         )
+
+    def trajectories(self, x: Array, theta: Array, gain: float, *, sensitivities: bool) -> list[Trajectory]:
+        """Simulate every run from its start."""
+        return [
+            self.simulator.simulate(theta, run, x0=x0, gain=gain, sensitivities=sensitivities)
+            for run, x0 in zip(self.runs, self.x0(x), strict=True)
+        ]
 
     def _priors(self, x: Array, theta: Array, slope: Array) -> tuple[Array, Array]:
         residuals, rows = [], []

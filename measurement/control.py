@@ -20,9 +20,9 @@ def position_control(run: Run, column: int = 0) -> str:
     """Say in a few words why a run looks recorded under position control; empty where it does not.
 
     Three signs are looked for: a recorded reference position; a sweep at constant speed by a torque that is no smooth
-    command (a slow cosine can move a viscous joint at nearly constant speed); and torque whose high-frequency part is the position's noise times a gain (a commanded
-    torque knows nothing of the sensor's noise). The last is the correlation of fourth divided differences of u and y,
-    up to three rows of delay.
+    command (a slow cosine can move a viscous joint at nearly constant speed); and torque whose high-frequency part is
+    the position's noise times a gain (a commanded torque knows nothing of the sensor's noise). The last is the
+    correlation of fourth divided differences of u and y, up to three rows of delay.
     """
     joint = run.free_joints[column]
     if any(name in run.extra for name in (f"reference_{joint}_rad", f"reference_{joint}_m")):

@@ -1,8 +1,12 @@
-"""BLAS on one thread: its sums depend on the number of threads, and small matrices wait for each other on many."""
+"""Threads for compiled code that lets go of the interpreter; BLAS on one.
+
+BLAS sums depend on the number of its threads, and its small matrices wait for each other on many.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -33,3 +37,15 @@ def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
             return function(*args, **kwargs)
 
     return wrapped
+
+
+@lru_cache(maxsize=4)
+def _pool(threads: int) -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(threads, thread_name_prefix="haptid")
+
+
+def mapped(function: Callable[..., T], *arguments: Iterable[Any], threads: int = 1) -> list[T]:
+    """Return ``function`` of every tuple of arguments in their order, side by side on ``threads`` threads."""
+    if threads <= 1:
+        return [function(*each) for each in zip(*arguments, strict=True)]
+    return list(_pool(threads).map(function, *arguments))

@@ -55,7 +55,7 @@ def job(case: str, out: Path) -> Stub:
 def test_the_workflow_is_handed_the_campaign_and_nothing_of_the_labels(study):
     out, names = study
     one = Job(case=names[0], campaign=out / "cases" / names[0], out=out / "found", without=("cogging",))
-    command = one.command(7)
+    command = one.command(7, 1)
     assert command[1:4] == ["-m", "discrepancy.run", str(out / "cases" / names[0])]
     assert command[-2:] == ["--without", "cogging"]
     assert not [part for part in command if "labels" in part]
