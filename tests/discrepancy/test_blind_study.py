@@ -31,7 +31,7 @@ def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, tuple[str, ..
 class Stub(Job):
     """A job whose command is a line of Python in the place of the workflow."""
 
-    def command(self, seed: int) -> list[str]:
+    def command(self, seed: int, threads: int) -> list[str]:  # noqa: ARG002 (as the workflow's)
         return [sys.executable, "-c", LINES[self.case], str(self.out / "discrepancy"), str(self.campaign), str(seed)]
 
 
@@ -140,7 +140,7 @@ found = {"verdict": verdict, "effects": effects, "alternatives": rivals, "next_e
 
 
 def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
-    def command(self: Job, seed: int) -> list[str]:
+    def command(self: Job, seed: int, threads: int) -> list[str]:  # noqa: ARG001 (as the workflow's)
         assert seed == 2
         return [sys.executable, "-c", ORACLE, str(self.campaign), str(self.out), *self.without]
 
