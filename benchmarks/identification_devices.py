@@ -1,11 +1,13 @@
 """Fits on virtual devices that differ from the first guess by a factor of up to two.
 
-Every device is drawn by `virtual_device.variation.vary`: springs and friction by factors of up to e^(1.35·width),
-inertial parameters within ± width, around a machine that already differs from the device file's first guesses. Every
-joint is tested with the torques of Table III of Tam, Kubica and Wang (2005), sampled and quantised like the embedded
-campaign, and fitted from the first guesses of the device file alone, without what other joints' tests would tell.
-Counted are validation runs within 1.05 times the noise, the median error of each parameter, and how often a 95 %
-interval holds the truth. ``--joints 4,5`` and ``--devices 10`` choose a part; results go to ``docs/results``.
+Every joint's parameters are drawn around the device file's first guesses: by factors log-uniform between 1/(1 + width)
+and 1 + width, the spring's place within ± 0.1 rad. With ``--around machine`` whole devices are drawn by
+`virtual_device.variation.vary` instead: springs and friction by factors of up to e^(1.35·width), inertial parameters
+within ± width, around a machine that already differs from the first guesses. Every joint is tested with the torques of
+Table III of Tam, Kubica and Wang (2005), sampled and quantised like the embedded campaign, and fitted from the first
+guesses of the device file alone, without what other joints' tests would tell. Counted are validation runs within 1.05
+times the noise, the median error of each parameter, and how often a 95 % interval holds the truth. ``--joints 4,5`` and
+``--devices 10`` choose a part; results go to ``docs/results``.
 """
 
 from __future__ import annotations
@@ -33,12 +35,16 @@ from model.configuration import configuration_equations
 from model.device_file import load_device
 from support.command import parse_joints, progress
 from virtual_device.arm import JOINTS, Arm
+from virtual_device.campaign import joint_runs
+from virtual_device.inputs import table3
 from virtual_device.make_campaign import joint_tests
 from virtual_device.sensor import Sensor
+from virtual_device.tables import RunTable
 from virtual_device.truth import read_truth
 from virtual_device.variation import vary
 
-OUT = Path(__file__).parent.parent / "docs" / "results" / "identification_devices.json"
+FOLDER = Path(__file__).parent.parent / "docs" / "results"
+NAMES = {"first_guess": "devices", "machine": "machines"}
 SENSOR = Sensor()
 THRESHOLD = 1.05
 Z95 = 1.959964
@@ -50,6 +56,7 @@ class Case:
 
     device: int
     joint: int
+    around: str
     width: float
     scatter: float
     method: str
@@ -57,10 +64,7 @@ class Case:
 
 def runs_of(case: Case) -> tuple[tuple[Run, ...], dict[str, float]]:
     """Return the runs of a case and the true parameters."""
-    arm = Arm(vary(read_truth(), case.width, np.random.default_rng([case.device, 300])))
-    tables = joint_tests(
-        arm, case.joint, {}, scatter=case.scatter, sensor=SENSOR, inputs="table3", seed=1000 + case.device
-    )
+    tables, truth = (_around_first_guess if case.around == "first_guess" else _around_machine)(case)
     made = [
         Run(
             file=table.file,
@@ -76,7 +80,29 @@ def runs_of(case: Case) -> tuple[tuple[Run, ...], dict[str, float]]:
         for table in tables
         if table.use != "excluded"
     ]
-    return tuple(made), arm.locked_joint(case.joint, np.zeros(JOINTS))
+    return tuple(made), truth
+
+
+def _around_first_guess(case: Case) -> tuple[tuple[RunTable, ...], dict[str, float]]:
+    """Return tests of one joint drawn around the first guesses, stiction above Coulomb friction."""
+    rng = np.random.default_rng([case.device, case.joint, 301])
+    first = {q.id: q for q in configuration_equations(load_device("freedom6s"), (case.joint,)).parameters}
+    factors = {id: (1.0 + case.width) ** rng.uniform(-1, 1) for id in first}
+    factors["Fs"] = max(factors["Fs"], factors["Fc"])
+    truth = {id: q.initial if q.fixed else q.initial * factors[id] for id, q in first.items()}
+    truth |= {"gravity_cos": 0.0, "gravity_sin": 0.0} | truth | {"epos": float(rng.uniform(-0.1, 0.1))}
+    effects = {"amplitude_scatter": {"scatter": case.scatter}} if case.scatter else {}
+    return joint_runs(
+        case.joint, truth, table3(case.joint), effects=effects, sensor=SENSOR, seed=1000 + case.device
+    ), truth
+
+
+def _around_machine(case: Case) -> tuple[tuple[RunTable, ...], dict[str, float]]:
+    arm = Arm(vary(read_truth(), case.width, np.random.default_rng([case.device, 300])))
+    tables = joint_tests(
+        arm, case.joint, {}, scatter=case.scatter, sensor=SENSOR, inputs="table3", seed=1000 + case.device
+    )
+    return tables, arm.locked_joint(case.joint, np.zeros(JOINTS))
 
 
 def solve(case: Case) -> dict[str, Any]:
@@ -167,13 +193,15 @@ def page(kept: dict[str, Any]) -> str:
 @click.command(help=__doc__)
 @click.option("--devices", default=50, show_default=True, help="How many devices.")
 @click.option("--joints", default=None, metavar="4,5,3", help="Only these joints.")
+@click.option("--around", default="first_guess", type=click.Choice(["first_guess", "machine"]), show_default=True)
 @click.option("--width", default=0.5, show_default=True, help="Largest relative difference from the first guess.")
 @click.option("--scatter", default=0.0, show_default=True, help="Cycle amplitude scatter of joints 3, 4, 5.")
 @click.option("--method", default="slsqp", type=click.Choice(["slsqp", "gauss_newton"]), show_default=True)
 @click.option("--workers", default=os.cpu_count() or 1, show_default="cores")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), default=OUT)
-def main(devices: int, joints: str | None, out: Path, workers: int, **settings: Any) -> None:
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), default=None)
+def main(devices: int, joints: str | None, out: Path | None, workers: int, **settings: Any) -> None:
     """Run all cases."""
+    out = out or FOLDER / f"identification_{NAMES[settings['around']]}.json"
     cases = [Case(device=d, joint=j, **settings) for d in range(devices) for j in parse_joints(joints) or range(JOINTS)]
     bar: Any = progress(total=len(cases), title="devices")
     with Processes(workers) as pool, bar:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
@@ -29,15 +31,15 @@ def estimate(study: Study, solution: Solution) -> Noise:
     if SCATTER not in study.entries:
         return Noise(colour=colour)
     found = [scatter_along(study, solution, path, Colour()) for path in ("reading", "torque")]
-    best = max(found, key=lambda pair: pair[1])
-    if best[1] < GAIN:
+    best = min(found, key=lambda one: one.deviance)
+    if best.gain < GAIN:
         return Noise(colour=colour)
-    settled = best[0]
+    settled = best.noise
     left = remove_scatter(study, solution, settled)
     colour = estimate_colour(left, study.fitted, cycles)
     if not colour.white:
-        again, gain = scatter_along(study, solution, settled.path, colour)
-        settled = again if gain >= GAIN else Noise()
+        again = scatter_along(study, solution, settled.path, colour)
+        settled = again.noise if again.gain >= GAIN else Noise()
     return settled.but(colour=colour)
 
 
@@ -59,8 +61,17 @@ def remove_scatter(study: Study, solution: Solution, noise: Noise) -> list[Array
     return left
 
 
-def scatter_along(study: Study, solution: Solution, path: Path, colour: Colour) -> tuple[Noise, float]:
-    """Return the best scatter on this path and twice its gain in restricted log-likelihood.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scatter:
+    """A scatter with twice its gain in restricted log-likelihood over none, and −2 ln L up to what all have alike."""
+
+    noise: Noise
+    gain: float
+    deviance: float
+
+
+def scatter_along(study: Study, solution: Solution, path: Path, colour: Colour) -> Scatter:
+    """Return the best scatter on this path.
 
     Only differences between cycles of one run count: what moves all cycles of a run alike is taken out with the base
     parameters, for a deterministic effect does that too.
@@ -68,27 +79,25 @@ def scatter_along(study: Study, solution: Solution, path: Path, colour: Colour) 
     middle = float(np.mean([run.y[:, 0].mean() for run in study.fitted]))
     if path == "torque":
         noise = Noise(path=path)
-        scatter, gain = _restricted(study, solution, _columns(study, solution, noise), colour)
-        return noise.but(scatter=scatter), gain
+        return _restricted(study, solution, _columns(study, solution, noise), colour, noise)
     reach = 0.3 * max(float(np.ptp(run.y)) for run in study.fitted)
     columns = _columns(study, solution, Noise(path=path, centre=middle))
     masks = [M != 0 for M in columns]
     std = [run.sensor_std[0] for run in study.fitted]
 
-    def about(centre: float) -> tuple[float, float]:
+    def about(centre: float) -> Scatter:
         moved = [M - (centre - middle) * m / s for M, m, s in zip(columns, masks, std, strict=True)]
-        return _restricted(study, solution, moved, colour)
+        return _restricted(study, solution, moved, colour, Noise(path=path, centre=centre))
 
-    scatter, gain = about(middle)
-    if gain < WORTH:
-        return Noise(path=path, centre=middle, scatter=scatter), gain
-    best = minimize_scalar(lambda c: -about(c)[1], bounds=(middle - reach, middle + reach), method="bounded",
-                           options={"xatol": 1e-3 * reach, "maxiter": 25})  # fmt: skip
-    scatter, gain = about(float(best.x))
-    return Noise(path=path, centre=float(best.x), scatter=scatter), gain
+    first = about(middle)
+    if first.gain < WORTH:
+        return first
+    best = minimize_scalar(lambda c: about(c).deviance, bounds=(middle - reach, middle + reach), method="bounded",
+                           options={"xatol": 1e-4 * reach, "maxiter": 30})  # fmt: skip
+    return about(float(best.x))
 
 
-def _restricted(study: Study, solution: Solution, columns: list[Array], colour: Colour) -> tuple[float, float]:
+def _restricted(study: Study, solution: Solution, columns: list[Array], colour: Colour, noise: Noise) -> Scatter:
     """Scatter of largest restricted likelihood, parameters and one amplitude per run projected out."""
     J = np.concatenate([*(colour.whiten(B[:, 0]) for B in solution.raw.jacobians or ())])
     J = J[:, movable(solution)]
@@ -105,7 +114,8 @@ def _restricted(study: Study, solution: Solution, columns: list[Array], colour: 
     Q = orthonormal(np.column_stack((J, common)))
     r = r - Q @ (Q.T @ r)
     M -= Q @ (Q.T @ M)
-    return best_scatter(*restricted_likelihood(r, M))
+    scatter, gain = best_scatter(*restricted_likelihood(r, M))
+    return Scatter(noise=noise.but(scatter=scatter), gain=gain, deviance=float(r @ r) - gain)
 
 
 def orthonormal(A: Array) -> Array:

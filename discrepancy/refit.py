@@ -146,7 +146,7 @@ def settle(study: Study, effects: Sequence[Effect], first: Solution, calls: int 
     calls += solution.calls
     for _ in range(SETTLING):
         noise = estimate(study, solution)
-        if alike(noise, solution.noise):
+        if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])):
             break
         again = solve(study, effects, noise, solution.values, x0=solution.x0, iterations=FULL)
         calls += again.calls
@@ -179,9 +179,11 @@ def significance(solution: Solution) -> tuple[float, bool]:
     return wald, at_bound
 
 
-def alike(a: Noise, b: Noise) -> bool:
-    """Whether two noise models are the same for all that a fit can tell."""
+def alike(a: Noise, b: Noise, std: float) -> bool:
+    """Whether two noise models are the same for all that a fit can tell, the sensor's noise being ``std``."""
     if a.colour.white != b.colour.white or (a.scatter > 0) != (b.scatter > 0):
+        return False
+    if a.path != b.path or abs(a.centre - b.centre) * a.scatter > 0.1 * std:
         return False
     near = abs(a.colour.low_frequency_gain / b.colour.low_frequency_gain - 1.0) < 0.05
     return near and abs(a.scatter - b.scatter) <= 0.1 * max(a.scatter, b.scatter)

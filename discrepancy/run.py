@@ -57,6 +57,8 @@ def main(
     chosen = (joint,) if joint is not None else parse_joints(joints) or read.joints
     if not chosen:
         raise InputError("campaign.toml", expected="runs with one free joint", got="none")
+    if choices["scheduler"]:
+        click.echo("note: --scheduler is not used, the search runs here on --workers threads", err=True)
     swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind == "torque"]
     for j in swept:
         _torque(read, j, entries, out, choices)

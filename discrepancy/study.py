@@ -70,8 +70,8 @@ class Study:
         return self.factory(self.equations(effects), observed=observed)
 
     def cycles(self) -> dict[str, Cycles]:
-        """Cycles of the torque of every run, by file."""
-        return {run.file: whole_cycles(run) for run in (*self.fitted, *self.unseen)}
+        """Cycles of the torque of every fitted run, by file; a held-out end of a run bears its file's name too."""
+        return {run.file: whole_cycles(run) for run in self.fitted}
 
 
 def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, threads: int = 1) -> Study:

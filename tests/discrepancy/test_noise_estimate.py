@@ -1,0 +1,66 @@
+"""The noise that a fit leaves: scatter about the joint's place of rest, and when two noises are alike."""
+
+from pathlib import Path
+
+import pytest
+
+from discrepancy.noise import Colour, Noise
+from discrepancy.noise_estimate import estimate
+from discrepancy.refit import alike
+from discrepancy.solution import solve
+from discrepancy.study import study_of
+from measurement.prepare import prepare
+from measurement.reading import read_campaign
+from model.effects import catalogue
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.inputs import Cosine, rich
+from virtual_device.joint import rest_position
+from virtual_device.sensor import Sensor
+
+TRUTH = {
+    "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.12, "sigma0": 0.5,
+    "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
+}  # fmt: skip
+SENSOR = Sensor(noise=2e-4, resolution=0.0)
+INPUTS = tuple(Cosine(amplitude=a, frequency=w, duration=16.0, spacing=0.01) for a, w in ((0.008, 2.5), (0.006, 4.1)))
+
+
+def estimated(folder: Path, scatter: float) -> Noise:
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    effects = {"amplitude_scatter": {"scatter": scatter, "scatter_on_torque": 0.0}}
+    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=effects, sensor=SENSOR, known=known, seed=2)
+    study = study_of(prepare(read_campaign(folder)), 3, catalogue())
+    return estimate(study, solve(study, (), Noise(), TRUTH))
+
+
+def test_the_reading_scatters_about_the_place_of_rest(tmp_path: Path):
+    noise = estimated(tmp_path, 0.02)
+    assert noise.path == "reading"
+    assert noise.scatter == pytest.approx(0.02, rel=0.5)  # 17 cycles
+    assert noise.centre == pytest.approx(TRUTH["epos"], abs=0.003)
+
+
+def test_the_place_of_rest_is_found_beside_gravity_and_eight_runs(tmp_path: Path):
+    truth = TRUTH | {"gravity_cos": -9e-4, "gravity_sin": -8e-4, "Ks": 0.033, "epos": -0.047}
+    effects = {"amplitude_scatter": {"scatter": 0.02, "scatter_on_torque": 0.0}}
+    make_joint_campaign(tmp_path, 5, truth, rich(5), effects=effects, sensor=SENSOR, seed=31)
+    study = study_of(prepare(read_campaign(tmp_path)), 5, catalogue())
+    rest = rest_position(truth)
+    noise = estimate(study, solve(study, (), Noise(scatter=0.02, centre=rest), truth))
+    assert noise.centre == pytest.approx(rest, abs=2e-3)
+    assert noise.colour == Colour()
+
+
+def test_white_noise_has_neither_scatter_nor_colour(tmp_path: Path):
+    assert estimated(tmp_path, 0.0) == Noise()
+
+
+def test_noises_are_alike_where_no_fit_could_tell():
+    one = Noise(scatter=0.02, centre=0.1)
+    std = 2e-4
+    assert alike(one, one.but(centre=0.1005), std)
+    assert not alike(one, one.but(centre=0.13), std)
+    assert not alike(one, one.but(path="torque"), std)
+    assert not alike(one, one.but(scatter=0.0), std)
+    assert not alike(one, one.but(colour=Colour(phi=0.9, theta=0.5, sigma=1.0)), std)
+    assert alike(Noise(), Noise(), std)
