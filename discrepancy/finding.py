@@ -26,11 +26,16 @@ SCHEMA = "discrepancy/1"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
-    """RMS of measured − simulated over some runs [rad]: before, after, and the sensor's noise."""
+    """RMS of measured − simulated over some runs [rad]: before, after, and the sensor's noise.
+
+    Where amplitudes scatter, ``beside`` has the same before and after over what noise and scatter give together: the
+    RMS of whitened residuals. What scatter leaves is no gap that a model could close.
+    """
 
     before: float
     after: float
     noise: float
+    beside: tuple[float, float] | None = None
 
     @property
     def closed(self) -> float | None:
@@ -38,9 +43,20 @@ class Gap:
         gap = self.before - self.noise
         return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
 
+    @property
+    def closed_beside_scatter(self) -> float | None:
+        """(before − after)/(before − 1) of ``beside``; as `closed` where nothing scatters."""
+        if self.beside is None:
+            return self.closed
+        before, after = self.beside
+        return None if before < 1.05 else (before - after) / (before - 1.0)
+
     def as_json(self) -> dict[str, float | None]:
-        """Fields of INTERFACES."""
-        return {"before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed}
+        """Fields of INTERFACES, and the share beside the scatter."""
+        return {
+            "before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed,
+            "closed_beside_scatter": self.closed_beside_scatter,
+        }  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +112,7 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         search=found,
         judgement=judgement,
         rebuilt=rebuilt,
-        gaps={name: _gap(*group, rebuilt) for name, group in groups.items()},
+        gaps={name: _gap(*group, rebuilt, _beside(study, found, group[0])) for name, group in groups.items()},
         curves=tuple(Curve(run=r, before=b, after=a) for r, b, a in zip(*shown, strict=True)),
         maps=energy,
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
@@ -104,13 +120,29 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     )
 
 
-def _gap(runs: tuple[Run, ...], before: tuple[float, ...], after: tuple[float, ...], rebuilt: Rebuilt | None) -> Gap:
+def _beside(study: Study, found: Search, runs: tuple[Run, ...]) -> tuple[float, float] | None:
+    """RMS of whitened residuals of the base and of the best model, both under the scatter of the best."""
+    plain, best = found.plain.solution, found.best.solution
+    if best.noise.scatter == 0.0:
+        return None
+    before, after = (predict(study, solution, runs, noise=best.noise) for solution in (plain, best))
+    return float(np.sqrt(before.chi2 / before.rows)), float(np.sqrt(after.chi2 / after.rows))
+
+
+def _gap(
+    runs: tuple[Run, ...],
+    before: tuple[float, ...],
+    after: tuple[float, ...],
+    rebuilt: Rebuilt | None,
+    beside: tuple[float, float] | None,
+) -> Gap:
     """RMS over the runs; after the rebuilt FMU's own scores where there is one."""
     final = list(after)
     if rebuilt is not None:
         scores = {s.file: s.rmse_rad for s in rebuilt.fit.runs}
         final = [scores.get(run.file, a) for run, a in zip(runs, after, strict=True)]
-    return Gap(before=_rms(before), after=_rms(final), noise=_rms([float(run.sensor_std[0]) for run in runs]))
+    noise = _rms([float(run.sensor_std[0]) for run in runs])
+    return Gap(before=_rms(before), after=_rms(final), noise=noise, beside=beside)
 
 
 def _rms(values: Any) -> float:

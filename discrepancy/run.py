@@ -100,7 +100,8 @@ def _written(finding: Finding, campaign: Campaign, out: Path, seed: int) -> None
     )
     click.echo(f"joint {finding.joint}: {data['verdict']}. {finding.judgement.sentence}")
     for name, gap in finding.gaps.items():
-        closed = "" if gap.closed is None else f", {100 * gap.closed:.1f} % of the gap closed"
+        share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"
+        closed = "" if share is None else f", {100 * share:.1f} % of the gap{beside} closed"
         click.echo(f"  {name}: RMS {gap.before:.3g} before, {gap.after:.3g} after, noise {gap.noise:.3g}{closed}")
     made = f", {data['fmu']}" if data["fmu"] else ""
     click.echo(f"  written below {out}: discrepancy/joint{finding.joint}.json, .html{made}")

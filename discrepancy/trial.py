@@ -24,6 +24,8 @@ LACK = 5e-4
 """p of the omnibus test below which a model lacks something."""
 PROMISING = 8
 """Entries that are gone on with after a first try."""
+LATER = 20
+"""Entries that are begun on top of an effect: by then the scores of the catalogue may be trusted for a first sieve."""
 FINISHED, HOPELESS = 8, 4
 """Most fits to the end of one step, and how many of them where none leaves only noise."""
 CLOSE = 40.0
@@ -125,10 +127,11 @@ class Searcher:
     def step(self, current: Trial, *origins: Solution, few: bool = False) -> list[Trial]:
         """Extend ``origins``, optima of ``current``'s equations: begin with every entry, finish with the best.
 
-        With ``few`` only the entries of the best scores are begun, and only the best of them is finished.
+        On top of an effect, entries of the best scores are begun; with ``few`` fewer, and only the best is finished.
         """
         trials: list[Trial] = []
-        most = PROMISING if few else len(self.entries)
+        later = bool(current.solution.effects)
+        most = PROMISING if few else LATER if later else len(self.entries)
         begun: dict[str, Solution] = {}
         for found in sorted((s for origin in origins for s in self.ready(origin, most)), key=self.rank):
             begun.setdefault(found.effects[-1].key, found)

@@ -108,7 +108,8 @@ def _in_words(finding: Finding) -> list[str]:
     )
     if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
         return [before]
-    closed = "" if gap.closed is None else f", which closes {100 * gap.closed:.1f} % of the gap"
+    share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
+    closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
     after = f"With what was found, it misses them by {1e3 * gap.after:.3g} mrad, {gap.after / gap.noise:.2g} times"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
     return [f"{before} {after} the noise{closed}.", *made]
@@ -119,7 +120,7 @@ def _gaps(finding: Finding) -> Table:
     rows = [
         (
             names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
-            "–" if g.closed is None else f"{100 * g.closed:.1f} %",
+            "–" if g.closed_beside_scatter is None else f"{100 * g.closed_beside_scatter:.1f} %",
         )
         for name, g in finding.gaps.items()
     ]  # fmt: skip
