@@ -7,13 +7,14 @@ parameters; so its values come with standard errors.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
+from discrepancy.suggestion import suggestion
 from measurement.run import Array, Run
 from model.effect import Effect, parameter
 from model.effect import q as position
@@ -26,19 +27,23 @@ VARIABLES = {"position_rad": position, "velocity_rad_s": velocity, "time_s": TIM
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """Remaining torque (KNOTS,) [N m] over ``variable`` less its straight line, its std, and twice the gain in ln L."""
+    """Remaining torque (KNOTS,) [N m] over ``variable`` less its straight line, its std, and twice the gain in ln L.
+
+    ``suggestion`` is a closed form that follows it, where one was found.
+    """
 
     variable: str
     knots: Array
     torque: Array
     std: Array
     gain: float
+    suggestion: str | None = None
 
     def as_json(self) -> dict[str, object]:
         """Plain lists."""
         return {
             "variable": self.variable, "knots": self.knots.tolist(), "torque_Nm": self.torque.tolist(),
-            "std_Nm": self.std.tolist(), "gain": self.gain,
+            "std_Nm": self.std.tolist(), "gain": self.gain, "suggestion": self.suggestion,
         }  # fmt: skip
 
 
@@ -61,7 +66,8 @@ def spline(variable: str, knots: Array, scale: float) -> Effect:
 
 def remaining(study: Study, solution: Solution) -> Shape:
     """Return the shape over the variable that explains most of what is left."""
-    return max((_over(study, solution, variable) for variable in VARIABLES), key=lambda s: s.gain)
+    best = max((_over(study, solution, variable) for variable in VARIABLES), key=lambda s: s.gain)
+    return replace(best, suggestion=suggestion(best.knots, best.torque, best.std, without_line(best.knots)))
 
 
 def _over(study: Study, solution: Solution, variable: str) -> Shape:
@@ -75,7 +81,8 @@ def _over(study: Study, solution: Solution, variable: str) -> Shape:
     bent = without_line(knots)
     std = np.sqrt(np.diag(bent @ covariance_of(richer, place) @ bent.T))
     gain = 2.0 * (richer.log_likelihood - solution.log_likelihood)
-    return Shape(variable=variable, knots=knots, torque=bent @ richer.theta[place], std=std, gain=gain)
+    torque = bent @ richer.theta[place]
+    return Shape(variable=variable, knots=knots, torque=torque, std=std, gain=gain)
 
 
 def without_line(knots: Array) -> Array:

@@ -177,6 +177,8 @@ def _settle(finding: Finding) -> list[str]:
     if shape is not None:
         points = ", ".join(f"{x:.3g}: {y:.2g}" for x, y in zip(shape.knots, shape.torque, strict=True))
         lines.append(f"Remaining torque [N m] as a function of {shape.variable.replace('_', ' ')}: {points}.")
+        if shape.suggestion:
+            lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")
     return lines
 
 
