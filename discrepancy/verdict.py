@@ -15,6 +15,8 @@ from discrepancy.study import Study
 from discrepancy.trial import Trial
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
+EVIDENT = 30.0
+"""Least evidence of each of several names: weak ones together mend what one unknown effect leaves."""
 SHOWN = 3
 """Alternatives that are listed where none is a rival."""
 
@@ -61,12 +63,16 @@ def judge(study: Study, found: Search) -> Judgement:
 def verdict_of(found: Search) -> Verdict:
     """Return the verdict: a name only where what it leaves is noise, in every test.
 
-    Where even the winner leaves a gap, something real is missing that no entry explains; its names are surrogates.
+    Where even the winner leaves a gap, something real is missing that no entry explains; its names are surrogates. So
+    are several names where one of them has little to speak for it.
     """
     if not found.best.adequate:
         return "unlisted"
-    if not found.best.candidate.ids:
+    keys = found.best.solution.keys
+    if not keys:
         return "nothing_missing"
+    if len(keys) > 1 and min(found.evidence(key) for key in keys) < EVIDENT:
+        return "unlisted"
     return "ambiguous" if found.rivals else "named"
 
 
@@ -115,5 +121,5 @@ def _sentence(verdict: Verdict, effects: tuple[NamedEffect, ...], rivals: tuple[
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(r.candidate.ids) for r in rivals)
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, the proposed run would."
-    tried = f" The best name of the catalogue, {names}, leaves a gap and is only a surrogate." if effects else ""
+    tried = f" The nearest of the catalogue, {names}, stands in for it and is no finding." if effects else ""
     return f"Something is missing that no entry of the catalogue explains.{tried}"
