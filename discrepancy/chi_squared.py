@@ -1,20 +1,24 @@
-"""Tail of χ² where it underflows: a gap of a hundred times the noise has T of millions."""
+"""Tail of χ² where it underflows, and of F where the noise that divides it is itself an estimate."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.special import gammaln
-from scipy.stats import chi2
+from scipy.stats import chi2, f
 
 FAR = 500.0
 """Statistic beyond which the asymptotic series is taken."""
 
 
-def log_tail(T: float, dof: int) -> float:
-    """Return ln P(χ²_k > T); for T ≫ k by the series of Γ(a, x), a = k/2, x = T/2 (DLMF 8.11.2, two terms).
+def log_tail(T: float, dof: float, freedom: float = np.inf) -> float:
+    """Return ln P(χ²_k > T), of k·F(k, ν) where the noise's power is known to ν degrees of freedom only.
+
+    For T ≫ k by the series of Γ(a, x), a = k/2, x = T/2 (DLMF 8.11.2, two terms).
 
     Γ(a, x) ≈ x^(a−1)·e^(−x)·(1 + (a − 1)/x)
     """
+    if np.isfinite(freedom):
+        return float(f.logsf(T / dof, dof, freedom))
     if max(FAR, 50.0 * dof) > T:
         return float(chi2.logsf(T, dof))
     a, x = dof / 2.0, T / 2.0

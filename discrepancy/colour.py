@@ -8,6 +8,9 @@ by the share that it left.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 from scipy.optimize import minimize
 
@@ -22,6 +25,8 @@ LEFT = 0.3
 """Least share of a frequency that the regression has to leave."""
 LONGEST = 0.5
 """Longest correlation time that counts as sensor noise [s]; what is slower is drift or a wrong model."""
+LEAST_FREEDOM = 10.0
+"""Fewest degrees of freedom that a spectrum is taken to have where its likelihood has no clear maximum."""
 CLIPPED = 8.0
 """A line this many times above the spectrum is no noise: it counts as this much."""
 
@@ -80,7 +85,25 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...], cycles: dict[
     best = min(tried, key=lambda found: float(found.fun))
     if white - float(best.fun) < EVIDENCE:
         return Colour()
-    return to_arma(np.asarray(best.x))
+    p = np.asarray(best.x)
+    return replace(to_arma(p), freedom=_freedom(p, deviance))
+
+
+def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
+    """Degrees of freedom of the power at frequency 0, from the curvature of the likelihood at its maximum."""
+    step, n = 0.05, p.size
+    H = np.empty((n, n))
+    for i in range(n):
+        for k in range(n):
+            a, b = step * np.eye(n)[i], step * np.eye(n)[k]
+            H[i, k] = deviance(p + a + b) - deviance(p + a - b) - deviance(p - a + b) + deviance(p - a - b)
+    H /= 8.0 * step**2  # of −ln L, half the deviance
+    if not np.isfinite(H).all() or np.linalg.eigvalsh(H)[0] <= 0.0:
+        return LEAST_FREEDOM
+    base = np.log(_spectrum(np.zeros(1), p)[0])
+    slope = np.array([np.log(_spectrum(np.zeros(1), p + 1e-4 * e)[0]) - base for e in np.eye(n)]) / 1e-4
+    variance = float(slope @ np.linalg.solve(H, slope))
+    return max(2.0 / variance, LEAST_FREEDOM)
 
 
 def to_arma(p: Array) -> Colour:

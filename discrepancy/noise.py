@@ -20,11 +20,16 @@ Path = Literal["reading", "torque"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Colour:
-    """Sensor noise (1 − φB)·r = (1 − θB)·σ·ε with white ε of variance 1; r is in units of the stated noise."""
+    """Sensor noise (1 − φB)·r = (1 − θB)·σ·ε with white ε of variance 1; r is in units of the stated noise.
+
+    ``freedom`` is the number of degrees of freedom to which its power at low frequency is known: 2 over its squared
+    relative standard error.
+    """
 
     phi: float = 0.0
     theta: float = 0.0
     sigma: float = 1.0
+    freedom: float = field(default=np.inf, compare=False)
 
     @property
     def white(self) -> bool:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import dct
-from scipy.stats import chi2
 
+from discrepancy.chi_squared import log_tail
 from discrepancy.harmonics import harmonics
 from discrepancy.scan import tangent_space
 from discrepancy.solution import Solution
@@ -48,13 +48,13 @@ class Omnibus:
     rows: int
 
 
-def satterthwaite(along: Array, moved: Array) -> tuple[float, float, float]:
-    """Return e, its mean and its p from Bᵀr (m,) and BᵀQ (m, k)."""
+def satterthwaite(along: Array, moved: Array, freedom: float = np.inf) -> tuple[float, float, float]:
+    """Return e, its mean and its p from Bᵀr (m,) and BᵀQ (m, k), the noise's power known to ``freedom``."""
     taken = moved.T @ moved
     mean = along.size - float(np.trace(taken))
     square = along.size - 2.0 * float(np.trace(taken)) + float((taken**2).sum())
     energy, scale = float(along @ along), max(square, 1e-9) / max(mean, 1e-9)
-    return energy, mean, float(chi2.sf(energy / scale, mean / scale))
+    return energy, mean, float(np.exp(log_tail(energy / scale, mean / scale, freedom)))
 
 
 def omnibus(study: Study, solution: Solution) -> Omnibus:
@@ -73,20 +73,21 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
             found[name].append(np.linalg.qr(H)[0].T @ both[a:b])
         lines = 1 + int(BAND * run.t[-1] / np.pi)
         found["band"].append(dct(both[a:b], axis=0, norm="ortho")[:lines])
-    tests = {name: _tested(np.concatenate(rows)) for name, rows in found.items()}
-    parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]))}
+    freedom = solution.noise.colour.freedom
+    tests = {name: _tested(np.concatenate(rows), freedom) for name, rows in found.items()}
+    parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]), freedom)}
     return Omnibus(
         energy=tests["repeating"][0], dof=tests["repeating"][1], p=min(1.0, len(parts) * min(parts.values())),
         parts=parts, total=solution.chi2, rows=study.rows,
     )  # fmt: skip
 
 
-def _tested(rows: Array) -> tuple[float, float, float]:
-    return satterthwaite(rows[:, 0], rows[:, 1:])
+def _tested(rows: Array, freedom: float) -> tuple[float, float, float]:
+    return satterthwaite(rows[:, 0], rows[:, 1:], freedom)
 
 
-def _tallest(rows: Array) -> float:
+def _tallest(rows: Array, freedom: float) -> float:
     """P of the largest of m squared lines, each over its own variance under noise."""
     left = np.maximum(1.0 - (rows[:, 1:] ** 2).sum(axis=1), 0.05)
-    p = float(chi2.sf(float((rows[:, 0] ** 2 / left).max()), 1))
+    p = float(np.exp(log_tail(float((rows[:, 0] ** 2 / left).max()), 1, freedom)))
     return float(-np.expm1(rows.shape[0] * np.log1p(-min(p, 1 - 1e-16))))

@@ -134,7 +134,7 @@ def scan(
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
         T, amplitude = _statistics(G, c, point, entries[point.key])
-        p = log_tail(T, len(point.values))
+        p = log_tail(T, len(point.values), solution.noise.colour.freedom)
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
     scores = [_score(sorted(rows, key=lambda row: row[0]), count, survives) for rows in best.values()]
     ordered = tuple(sorted(scores, key=lambda s: (s.log_p, -s.T)))

@@ -1,0 +1,51 @@
+"""The correlation of the noise, and how well its power at low frequency is known."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from discrepancy.chi_squared import log_tail
+from discrepancy.colour import estimate_colour
+from discrepancy.cycles import whole_cycles
+from discrepancy.noise import Colour
+from measurement.run import Run
+
+T = np.arange(1601) * 0.01
+OMEGAS = (0.6, 1.1, 1.7, 2.2)
+PHI, STD = 0.9, 2e-4
+
+
+def noisy(rng: np.random.Generator, coloured: float) -> Colour:
+    runs, rows = [], []
+    for k, omega in enumerate(OMEGAS):
+        start = rng.standard_normal() * PHI
+        shocks = np.sqrt(1 - PHI**2) * rng.standard_normal(T.size)
+        r = rng.standard_normal(T.size) + coloured * lfilter([1.0], [1.0, -PHI], shocks, zi=[start])[0]
+        y = 0.4 * np.cos(omega * T) + STD * r
+        runs.append(
+            Run(
+                file=f"{k}", free_joints=(0,), t=T, u=np.cos(omega * T)[:, None], y=y[:, None], noise=np.array([STD]),
+                resolution=np.zeros(1), posture=np.zeros(1), use="fit",
+            )
+        )  # fmt: skip
+        rows.append(r)
+    return estimate_colour(rows, tuple(runs), {run.file: whole_cycles(run) for run in runs})
+
+
+def test_power_at_low_frequency_scatters_as_its_degrees_of_freedom_say():
+    true = 1.0 + (1 + PHI) / (1 - PHI)
+    found = [noisy(np.random.default_rng(seed), 1.0) for seed in range(12)]
+    z = [(np.log(c.low_frequency_gain**2) - np.log(true)) / np.sqrt(2 / c.freedom) for c in found]
+    assert all(20 < c.freedom < 300 for c in found)
+    assert 0.5 < np.std(z) < 1.6
+    assert abs(np.mean(z)) < 1.0
+
+
+def test_white_noise_is_called_white_and_known():
+    colour = noisy(np.random.default_rng(3), 0.0)
+    assert colour.white
+    assert colour.freedom == np.inf
+
+
+def test_a_power_that_is_estimated_makes_the_tail_heavier():
+    assert log_tail(460.0, 356, 100.0) > log_tail(460.0, 356) + 3
+    assert abs(log_tail(460.0, 356, 1e7) - log_tail(460.0, 356)) < 1e-3
