@@ -11,6 +11,8 @@ from identification.workers import Submitting
 from support.errors import InputError
 from support.threads import single_threaded
 
+PROBE = f"import {__name__}"
+
 
 class Cluster(Submitting, AbstractContextManager["Cluster"]):
     """A client of the scheduler at ``address`` (``tcp://host:port``)."""
@@ -24,6 +26,15 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
             raise InputError(
                 "--scheduler", expected="the address of a running Dask scheduler", got=f"{address}: {error}"
             ) from None
+        try:
+            for run in (self._client.run_on_scheduler, self._client.run):
+                run(exec, PROBE)
+        except ImportError as error:
+            self._client.close()
+            raise InputError(
+                "--scheduler", expected="a scheduler and workers that can import haptid", got=f"{address}: {error}",
+                todo="start them in haptid's environment, with its folder as working directory or in PYTHONPATH",
+            ) from None  # fmt: skip
         self.count = max(len(self._client.scheduler_info()["workers"]), 1)
 
     def submit(self, function: Callable[..., Any], *task: Any) -> Any:

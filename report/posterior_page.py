@@ -10,6 +10,7 @@ from report.page import Picture, Section, Table, render_page
 from report.posterior_figures import bands, corner, cycles, ranks, widths
 from report.posterior_overview import lead, overview, physical, width
 from report.style import data_uri
+from uq.choice import MARGIN
 from uq.posterior import Posterior
 from uq.summary import ParameterSummary
 
@@ -157,8 +158,8 @@ def _choice_words(p: Posterior) -> str:
     if len(p.candidates) == 1:
         return f"Noise model, as asked for: {p.chosen.model.words}."
     return (
-        f"Used: {p.chosen.model.words}. It is the simplest one within 2 of the best log predictive density of the runs "
-        "that were not fitted."
+        f"Used: {p.chosen.model.words}. It is the simplest one within {MARGIN:g} of the best log predictive density of "
+        "the runs that were not fitted."
     )
 
 

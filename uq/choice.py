@@ -22,8 +22,9 @@ from uq.terms import Terms, prepare
 DRAWS = 64
 UNEXPLAINED = 1.2
 """Noise factor from which a noise model counts as not explaining the data."""
-MARGIN = 2.0
-"""Gain in held-out log predictive density below which the simpler model is kept."""
+MARGIN = 3.0
+"""Gain in held-out log predictive density below which the simpler model is kept: what Kass and Raftery (1995) call
+strong, for the best of six alternatives gains one or two by chance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
