@@ -10,6 +10,7 @@ from scipy.special import logsumexp
 
 from identification.simulator import Simulator
 from measurement.run import Array, Run
+from support.errors import NumericalError
 from uq.coordinates import Coordinates
 from uq.density import Density
 from uq.forward import Forward
@@ -57,10 +58,15 @@ class Problem:
     def mode(self, model: NoiseModel, theta: Array, hyper: dict[str, float] | None = None) -> Laplace:
         """Climb from θ and known values of the noise model's parameters to the mode under ``model``."""
         density = self.density(model)
-        found = []
+        found, failed = [], None
         for assumed in _noise_starts(model, hyper or {}):
             start = np.array([assumed.get(h.id, h.start) for h in density.coordinates.hyper])
-            found.append(laplace(density, self.simulator, density.coordinates.eta(theta, start)))
+            try:
+                found.append(laplace(density, self.simulator, density.coordinates.eta(theta, start)))
+            except NumericalError as error:
+                failed = error
+        if not found and failed is not None:
+            raise failed
         return max(found, key=lambda mode: mode.log_density)
 
 
@@ -116,7 +122,12 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
     scored: list[Scored] = []
     hyper: dict[str, float] = {}
     for model in candidates(len(problem.fitted), cycles):
-        mode = problem.mode(model, theta, hyper)
+        try:
+            mode = problem.mode(model, theta, hyper)
+        except NumericalError:
+            if not scored:
+                raise
+            continue  # a model without a mode explains nothing here; the others are compared
         rng = np.random.default_rng([seed, 7])
         score = held_out_score(mode, problem.simulator, problem.unseen, normal_draws(mode, rng))
         scored.append(Scored(model=model, mode=mode, score=score))

@@ -81,6 +81,8 @@ def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps:
         prior_gradient, prior_curvature = _prior_slopes(density, eta)
         H, g = at.information + np.diag(prior_curvature[:n]), at.gradient + prior_gradient[:n]
         now = float(density(eta)[0])
+        if not (np.isfinite(H).all() and np.isfinite(g).all()):
+            break
         trials = _project(density, np.array([_stepped(eta, H, g, damping) for damping in DAMPINGS]))
         values = density(trials)
         k = int(np.argmax(values))

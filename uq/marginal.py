@@ -17,9 +17,26 @@ from measurement.run import Array
 def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
     """Cholesky factor L (…, k, k) of K, and L⁻¹·Λ·G[first:, :first] (…, k, first)."""
     inner = scales[..., :, None] * gram[..., first:, first:] * scales[..., None, :]
-    lower = np.asarray(np.linalg.cholesky(np.eye(inner.shape[-1]) + inner), dtype=np.float64)
+    lower = _factor(np.eye(inner.shape[-1]) + inner)
     right = scales[..., :, None] * gram[..., first:, :first]
     return lower, np.asarray(np.linalg.solve(lower, right), dtype=np.float64)
+
+
+def _factor(K: Array) -> Array:
+    """Cholesky factor of K = I + (positive semidefinite); rounding may hide its ones beside very large entries.
+
+    Then it is made from the eigenvalues, none of them below 1. Where K is not finite, so is its factor.
+    """
+    try:
+        return np.asarray(np.linalg.cholesky(K), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        finite = np.isfinite(K).all(axis=(-1, -2), keepdims=True)
+        values, vectors = np.linalg.eigh(np.where(finite, K, np.eye(K.shape[-1])))
+        root = vectors * np.sqrt(np.maximum(values, 1.0))[..., None, :]
+        upper = np.linalg.qr(np.swapaxes(root, -1, -2), mode="r")
+        signs = np.where(np.diagonal(upper, axis1=-2, axis2=-1) < 0.0, -1.0, 1.0)
+        lower = np.swapaxes(signs[..., :, None] * upper, -1, -2)
+        return np.asarray(np.where(finite, lower, np.nan), dtype=np.float64)
 
 
 def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array) -> Array:

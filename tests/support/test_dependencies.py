@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import ast
 import sys
+import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
 
 from support.environment import ROOT, requirements
 
@@ -32,13 +34,19 @@ def imported(folder: str) -> dict[str, Path]:
     return {n: p for n, p in found.items() if n not in sys.stdlib_module_names and not (ROOT / n).is_dir()}
 
 
+def optional() -> tuple[Requirement, ...]:
+    """Return what the extras name; its import is inside the function that can do without."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return tuple(Requirement(line) for lines in project["optional-dependencies"].values() for line in lines)
+
+
 def normal(name: str) -> str:
     return name.lower().replace("_", "-")
 
 
 @pytest.mark.parametrize("folder", [*OURS, *TOOLS])
 def test_imports_are_declared(folder: str):
-    declared = {normal(r.name) for r in requirements(dev=folder in TOOLS)}
+    declared = {normal(r.name) for r in (*requirements(dev=folder in TOOLS), *optional())}
     owners = packages_distributions()
     undeclared = {
         f"{name} ({path.relative_to(ROOT)})"
