@@ -13,30 +13,32 @@ import numpy as np
 
 from measurement.run import Array
 
+LARGEST = 1e24
+"""Entry of K from which the simulation behind it is taken to have run away."""
+
 
 def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
-    """Cholesky factor L (…, k, k) of K, and L⁻¹·Λ·G[first:, :first] (…, k, first)."""
+    """Cholesky factor L (…, k, k) of K, and L⁻¹·Λ·G[first:, :first] (…, k, first), NaN where K is beyond `LARGEST`."""
     inner = scales[..., :, None] * gram[..., first:, first:] * scales[..., None, :]
-    lower = _factor(np.eye(inner.shape[-1]) + inner)
-    right = scales[..., :, None] * gram[..., first:, :first]
+    finite = (np.abs(inner) < LARGEST).all(axis=(-1, -2), keepdims=True)
+    lower = _factor(np.eye(inner.shape[-1]) + np.where(finite, inner, 0.0))
+    right = np.where(finite, scales[..., :, None] * gram[..., first:, :first], np.nan)
     return lower, np.asarray(np.linalg.solve(lower, right), dtype=np.float64)
 
 
 def _factor(K: Array) -> Array:
     """Cholesky factor of K = I + (positive semidefinite); rounding may hide its ones beside very large entries.
 
-    Then it is made from the eigenvalues, none of them below 1. Where K is not finite, so is its factor.
+    Then it is made from the eigenvalues, none of them below 1.
     """
     try:
         return np.asarray(np.linalg.cholesky(K), dtype=np.float64)
     except np.linalg.LinAlgError:
-        finite = np.isfinite(K).all(axis=(-1, -2), keepdims=True)
-        values, vectors = np.linalg.eigh(np.where(finite, K, np.eye(K.shape[-1])))
+        values, vectors = np.linalg.eigh(K)
         root = vectors * np.sqrt(np.maximum(values, 1.0))[..., None, :]
         upper = np.linalg.qr(np.swapaxes(root, -1, -2), mode="r")
         signs = np.where(np.diagonal(upper, axis1=-2, axis2=-1) < 0.0, -1.0, 1.0)
-        lower = np.swapaxes(signs[..., :, None] * upper, -1, -2)
-        return np.asarray(np.where(finite, lower, np.nan), dtype=np.float64)
+        return np.asarray(np.swapaxes(signs[..., :, None] * upper, -1, -2), dtype=np.float64)
 
 
 def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array) -> Array:
