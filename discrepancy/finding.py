@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.held_out import predict
+from discrepancy.held_out import Prediction, predict
 from discrepancy.rebuilt import Rebuilt, rebuild
 from discrepancy.search import Search, search
 from discrepancy.study import Study
@@ -97,9 +97,9 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         tell("FMU and refit")
         rebuilt = rebuild(study, found, best.solution.effects, out / "fmu", kind)
     before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)
-    groups = {"fit": (study.fitted, before_fit.rms, after_fit.rms)}
+    groups = {"fit": (study.fitted, before_fit, after_fit)}
     if study.unseen:
-        groups["validate"] = (study.unseen, plain.prediction.rms, best.prediction.rms)
+        groups["validate"] = (study.unseen, plain.prediction, best.prediction)
     shown = (
         (study.unseen, plain.prediction.y, best.prediction.y)
         if study.unseen
@@ -112,7 +112,7 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         search=found,
         judgement=judgement,
         rebuilt=rebuilt,
-        gaps={name: _gap(*group, rebuilt, _beside(study, found, group[0])) for name, group in groups.items()},
+        gaps={name: _gap(*group, rebuilt, _beside(study, found, group[0], group[2])) for name, group in groups.items()},
         curves=tuple(Curve(run=r, before=b, after=a) for r, b, a in zip(*shown, strict=True)),
         maps=energy,
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
@@ -120,29 +120,29 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     )
 
 
-def _beside(study: Study, found: Search, runs: tuple[Run, ...]) -> tuple[float, float] | None:
+def _beside(study: Study, found: Search, runs: tuple[Run, ...], after: Prediction) -> tuple[float, float] | None:
     """RMS of whitened residuals of the base and of the best model, both under the scatter of the best."""
-    plain, best = found.plain.solution, found.best.solution
-    if best.noise.scatter == 0.0:
+    noise = found.best.solution.noise
+    if noise.scatter == 0.0:
         return None
-    before, after = (predict(study, solution, runs, noise=best.noise) for solution in (plain, best))
+    before = predict(study, found.plain.solution, runs, noise=noise)
     return float(np.sqrt(before.chi2 / before.rows)), float(np.sqrt(after.chi2 / after.rows))
 
 
 def _gap(
     runs: tuple[Run, ...],
-    before: tuple[float, ...],
-    after: tuple[float, ...],
+    before: Prediction,
+    after: Prediction,
     rebuilt: Rebuilt | None,
     beside: tuple[float, float] | None,
 ) -> Gap:
     """RMS over the runs; after the rebuilt FMU's own scores where there is one."""
-    final = list(after)
+    final = list(after.rms)
     if rebuilt is not None:
         scores = {s.file: s.rmse_rad for s in rebuilt.fit.runs}
-        final = [scores.get(run.file, a) for run, a in zip(runs, after, strict=True)]
+        final = [scores.get(run.file, a) for run, a in zip(runs, after.rms, strict=True)]
     noise = _rms([float(run.sensor_std[0]) for run in runs])
-    return Gap(before=_rms(before), after=_rms(final), noise=noise, beside=beside)
+    return Gap(before=_rms(before.rms), after=_rms(final), noise=noise, beside=beside)
 
 
 def _rms(values: Any) -> float:

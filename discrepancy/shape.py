@@ -81,8 +81,7 @@ def _over(study: Study, solution: Solution, variable: str) -> Shape:
     bent = without_line(knots)
     std = np.sqrt(np.diag(bent @ covariance_of(richer, place) @ bent.T))
     gain = 2.0 * (richer.log_likelihood - solution.log_likelihood)
-    torque = bent @ richer.theta[place]
-    return Shape(variable=variable, knots=knots, torque=torque, std=std, gain=gain)
+    return Shape(variable=variable, knots=knots, torque=bent @ richer.theta[place], std=std, gain=gain)
 
 
 def without_line(knots: Array) -> Array:

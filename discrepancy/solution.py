@@ -126,8 +126,7 @@ def solve(
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
     runs = study.fitted
-    whiteners = tuple(Whitener(colour=noise.colour) for _ in runs)
-    problem = Whitened.under(simulator, runs, whiteners, threads=study.threads)
+    problem = under_noise(simulator, runs, noise.but(scatter=0.0), theta, (), threads=study.threads)
     x = problem.first(theta)
     if x0 is not None:
         x = with_starts(problem, x, x0)

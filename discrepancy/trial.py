@@ -130,8 +130,7 @@ class Searcher:
         On top of an effect, entries of the best scores are begun; with ``few`` fewer, and only the best is finished.
         """
         trials: list[Trial] = []
-        later = bool(current.solution.effects)
-        most = PROMISING if few else LATER if later else len(self.entries)
+        most = PROMISING if few else LATER if current.solution.effects else len(self.entries)
         begun: dict[str, Solution] = {}
         for found in sorted((s for origin in origins for s in self.ready(origin, most)), key=self.rank):
             begun.setdefault(found.effects[-1].key, found)

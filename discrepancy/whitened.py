@@ -9,9 +9,8 @@ import numpy as np
 from discrepancy.noise import Whitener
 from identification.options import FitOptions
 from identification.problem import Blocks, Problem
-from identification.simulator import Simulator, Trajectory
+from identification.simulator import Simulator
 from measurement.run import Array, Run
-from support.threads import mapped
 
 OPTIONS = FitOptions(method="gauss_newton", weights=(1.0, 1.0))
 """Every row counts once: the time weights of a fit would spoil the statistics."""
@@ -22,7 +21,6 @@ class Whitened(Problem):
     """A problem whose residuals have covariance 1 under the noise model; runs of one joint only."""
 
     whiteners: tuple[Whitener, ...] = ()
-    threads: int = 1
 
     @classmethod
     def under(
@@ -32,14 +30,6 @@ class Whitened(Problem):
         plain = Problem.of(simulator, runs, OPTIONS)
         names = ("simulator", "scaling", "runs", "starts", "roots", "options")
         return cls(**{name: getattr(plain, name) for name in names}, whiteners=whiteners, threads=threads)
-
-    def trajectories(self, x: Array, theta: Array, gain: float, *, sensitivities: bool) -> list[Trajectory]:
-        """Simulate every run from its start, on as many threads as there are."""
-
-        def one(run: Run, x0: Array) -> Trajectory:
-            return self.simulator.simulate(theta, run, x0=x0, gain=gain, sensitivities=sensitivities)
-
-        return mapped(one, self.runs, self.x0(x), threads=self.threads)
 
     def blocks(self, x: Array, gain: float = 0.0, *, jacobian: bool = True) -> Blocks:
         """Simulate every run at x and whiten."""

@@ -19,6 +19,7 @@ from identification.starting import Start, start_of
 from identification.weights import time_weights
 from measurement.run import Array, Run
 from support.errors import InputError
+from support.threads import mapped
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,6 +63,8 @@ class Problem:
     starts: tuple[Start, ...]
     roots: tuple[Array, ...]
     options: FitOptions
+    threads: int = 1
+    """Threads that simulate the runs side by side; the results do not depend on it."""
 
     @classmethod
     def of(cls, simulator: Simulator, runs: tuple[Run, ...], options: FitOptions) -> Problem:
@@ -133,7 +136,7 @@ class Problem:
         theta = self.theta(x)
         slope = self.scaling.slope(theta)
         rows, jacobians = [], []
-        simulated = self.trajectories(x, theta, gain, sensitivities=jacobian)
+        simulated = self._trajectories(x, theta, gain, sensitivities=jacobian)
         for run, start, root, part, y in zip(self.runs, self.starts, self.roots, self.slices(), simulated, strict=True):
             scale = root[:, None] / run.sensor_std
             r = scale * (run.y - y.y[:, : run.y.shape[1]])
@@ -156,12 +159,13 @@ class Problem:
             prior_jacobian=prior_jacobian,
         )
 
-    def trajectories(self, x: Array, theta: Array, gain: float, *, sensitivities: bool) -> list[Trajectory]:
+    def _trajectories(self, x: Array, theta: Array, gain: float, *, sensitivities: bool) -> list[Trajectory]:
         """Simulate every run from its start."""
-        return [
-            self.simulator.simulate(theta, run, x0=x0, gain=gain, sensitivities=sensitivities)
-            for run, x0 in zip(self.runs, self.x0(x), strict=True)
-        ]
+
+        def one(run: Run, x0: Array) -> Trajectory:
+            return self.simulator.simulate(theta, run, x0=x0, gain=gain, sensitivities=sensitivities)
+
+        return mapped(one, self.runs, self.x0(x), threads=self.threads)
 
     def _priors(self, x: Array, theta: Array, slope: Array) -> tuple[Array, Array]:
         residuals, rows = [], []

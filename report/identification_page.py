@@ -241,6 +241,3 @@ def _consistency(steps: Sequence[Step]) -> Section:
     tables = (Table(header=header, rows=rows),) if rows else ()
     text = consistency_summary(agreements)
     return Section(title="Agreement between tests", anchor="agreement", paragraphs=(text,), tables=tables)
-
-
-TABLES = (_parameters, _profiles, _combinations, _runs, _basins)

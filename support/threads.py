@@ -24,8 +24,7 @@ def _controller() -> ThreadpoolController:
 
 def single_threaded(function: Callable[..., T], *arguments: Any) -> T:
     """Call ``function`` with BLAS on one thread."""
-    with _controller().limit(limits=1):
-        return function(*arguments)
+    return on_one_thread(function)(*arguments)
 
 
 def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
@@ -46,6 +45,7 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 def mapped(function: Callable[..., T], *arguments: Iterable[Any], threads: int = 1) -> list[T]:
     """Return ``function`` of every tuple of arguments in their order, side by side on ``threads`` threads."""
+    tuples = list(zip(*arguments, strict=True))
     if threads <= 1:
-        return [function(*each) for each in zip(*arguments, strict=True)]
-    return list(_pool(threads).map(function, *arguments))
+        return [function(*each) for each in tuples]
+    return list(_pool(threads).map(lambda each: function(*each), tuples))

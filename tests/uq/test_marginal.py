@@ -4,8 +4,8 @@ import pytest
 from uq.marginal import eliminate, log_marginal
 
 
-def gram_of(rng: np.random.Generator, rows: int = 30, columns: int = 4, size: float = 1.0) -> np.ndarray:
-    A = np.column_stack((rng.standard_normal(rows), size * rng.standard_normal((rows, columns))))
+def gram_of(rng: np.random.Generator, rows: int = 30, columns: int = 4) -> np.ndarray:
+    A = np.column_stack((rng.standard_normal(rows), rng.standard_normal((rows, columns))))
     return A.T @ A
 
 
