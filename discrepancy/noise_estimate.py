@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,20 +18,21 @@ from measurement.run import Array, Run
 from support.threads import mapped
 
 SCATTER = "amplitude_scatter"
+PATHS: tuple[Path, ...] = ("reading", "torque")
 GAIN = 14.0
 """Twice the gain in restricted log-likelihood from which cycles count as scattering."""
 WORTH = 4.0
 """Least such gain about a fixed centre for which the centre is sought."""
 
 
-def estimate(study: Study, solution: Solution) -> Noise:
+def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) -> Noise:
     """Estimate colour and scatter (where the catalogue has it) from the unwhitened residuals of ``solution``."""
     cycles = study.cycles()
     rows = [r[:, 0] for r in solution.raw.rows]
     colour = estimate_colour(rows, study.fitted, cycles)
     if SCATTER not in study.entries:
         return Noise(colour=colour)
-    found = [scatter_along(study, solution, path, Colour()) for path in ("reading", "torque")]
+    found = [scatter_along(study, solution, path, Colour()) for path in paths]
     best = min(found, key=lambda one: one.deviance)
     if best.gain < GAIN:
         return Noise(colour=colour)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from discrepancy.held_out import Prediction, predict
-from discrepancy.noise import Noise
-from discrepancy.noise_estimate import estimate
+from discrepancy.noise import Noise, Path
+from discrepancy.noise_estimate import PATHS, estimate
 from discrepancy.scan import Score
 from discrepancy.signatures import Point
 from discrepancy.solution import Solution, solve
@@ -140,12 +140,14 @@ def _no_larger(amplitude: Sequence[float]) -> list[float]:
     return [a * factor for a in amplitude]
 
 
-def settle(study: Study, effects: Sequence[Effect], first: Solution, calls: int = 0) -> Candidate:
+def settle(
+    study: Study, effects: Sequence[Effect], first: Solution, calls: int = 0, paths: Sequence[Path] = PATHS
+) -> Candidate:
     """Fit to the end, with the noise model estimated from the fit's own residuals until it rests."""
     solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
     calls += solution.calls
     for _ in range(SETTLING):
-        noise = estimate(study, solution)
+        noise = estimate(study, solution, paths)
         if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])):
             break
         again = solve(study, effects, noise, solution.values, x0=solution.x0, iterations=FULL)

@@ -112,7 +112,7 @@ def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Sear
     first = scan(study, plain, found, entries)
     tell(f"{len(found.points)} signatures, {first.tests:.0f} independent tests")
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
-    start = s.trial(judged(study, plain, plain.calls))
+    start = s.on_its_path(s.trial(judged(study, plain, plain.calls)))
     if known is not None and not start.adequate and known.best.candidate.criterion < start.candidate.criterion - BETTER:
         trials, best = list(known.trials), known.best
     else:

@@ -21,6 +21,8 @@ from support.threads import mapped
 
 ROUNDS = 2
 """Fits between which the cycles' columns of the scatter are computed anew."""
+BALANCED = 0.05
+"""Mean of the cycles' relative amplitudes, over their scatter, below which they need no common factor."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,9 +134,9 @@ def solve(
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
     for _ in range(ROUNDS if noise.scatter > 0 else 1):
-        theta, begun = problem.theta(x), problem.x0(x)
-        problem = under_noise(simulator, runs, noise, theta, begun, threads=study.threads)
-        x = with_starts(problem, problem.first(theta), begun)
+        problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
+        if noise.scatter > 0 and noise.path == "torque":
+            problem, x = _balanced(study, simulator, noise, problem, x)
         found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
     raw = Problem.blocks(problem, x)
@@ -154,6 +156,44 @@ def solve(
         calls=calls,
         converged=converged,
     )
+
+
+def _about(
+    study: Study, simulator: Simulator, noise: Noise, theta: Array, begun: Sequence[Array]
+) -> tuple[Whitened, Array]:
+    """Return the problem linearised about the trajectories at ``theta``, and that point."""
+    problem = under_noise(simulator, study.fitted, noise, theta, begun, threads=study.threads)
+    return problem, with_starts(problem, problem.first(theta), begun)
+
+
+def _balanced(study: Study, simulator: Simulator, noise: Noise, problem: Whitened, x: Array) -> tuple[Whitened, Array]:
+    """Move a factor that all cycles' torques share into the parameters, where that is more probable.
+
+    A factor c on every torque moves the joint as 1/c on inertia, stiffness and friction does. Fits about fixed
+    amplitudes creep along that valley, each as far as its linearisation reaches.
+    """
+    pairs = [(moved.u[:, 0], run.u[:, 0]) for moved, run in zip(problem.runs, study.fitted, strict=True)]
+    factor = sum(float(m @ u) for m, u in pairs) / max(sum(float(u @ u) for _, u in pairs), 1e-300)
+    if factor <= 0 or abs(factor - 1.0) < BALANCED * noise.scatter:
+        return problem, x
+    quantities = simulator.equations.parameters
+    driven = np.array([not q.fixed and _with_torque(q.unit) for q in quantities])
+    theta = np.where(driven, problem.theta(x) / factor, problem.theta(x))
+    theta = np.clip(theta, [q.lower for q in quantities], [q.upper for q in quantities])
+    other, there = _about(study, simulator, noise, theta, problem.x0(x))
+    better = _deviance(other, there) < _deviance(problem, x)
+    return (other, there) if better else (problem, x)
+
+
+def _with_torque(unit: str) -> bool:
+    """Whether a quantity of this unit grows with the torque that moves the joint: it has newtons or kilograms."""
+    return any(part in ("N", "kg") for part in unit.replace("/", " ").split())
+
+
+def _deviance(problem: Whitened, x: Array) -> float:
+    """−2 ln L at x."""
+    r = problem.blocks(x, jacobian=False).residual
+    return float(r @ r) + problem.log_determinant
 
 
 def with_starts(problem: Whitened, x: Array, x0: Sequence[Array]) -> Array:

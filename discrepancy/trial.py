@@ -9,6 +9,7 @@ import numpy as np
 
 from discrepancy.base import through_homotopy
 from discrepancy.kernels import COARSE
+from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
 from discrepancy.refit import Candidate, begin, continued, settle, significance
 from discrepancy.scan import Scan, scan
@@ -160,7 +161,7 @@ class Searcher:
         if solution.log_likelihood <= best.solution.log_likelihood:
             self.simulations += calls * len(self.study.fitted)
             return trials
-        return [*trials, self.judge(current, settle(self.study, effects, solution, calls))]
+        return [*trials, self.finish(current, solution, calls)]
 
     def ready(self, solution: Solution, most: int) -> list[Solution]:
         """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end."""
@@ -181,18 +182,28 @@ class Searcher:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""
         return effect_parameters(solution) * float(np.log(self.study.rows)) - 2.0 * solution.log_likelihood
 
-    def finish(self, current: Trial, begun: Solution) -> Trial:
-        """Fit to the end what was begun, and judge it."""
-        return self.judge(current, settle(self.study, begun.effects, begun))
-
-    def judge(self, current: Trial, candidate: Candidate) -> Trial:
-        """Judge a candidate that extends ``current``, and tell of it."""
-        made = self.trial(candidate, current.candidate)
+    def finish(self, current: Trial, begun: Solution, calls: int = 0) -> Trial:
+        """Fit to the end what was begun on top of ``current``, judge it and tell of it."""
+        made = self.trial(settle(self.study, begun.effects, begun, calls), current.candidate)
+        made = self.on_its_path(made, current.candidate)
         self.tell(
-            f"{'+'.join(candidate.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "
+            f"{'+'.join(made.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "
             f"left over {made.left.energy:.0f}/{made.left.dof:.0f}"
         )
         return made
+
+    def on_its_path(self, made: Trial, before: Candidate | None = None) -> Trial:
+        """Put the scatter on the other path where that alone leaves only noise.
+
+        Whether amplitudes scatter in the torque or in the reading is known only once both have been fitted: a torque's
+        scatter is linear in the reading about its own most probable amplitudes alone.
+        """
+        noise = made.solution.noise
+        if made.adequate or noise.scatter == 0.0:
+            return made
+        other: Path = "torque" if noise.path == "reading" else "reading"
+        turned = self.trial(settle(self.study, made.solution.effects, made.solution, paths=(other,)), before)
+        return turned if turned.adequate else made
 
 
 def effect_parameters(solution: Solution) -> int:

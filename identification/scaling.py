@@ -85,10 +85,15 @@ class Scaling:
             return np.where(self.log, np.log(p), (p - self.centre) / self.unit)
 
     def physical(self, s: Array) -> Array:
-        """Return theta (n_p,) of s (n_free,); the fixed parameters keep their first guesses."""
+        """Return theta (n_p,) of s (n_free,); the fixed parameters keep their first guesses.
+
+        Rounding takes no parameter beyond its bounds.
+        """
         theta = self.initial
         with np.errstate(over="ignore"):
-            theta[list(self.free)] = np.where(self.log, np.exp(s), self.centre + self.unit * s)
+            moved = np.where(self.log, np.exp(s), self.centre + self.unit * s)
+        lower, upper = np.array([(q.lower, q.upper) for q in self.quantities]).reshape(-1, 2).T
+        theta[list(self.free)] = np.clip(moved, lower, upper)
         return theta
 
     def slope(self, theta: Array) -> Array:

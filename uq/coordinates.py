@@ -79,9 +79,11 @@ class Coordinates:
         return out
 
     def eta(self, theta: Array, hyper: Array | None = None) -> Array:
-        """η (n,) of a full parameter set (n_p,), the noise model at ``hyper`` or at its start values."""
+        """η (n,) of a full parameter set (n_p,) inside its bounds, the noise model at ``hyper`` or at its start."""
         start = np.array([h.start for h in self.hyper]) if hyper is None else hyper
-        return self.inverse(np.concatenate([np.asarray(theta)[self._positions()], start]))
+        lowest = np.array([_floor(q) if positive(q) else q.lower for q in self.free])
+        inside = np.clip(np.asarray(theta)[self._positions()], lowest, [q.upper for q in self.free])
+        return self.inverse(np.concatenate([inside, start]))
 
     def slopes(self, eta: Array) -> Array:
         """dθ/dη of the free parameters, shape (n_free,)."""

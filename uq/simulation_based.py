@@ -31,9 +31,12 @@ RANKS = 199
 STEPS = (1e-2, 5e-3, 2.5e-3)
 """Inner steps [s] among which the longest that suffices is taken; data are made with a fine one."""
 SAMPLING = SamplingOptions(
-    ensembles=1, chunk=40, burn=60, pilot=0, longest=1600, lengths=10.0, change=float("inf"), move="independent"
+    ensembles=1, chunk=40, burn=60, pilot=0, longest=4000, lengths=25.0, change=float("inf"), move="independent"
 )
-"""One ensemble of 32 walkers until it is 10 autocorrelation times long: 320 independent draws."""
+"""One ensemble of 32 walkers until it is 25 autocorrelation times long: 800 independent draws.
+
+One of 10 makes 95 % intervals 2 to 5 % too narrow: it has not seen the tails.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -51,6 +51,19 @@ def test_the_place_of_rest_is_found_beside_gravity_and_eight_runs(tmp_path: Path
     assert noise.colour == Colour()
 
 
+def test_a_fit_beside_a_scatter_of_the_torque_does_not_stop_at_a_common_factor(tmp_path: Path):
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    effects = {"amplitude_scatter": {"scatter": 0.02, "scatter_on_torque": 1.0}}
+    make_joint_campaign(tmp_path, 3, TRUTH, INPUTS, effects=effects, sensor=SENSOR, known=known, seed=2)
+    study = study_of(prepare(read_campaign(tmp_path)), 3, catalogue())
+    noise = Noise(scatter=0.02, path="torque")
+    driven = ("inertia", "Ks", "sigma0", "sigma1", "sigma2", "Fs", "Fc")
+    off = TRUTH | {name: 0.93 * TRUTH[name] for name in driven}
+    right, found = solve(study, (), noise, TRUTH), solve(study, (), noise, off)
+    assert found.log_likelihood == pytest.approx(right.log_likelihood, abs=1.0)
+    assert found.values["inertia"] == pytest.approx(right.values["inertia"], rel=2e-3)
+
+
 def test_white_noise_has_neither_scatter_nor_colour(tmp_path: Path):
     assert estimated(tmp_path, 0.0) == Noise()
 

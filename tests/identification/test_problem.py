@@ -31,7 +31,7 @@ def true_x(p: Problem):
 @given(st.lists(st.floats(-3, 3), min_size=9, max_size=9))
 def test_scaling_goes_there_and_back(shift):
     scaling = Scaling.of(equations())
-    s = scaling.scaled(scaling.initial) + np.array(shift)
+    s = np.clip(scaling.scaled(scaling.initial) + np.array(shift), *scaling.bounds)
     np.testing.assert_allclose(scaling.scaled(scaling.physical(s)), s, atol=1e-12)
 
 
@@ -39,6 +39,16 @@ def test_fixed_parameters_keep_their_value():
     scaling = Scaling.of(equations())
     assert "Kp" not in scaling.ids
     assert scaling.physical(np.zeros(len(scaling.free)))[[q.id for q in equations().parameters].index("Kp")] == 1.0
+
+
+def test_rounding_takes_no_parameter_beyond_its_bounds():
+    scaling = Scaling.of(equations())
+    k = scaling.ids.index("Ks")
+    s = np.zeros(len(scaling.free))
+    s[k] = scaling.bounds[0][k] * (1 + 1e-12) - 1e-12
+    theta = scaling.physical(s)
+    for quantity, value in zip(equations().parameters, theta, strict=True):
+        assert quantity.fixed or quantity.lower <= value <= quantity.upper
 
 
 def test_ordering_is_stiction_above_coulomb():

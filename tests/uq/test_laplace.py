@@ -151,3 +151,13 @@ def test_infer_end_to_end_covers_the_truth(equations, runs):
     assert set(found.sensitivity) == {"half", "stated", "double"}
     assert found.next_run is not None
     assert found.next_run.after < found.next_run.before
+
+
+def test_a_fit_at_a_bound_has_coordinates_inside_it(equations):
+    coordinates = Coordinates(equations=equations, hyper=())
+    theta = np.array([q.initial for q in equations.parameters])
+    ids = [q.id for q in equations.parameters]
+    theta[ids.index("Ks")] = -7e-15
+    eta = coordinates.eta(theta)
+    assert np.isfinite(eta).all()
+    assert (eta >= coordinates.bounds()[0]).all()
