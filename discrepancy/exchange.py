@@ -31,7 +31,7 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         made.append(smaller)
         better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
         if better is None and not smaller.adequate:
-            tried = s.step(smaller, smaller.solution)
+            tried = s.step(smaller, s.ready(smaller.solution))
             made += tried
             winner = chosen(tried)
             better = winner if winner is not None and _improves(winner, best) else None

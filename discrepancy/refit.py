@@ -14,6 +14,7 @@ from discrepancy.scan import Score
 from discrepancy.signatures import Point
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
+from measurement.run import Array
 from model.effect import Effect
 
 FIRST, MORE, FULL = 6, 25, 60
@@ -115,23 +116,30 @@ def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> di
 def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:
     """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more."""
     values = current.values | start_values(effect, score.point, _no_larger(score.amplitude))
-    return solve(
-        study, (*current.effects, effect), current.noise, values, x0=current.x0, iterations=FIRST, tolerance=ROUGH
-    )
+    return _roughly(study, (*current.effects, effect), current.noise, values, current.x0, FIRST)
 
 
 def continued(study: Study, current: Solution, begun: Solution, score: Score) -> tuple[Solution, int]:
     """Go on with what was begun, and from the next best shape unlike it; return the better and the cost."""
-    effect = begun.effects[-1]
-    further = [solve(study, begun.effects, begun.noise, begun.values, x0=begun.x0, iterations=MORE, tolerance=ROUGH)]
+    further = [_roughly(study, begun.effects, begun.noise, begun.values, begun.x0, MORE)]
     if score.others and score.others[0][1] > ALIKE * score.T:
         point, _, amplitude = score.others[-1]
-        values = current.values | start_values(effect, point, _no_larger(amplitude))
-        further.append(
-            solve(study, begun.effects, begun.noise, values, x0=current.x0, iterations=MORE, tolerance=ROUGH)
-        )
+        values = current.values | start_values(begun.effects[-1], point, _no_larger(amplitude))
+        further.append(_roughly(study, begun.effects, begun.noise, values, current.x0, MORE))
     best = max(further, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
     return best, sum(s.calls for s in further)
+
+
+def _roughly(
+    study: Study,
+    effects: Sequence[Effect],
+    noise: Noise,
+    values: Mapping[str, float],
+    x0: Sequence[Array],
+    iterations: int,
+) -> Solution:
+    """Fit not to the end."""
+    return solve(study, effects, noise, values, x0=x0, iterations=iterations, tolerance=ROUGH, rounds=1)
 
 
 def _no_larger(amplitude: Sequence[float]) -> list[float]:
@@ -153,6 +161,13 @@ def settle(
         again = solve(study, effects, noise, solution.values, x0=solution.x0, iterations=FULL)
         calls += again.calls
         solution = again
+    sharper = [effect.sharper for effect in effects]
+    if any(sharper):
+        chosen = [new or effect for new, effect in zip(sharper, effects, strict=True)]
+        values = {id: p for id, p in solution.values.items() if id not in {effect.edge for effect in effects}}
+        first = solve(study, chosen, solution.noise, values, x0=solution.x0, iterations=FIRST)
+        if first.log_likelihood > solution.log_likelihood:
+            return settle(study, chosen, first, calls + first.calls, paths)
     return judged(study, solution, calls)
 
 

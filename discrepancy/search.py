@@ -6,7 +6,7 @@ from the winner's optimum starts it again; with several effects, each is exchang
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 from discrepancy.base import Base, fit_base
@@ -18,13 +18,15 @@ from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
-from discrepancy.trial import BETTER, Searcher, Trial, chosen
+from discrepancy.trial import BETTER, PROMISING, Searcher, Trial, chosen
 from model.scales import Scales
 
 MOST = 3
 """Most effects at once."""
 RIVAL = 10.0
 """Candidates whose criterion is this close cannot be told apart."""
+LEADS = 2
+"""Leading fits on top of which a second effect is tried where no other way leaves only noise."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
@@ -129,19 +131,38 @@ def _forward(s: Searcher, start: Trial, white: Solution) -> tuple[list[Trial], T
 
     A large gap passes for correlated or scattering noise; so each candidate's noise is estimated from what it leaves.
     """
-    trials: list[Trial] = []
-    best = start
-    if not start.adequate or start.solution.noise != Noise():
-        trials = s.step(start, *_origins(s, start, white), few=start.adequate)
-        winner = chosen(trials)
-        best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
+    if start.adequate and start.solution.noise == Noise():
+        return [], start
+    few = start.adequate
+    begun = [s.ready(origin, PROMISING if few else None) for origin in _origins(s, start, white)]
+    trials = s.step(start, *begun, few=few)
+    winner = chosen(trials)
+    best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST:
-        made = s.step(best, best.solution)
+        made = s.step(best, s.ready(best.solution))
         trials += made
         if (winner := chosen(made)) is None:
             break
         best = winner
+    if not best.adequate:
+        made = _two_at_once(s, begun[0])
+        trials += made
+        best = chosen([t for t in made if t.adequate]) or best
     return trials, best
+
+
+def _two_at_once(s: Searcher, begun: Sequence[Solution]) -> list[Trial]:
+    """Extend the leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
+
+    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing.
+    """
+    made: list[Trial] = []
+    for lead in begun[:LEADS]:
+        first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
+        made += s.step(s.trial(judged(s.study, first, first.calls)), s.ready(first))
+        if any(t.adequate and t.acceptable for t in made):
+            break
+    return made
 
 
 def _origins(s: Searcher, start: Trial, white: Solution) -> tuple[Solution, ...]:

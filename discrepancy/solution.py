@@ -20,7 +20,7 @@ from model.equations import Equations
 from support.threads import mapped
 
 ROUNDS = 2
-"""Fits between which the cycles' columns of the scatter are computed anew."""
+"""Fits to the end, each about the cycles' columns of the scatter that the last one leads to."""
 BALANCED = 0.05
 """Mean of the cycles' relative amplitudes, over their scatter, below which they need no common factor."""
 
@@ -123,8 +123,12 @@ def solve(
     x0: Sequence[Array] | None = None,
     iterations: int = 40,
     tolerance: float = 0.01,
+    rounds: int = ROUNDS,
 ) -> Solution:
-    """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals."""
+    """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals.
+
+    A scatter's columns are computed anew before each of ``rounds`` fits.
+    """
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
     runs = study.fitted
@@ -133,7 +137,7 @@ def solve(
     if x0 is not None:
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
-    for _ in range(ROUNDS if noise.scatter > 0 else 1):
+    for _ in range(rounds if noise.scatter > 0 else 1):
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
         if noise.scatter > 0 and noise.path == "torque":
             problem, x = _balanced(study, simulator, noise, problem, x)

@@ -125,17 +125,13 @@ class Searcher:
             at_bound=at_bound,
         )
 
-    def step(self, current: Trial, *origins: Solution, few: bool = False) -> list[Trial]:
-        """Extend ``origins``, optima of ``current``'s equations: begin with every entry, finish with the best.
-
-        On top of an effect, entries of the best scores are begun; with ``few`` fewer, and only the best is finished.
-        """
+    def step(self, current: Trial, *begun: Sequence[Solution], few: bool = False) -> list[Trial]:
+        """Extend ``current``: of what was begun on top of it, finish the best; with ``few`` only the very best."""
         trials: list[Trial] = []
-        most = PROMISING if few else LATER if current.solution.effects else len(self.entries)
-        begun: dict[str, Solution] = {}
-        for found in sorted((s for origin in origins for s in self.ready(origin, most)), key=self.rank):
-            begun.setdefault(found.effects[-1].key, found)
-        ready = list(begun.values())[: 1 if few else None]
+        first: dict[str, Solution] = {}
+        for found in sorted((s for each in begun for s in each), key=self.rank):
+            first.setdefault(found.effects[-1].key, found)
+        ready = list(first.values())[: 1 if few else None]
         while ready and len(trials) < FINISHED:
             if any(t.adequate and t.acceptable for t in trials):
                 limit = max(t.solution.log_likelihood for t in trials) - CLOSE
@@ -163,8 +159,12 @@ class Searcher:
             return trials
         return [*trials, self.finish(current, solution, calls)]
 
-    def ready(self, solution: Solution, most: int) -> list[Solution]:
-        """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end."""
+    def ready(self, solution: Solution, most: int | None = None) -> list[Solution]:
+        """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end.
+
+        By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect.
+        """
+        most = most or (LATER if solution.effects else len(self.entries))
         rough = at_step(self.study, COARSE)
         scores = [s for s in self.scan(solution).scores if self.entries[s.key].id not in solution.ids]
         fresh = {s.key: s for s in scores[:most]}

@@ -20,6 +20,8 @@ q, v, z, w, a, y, tau = (sp.Symbol(name, real=True) for name in ("q", "v", "z", 
 t = TIME
 RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau"})
 SIDES = ("torque", "input", "output", "friction", "time", "random")
+LAST = 9
+"""Place of an effect that acts behind drive and encoder, or beside them."""
 VARIABLES = ("position", "velocity", "torque", "time", "reversal", "frequency", "cycle")
 
 
@@ -74,6 +76,11 @@ class Effect:
         Factor between the machine's and the data's clock.
     states
         Extra states.
+    place
+        Place in the chain from command to reading, whatever the order in which effects are added: what the amplifier
+        does comes before what the motor does.
+    edge, edges
+        Id of a fixed parameter that rounds off a jump, and the smaller values to which a fit takes it, one by one.
     """
 
     id: str
@@ -101,6 +108,9 @@ class Effect:
     inertia_factor: sp.Expr | None = None
     time_rate: sp.Expr | None = None
     states: tuple[EffectState, ...] = ()
+    place: int = LAST
+    edge: str = ""
+    edges: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         """Refuse what cannot be placed or would hide a standard symbol."""
@@ -150,6 +160,14 @@ class Effect:
             relative={},
             origin={},
         )
+
+    @property
+    def sharper(self) -> Effect | None:
+        """Return the effect with its jump less rounded; None where it has none, or is as sharp as it gets."""
+        if not self.edges:
+            return None
+        parameters = tuple(x.but(initial=self.edges[0]) if x.id == self.edge else x for x in self.parameters)
+        return self.but(parameters=parameters, edges=self.edges[1:])
 
     def but(self, **changes: Any) -> Effect:
         """Return a copy with ``changes``."""

@@ -68,7 +68,7 @@ def _gravity(q: sp.Expr, parameters: dict[str, sp.Symbol], prismatic: bool) -> s
 
 def _with_effects(effects: Sequence[Effect], kp: sp.Symbol) -> _Terms:
     terms = _Terms(w=kp * sym.tau, y=sym.q)
-    for effect in effects:
+    for effect in sorted(effects, key=lambda effect: effect.place):
         terms = _add(terms, effect)
     return terms
 

@@ -84,9 +84,14 @@ def threshold_size(base: Reach, effect: Callable[[float], Values], target: float
     return _solve(lambda k: base.left(base.effect(effect(k))), target)
 
 
+def share_size(base: Reach, effect: Callable[[float], Values], share: float) -> float:
+    """Size at which the disturbance is ``share`` of the motion."""
+    return _solve(lambda k: base.share(base.effect(effect(k))), share)
+
+
 def marked_size(base: Reach, effect: Callable[[float], Values], share: float, floor: float) -> float:
     """Size at which the disturbance is ``share`` of the motion, or larger where a refit would leave less than floor."""
-    size = _solve(lambda k: base.share(base.effect(effect(k))), share)
+    size = share_size(base, effect, share)
     if base.left(base.effect(effect(size))) < floor:
         size = max(size, threshold_size(base, effect, floor))
     return size

@@ -19,6 +19,7 @@ def _lag(variant: str, prefix: str, extra: sp.Expr) -> Effect:
         title="amplifier that lags behind its command",
         formula="T·ẇ = τ − w, w(0) = " + ("0" if variant == "rest" else "τ(0)"),
         lives_in="frequency",
+        place=5,
         side="input",
         parameters=(parameter(f"{prefix}_time", "s", "time constant T", 0.005, 0.0, 1.0),),
         shapes=((f"{prefix}_time", (0.002, 0.01, 0.04, 0.15)),),

@@ -12,6 +12,7 @@ EFFECT = Effect(
     title="amplifier gain that changes with torque",
     formula="w = τ·(1 + a·(τ/τ₀)²)",
     lives_in="torque",
+    place=3,
     side="input",
     parameters=(
         parameter("gain_curvature", "1", "relative gain at the largest torque", 0.02, -0.6, 3.0),

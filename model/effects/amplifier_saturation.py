@@ -14,6 +14,7 @@ _effect = partial(
     Effect,
     id="amplifier_saturation",
     lives_in="torque",
+    place=4,
     side="input",
     rivals=("amplifier_nonlinear_gain", "end_stop", "cubic_spring"),
 )

@@ -11,6 +11,7 @@ EFFECT = Effect(
     title="encoder mounted off centre",
     formula="y = q + e_s·sin(q) + e_c·cos(q)",
     lives_in="position",
+    place=11,
     side="output",
     parameters=(
         parameter("eccentricity_sin", "rad", "sine part", 0.005, -0.5, 0.5),

@@ -9,6 +9,7 @@ EFFECT = Effect(
     title="fine encoder error at fixed positions",
     formula="y = q + e_s·sin(n·q) + e_c·cos(n·q), n > 20",
     lives_in="position",
+    place=10,
     side="output",
     parameters=(
         parameter("encoder_ripple_sin", "rad", "sine part", 0.001, -0.1, 0.1),

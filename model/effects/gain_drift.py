@@ -12,6 +12,7 @@ EFFECT = Effect(
     title="motor gain that drifts during a run",
     formula="w = τ·(1 + r·t)",
     lives_in="time",
+    place=1,
     side="input",
     parameters=(parameter("gain_drift_rate", "1/s", "relative drift of the gain", 0.02, -0.7, 3.0),),
     relative={"gain_drift_rate": 1 / DURATION},

@@ -24,6 +24,7 @@ def _delay() -> Effect:
         title="torque that arrives late",
         formula="w(t) = τ(t − T), by a Padé approximation of degrees 2 and 3",
         lives_in="frequency",
+        place=0,
         side="input",
         parameters=(parameter("delay_time", "s", "delay T", 0.005, 0.0, 0.5),),
         shapes=(("delay_time", (0.004, 0.01, 0.03, 0.1)),),

@@ -12,6 +12,7 @@ EFFECT = Effect(
     title="torque offset that drifts during a run",
     formula="w = τ + r·t",
     lives_in="time",
+    place=1,
     side="input",
     parameters=(parameter("bias_drift_rate", "N m/s", "drift of the torque offset", 0.02, -2.0, 2.0),),
     relative={"bias_drift_rate": TORQUE / DURATION},

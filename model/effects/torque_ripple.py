@@ -9,6 +9,7 @@ EFFECT = Effect(
     title="torque constant that changes with position",
     formula="w = τ·(1 + a_s·sin(n·q) + a_c·cos(n·q))",
     lives_in="position",
+    place=6,
     side="input",
     parameters=(
         parameter("ripple_sin", "1", "relative ripple, sine part", 0.01, -0.7, 0.7),
