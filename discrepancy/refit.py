@@ -12,7 +12,7 @@ from discrepancy.noise import Noise, Path
 from discrepancy.noise_estimate import PATHS, estimate
 from discrepancy.scan import Score
 from discrepancy.signatures import Point
-from discrepancy.solution import Solution, solve
+from discrepancy.solution import ROUGH, Solution, solve
 from discrepancy.study import Study
 from measurement.run import Array
 from model.effect import Effect
@@ -21,8 +21,6 @@ FIRST, MORE, FULL = 6, 25, 60
 """Most simulations of all runs: of a first try, of what goes on with it, and of the fit to the end."""
 SETTLING = 5
 """Most fits under a noise estimated anew: a first fit that has not arrived passes for noise that is not there."""
-ROUGH = 1.0
-"""Predicted decrease, in squares over the noise, at which a try that is not the last one ends."""
 LARGE, ALIKE = 10.0, 0.5
 """Largest factor on an effect's typical size to start at; share of T from which another shape is tried too."""
 EDGE = 1e-3
@@ -139,7 +137,7 @@ def _roughly(
     iterations: int,
 ) -> Solution:
     """Fit not to the end."""
-    return solve(study, effects, noise, values, x0=x0, iterations=iterations, tolerance=ROUGH, rounds=1)
+    return solve(study, effects, noise, values, x0=x0, iterations=iterations, tolerance=ROUGH)
 
 
 def _no_larger(amplitude: Sequence[float]) -> list[float]:

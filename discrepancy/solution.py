@@ -21,6 +21,8 @@ from support.threads import mapped
 
 ROUNDS = 2
 """Fits to the end, each about the cycles' columns of the scatter that the last one leads to."""
+ROUGH = 1.0
+"""Predicted decrease, in squares over the noise, at which a try that is not the last one ends."""
 BALANCED = 0.05
 """Mean of the cycles' relative amplitudes, over their scatter, below which they need no common factor."""
 
@@ -123,11 +125,10 @@ def solve(
     x0: Sequence[Array] | None = None,
     iterations: int = 40,
     tolerance: float = 0.01,
-    rounds: int = ROUNDS,
 ) -> Solution:
     """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals.
 
-    A scatter's columns are computed anew before each of ``rounds`` fits.
+    A scatter's columns are computed anew before each of `ROUNDS` fits, once where the tolerance is `ROUGH`.
     """
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
@@ -137,7 +138,7 @@ def solve(
     if x0 is not None:
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
-    for _ in range(rounds if noise.scatter > 0 else 1):
+    for _ in range(ROUNDS if noise.scatter > 0 and tolerance < ROUGH else 1):
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
         if noise.scatter > 0 and noise.path == "torque":
             problem, x = _balanced(study, simulator, noise, problem, x)
