@@ -12,7 +12,6 @@ from measurement.cycles import Cycles
 from measurement.run import Array, Run
 
 LINEARISATIONS = 3
-"""Corrections of the amplitudes; the columns are computed before the first and the last."""
 LARGEST = 1.0
 """Largest |ln| of a cycle's relative torque that is linearised about: beyond it the model is wrong."""
 PROBE = 1e-2
@@ -53,10 +52,9 @@ def relinearised(simulator: Simulator, run: Run, noise: Noise, theta: Array, x0:
     if noise.path == "reading":
         return run, cycle_columns(simulator, run, noise, theta, x0, cycles=cycles)
     b: Array = np.zeros(cycles.count)
-    for k in range(LINEARISATIONS):
+    for _ in range(LINEARISATIONS):
         moved = run.but(u=run.u * np.exp(_spread(b, cycles))[:, None])
-        if k in (0, LINEARISATIONS - 1):
-            M = cycle_columns(simulator, moved, noise, theta, x0, cycles=cycles)
+        M = cycle_columns(simulator, moved, noise, theta, x0, cycles=cycles)
         if not np.isfinite(M).all():
             return run, M
         r = (run.y[:, 0] - simulator.simulate(theta, moved, x0=x0).y[:, 0]) / run.sensor_std[0] + M @ b

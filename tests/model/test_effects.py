@@ -33,8 +33,9 @@ SCALES = Scales(
 )  # fmt: skip
 LOOSE = {"backlash:motor": 0.05}
 """Relative tolerance of derivatives where the motion hits a wall; 0.02 elsewhere."""
-FIXED_RATE = {"backlash:encoder": 1e-5, "amplifier_lag:settled": 1e-4}
-"""The play's wall, and the lag's settling at the start, have a rate fixed in 1/s: how far that shows [rad]."""
+FIXED_RATE = {"backlash:encoder": 1e-5, "amplifier_lag:settled": 1e-4, "clock_error": 1e-6}
+"""The play's wall, the lag's settling at the start, the lags that see the torque's slope: rates fixed in 1/s, and how
+far that shows [rad]."""
 
 
 @cache
