@@ -128,6 +128,25 @@ def test_the_stated_units_of_time_are_those_of_the_formula(key: str):
     np.testing.assert_allclose(other, simulated(key, point(key)), rtol=0, atol=FIXED_RATE.get(key, 1e-7))
 
 
+def test_effects_take_their_place_in_the_chain_whatever_the_order():
+    dead_band, ripple, payload = (
+        ENTRIES[key].at(SCALES) for key in ("amplifier_dead_band:jump", "torque_ripple", "payload_gravity")
+    )
+    first = joint_equations(4, effects=[dead_band, ripple, payload])
+    second = joint_equations(4, effects=[payload, ripple, dead_band])
+    assert list(map(str, first.rhs)) == list(map(str, second.rhs))
+
+
+def test_a_jump_is_sharpened_step_by_step():
+    effect = ENTRIES["amplifier_dead_band:jump"].at(SCALES)
+    widths = []
+    while effect is not None:
+        widths.append(next(q.initial for q in effect.parameters if q.id == effect.edge))
+        effect = effect.sharper
+    assert widths == [0.05, 0.01, 0.002]
+    assert ENTRIES["torque_ripple"].sharper is None
+
+
 @pytest.mark.parametrize("key", catalogue())
 def test_the_table_of_an_entry_makes_sense(key: str):
     e = catalogue()[key].at(SCALES)

@@ -105,6 +105,14 @@ def test_what_a_refit_reaches_leaves_nothing_and_cogging_leaves_most() -> None:
     assert base.left(cogging) > 0.4 * np.sqrt(np.mean(cogging**2))
 
 
+def test_what_the_joint_itself_takes_up_is_hidden_where_it_shows(tmp_path: Path) -> None:
+    """An eccentric encoder beside free gravity would have to be larger than the motion."""
+    chosen = {"kinds": ("single",), "sizes": ("nominal",), "inputs": "table3", "effects": ("encoder_eccentricity",)}
+    for label in make_cases(tmp_path, 2, 3, **chosen):
+        assert label["share_of_motion"]["encoder_eccentricity"] <= 0.33
+        assert label["left_over_noise"]["encoder_eccentricity"] >= 0.1
+
+
 def test_cases_repeat_and_workers_do_not_matter(tmp_path: Path) -> None:
     first, second = tmp_path / "a", tmp_path / "b"
     make_cases(first, 2, 5, kinds=("none",), inputs="table3")
