@@ -118,7 +118,7 @@ def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Sear
     if known is not None and not start.adequate and known.best.candidate.criterion < start.candidate.criterion - BETTER:
         trials, best = list(known.trials), known.best
     else:
-        trials, best = _forward(s, start, white)
+        trials, best = _forward(s, start, white, first)
     best, less, more = exchanged(s, best, start)
     return Search(
         study=study, base=base, plain=start, scan=first, scales=scales, trials=(*trials, *more), best=best, less=less,
@@ -126,7 +126,7 @@ def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Sear
     )  # fmt: skip
 
 
-def _forward(s: Searcher, start: Trial, white: Solution) -> tuple[list[Trial], Trial]:
+def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], Trial]:
     """Add effects until nothing but noise is left, or no entry helps; begin under white noise.
 
     A large gap passes for correlated or scattering noise; so each candidate's noise is estimated from what it leaves.
@@ -136,6 +136,10 @@ def _forward(s: Searcher, start: Trial, white: Solution) -> tuple[list[Trial], T
     few = start.adequate
     begun = [s.ready(origin, PROMISING if few else None) for origin in _origins(s, start, white)]
     trials = s.step(start, *begun, few=few)
+    if not few and not any(t.adequate and t.acceptable for t in trials):
+        s.tell("entries anew from the first guesses")
+        begun.insert(0, s.anew(first))
+        trials += s.step(start, begun[0])
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST:
@@ -145,7 +149,7 @@ def _forward(s: Searcher, start: Trial, white: Solution) -> tuple[list[Trial], T
             break
         best = winner
     if not best.adequate:
-        made = _two_at_once(s, begun[0])
+        made = _two_at_once(s, s.best_of_each(*begun[:2]))
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
     return trials, best

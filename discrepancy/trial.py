@@ -11,7 +11,7 @@ from discrepancy.base import through_homotopy
 from discrepancy.kernels import COARSE
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
-from discrepancy.refit import Candidate, begin, continued, settle, significance
+from discrepancy.refit import Candidate, begin, continued, settle, significance, start_values
 from discrepancy.scan import Scan, scan
 from discrepancy.signatures import Signatures
 from discrepancy.solution import Solution
@@ -33,6 +33,8 @@ CLOSE = 40.0
 """Log-likelihood from the best within which a begun fit is finished as a rival."""
 BETTER = 6.0
 """Least gain in the criterion that an effect has to bring."""
+UNLIKELY = 0.1
+"""Share of the best score below which an entry is not fitted anew from the first guesses."""
 SIGNIFICANT = 9.0
 """Least squared ratio of an effect's amplitude to its standard error."""
 
@@ -128,10 +130,7 @@ class Searcher:
     def step(self, current: Trial, *begun: Sequence[Solution], few: bool = False) -> list[Trial]:
         """Extend ``current``: of what was begun on top of it, finish the best; with ``few`` only the very best."""
         trials: list[Trial] = []
-        first: dict[str, Solution] = {}
-        for found in sorted((s for each in begun for s in each), key=self.rank):
-            first.setdefault(found.effects[-1].key, found)
-        ready = list(first.values())[: 1 if few else None]
+        ready = self.best_of_each(*begun)[: 1 if few else None]
         while ready and len(trials) < FINISHED:
             if any(t.adequate and t.acceptable for t in trials):
                 limit = max(t.solution.log_likelihood for t in trials) - CLOSE
@@ -141,6 +140,13 @@ class Searcher:
             if ready:
                 trials.append(self.finish(current, ready.pop(0)))
         return self.with_best_freed(current, trials)
+
+    def best_of_each(self, *begun: Sequence[Solution]) -> list[Solution]:
+        """Return the most likely fit of every last entry, the most likely first."""
+        first: dict[str, Solution] = {}
+        for found in sorted((s for each in begun for s in each), key=self.rank):
+            first.setdefault(found.effects[-1].key, found)
+        return list(first.values())
 
     def with_best_freed(self, current: Trial, trials: list[Trial]) -> list[Trial]:
         """Fit the best trial again through homotopy from the first guesses, where none leaves noise alone.
@@ -177,6 +183,24 @@ class Searcher:
             self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
+
+    def anew(self, scored: Scan) -> list[Solution]:
+        """Return fits of base and one entry through homotopy from the first guesses, the most likely first.
+
+        A base that took a large effect upon itself may lie so far from the joint that no fit from there finds back.
+        """
+        rough = at_step(self.study, COARSE)
+        first = {q.id: q.initial for q in self.study.base.parameters}
+        found: list[Solution] = []
+        for score in [s for s in scored.scores if s.T > UNLIKELY * scored.scores[0].T]:
+            effect = self.entries[score.key]
+            typical = max(*map(abs, score.amplitude), 1.0)
+            begun = start_values(effect, score.point, [a / typical for a in score.amplitude])
+            solution, calls = through_homotopy(rough, (effect,), first | begun)
+            self.simulations += calls * len(self.study.fitted)
+            if np.isfinite(solution.log_likelihood):
+                found.append(solution)
+        return sorted(found, key=self.rank)
 
     def rank(self, solution: Solution) -> float:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""
