@@ -6,7 +6,7 @@ from the winner's optimum starts it again; with several effects, each is exchang
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from discrepancy.base import Base, fit_base
@@ -134,12 +134,13 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     if start.adequate and start.solution.noise == Noise():
         return [], start
     few = start.adequate
-    begun = [s.ready(origin, PROMISING if few else None) for origin in _origins(s, start, white)]
-    trials = s.step(start, *begun, few=few)
-    if not few and not any(t.adequate and t.acceptable for t in trials):
-        s.tell("entries anew from the first guesses")
-        begun.insert(0, s.anew(first))
-        trials += s.step(start, begun[0])
+    begun: list[list[Solution]] = []
+    trials: list[Trial] = []
+    for fits in _ways(s, start, white, first):
+        begun.append(fits)
+        trials += s.step(start, fits, few=few)
+        if few or any(t.adequate and t.acceptable for t in trials):
+            break
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST:
@@ -169,12 +170,17 @@ def _two_at_once(s: Searcher, begun: Sequence[Solution]) -> list[Trial]:
     return made
 
 
-def _origins(s: Searcher, start: Trial, white: Solution) -> tuple[Solution, ...]:
-    """Return the base under white noise, and under scatter alone where a gap is left beside it."""
+def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[list[Solution]]:
+    """Yield fits of single entries: from the base under white noise, from the first guesses, and under scatter alone.
+
+    Each way is gone when it is asked for, the last one where the base has scatter.
+    """
+    yield s.ready(white, PROMISING if start.adequate else None)
+    s.tell("entries anew from the first guesses")
+    yield s.anew(first)
     noise = start.solution.noise.but(colour=Colour())
-    if noise.scatter == 0.0 or start.adequate:
-        return (white,)
-    return white, solve(s.study, (), noise, start.solution.values, x0=start.solution.x0)
+    if noise.scatter > 0.0:
+        yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
 
 
 def simpler(winner: Trial, start: Trial) -> bool:

@@ -52,7 +52,8 @@ def draw_joint(case: Case, rng: np.random.Generator) -> tuple[dict[str, float], 
             "gravity_cos": {"fixed": 0.0},
             "gravity_sin": {"fixed": 0.0},
         }
-    limit = 0.05 if case.joint < 3 else 0.005
+    weight = 2.0 * float(np.hypot(drawn["gravity_cos"], drawn["gravity_sin"]))
+    limit = max(0.05 if case.joint < 3 else 0.005, float(f"{weight:.1g}"))
     bounds = {"initial": 0.0, "lower": -limit, "upper": limit}
     return drawn, known | {"gravity_cos": dict(bounds), "gravity_sin": dict(bounds)}
 
