@@ -120,12 +120,7 @@ def standard_errors(solution: Solution) -> Array:
     problem = solution.problem
     J = solution.blocks.jacobian
     covariance = np.linalg.pinv(J.T @ J, rcond=1e-14, hermitian=True)
-    n = problem.n_parameters
-    theta = problem.theta(solution.x)
-    result = np.zeros(theta.size)
-    for k in range(n):
-        step = np.zeros_like(solution.x)
-        step[k] = 1e-6
-        slope = (problem.theta(solution.x + step) - problem.theta(solution.x - step)) / 2e-6
-        result += np.abs(slope) * np.sqrt(max(covariance[k, k], 0.0))
+    n, scaling = problem.n_parameters, problem.scaling
+    result = np.zeros(solution.theta.size)
+    result[list(scaling.free)] = scaling.slope(solution.theta) * np.sqrt(np.maximum(np.diag(covariance)[:n], 0.0))
     return result

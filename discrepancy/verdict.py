@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -13,6 +14,8 @@ from discrepancy.search import Search
 from discrepancy.shape import Shape, remaining, standard_errors
 from discrepancy.study import Study
 from discrepancy.trial import Trial
+from model.effect import Effect
+from model.quantity import Quantity
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 EVIDENT = 30.0
@@ -93,7 +96,8 @@ def named_effects(found: Search) -> tuple[NamedEffect, ...]:
     named = [
         NamedEffect(
             id=e.id, key=e.key, title=e.title, formula=e.formula,
-            parameters={x.id: (values[x.id], float(std[x.id]), x.unit) for x in e.parameters if not x.fixed},
+            parameters={x.id: (values[x.id], _std(e, x, float(std[x.id]), values), x.unit) for x in e.parameters
+                        if not x.fixed},
             evidence=found.evidence(e.key),
         )
         for e in solution.effects
@@ -110,6 +114,12 @@ def named_effects(found: Search) -> tuple[NamedEffect, ...]:
             )
         )  # fmt: skip
     return tuple(named)
+
+
+def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float]) -> float:
+    """Return the standard error; where a jump lies is known no better than the width over which it is rounded off."""
+    rounded = effect.edge and quantity is effect.parameters[0]
+    return float(np.hypot(std, values[effect.edge] * values[quantity.id])) if rounded else std
 
 
 def _sentence(verdict: Verdict, effects: tuple[NamedEffect, ...], rivals: tuple[Trial, ...]) -> str:
