@@ -11,8 +11,8 @@ EFFECT = Effect(
     lives_in="position",
     side="torque",
     parameters=(
-        parameter("cogging_sin", "N m", "cogging torque, sine part", 0.01, -2.0, 2.0),
-        parameter("cogging_cos", "N m", "cogging torque, cosine part", 0.01, -2.0, 2.0),
+        parameter("cogging_sin", "N m", "cogging torque, sine part", 0.01, -1.0, 1.0),
+        parameter("cogging_cos", "N m", "cogging torque, cosine part", 0.01, -1.0, 1.0),
         wave_number("cogging_number", COARSE),
     ),
     amplitudes=2,

@@ -12,7 +12,8 @@ _q = sp.Symbol("q", real=True)
 COARSE = tuple(float(x) for x in np.arange(1.0, 14.6, 0.5))
 """Grid of n times half the span of positions; two neighbours differ by half a radian of phase at the ends.
 
-A wave much longer than the travel is a polynomial of low order there: a spring or gravity, with names of their own.
+A wave much longer than the travel is a polynomial of low order there: a spring or gravity, with names of their own. So
+the grid's first value, a third of a wave over the travel, is the lower bound of the wave number.
 """
 FINE = tuple(float(x) for x in np.arange(6.0, 60.1, 0.6))
 
@@ -25,7 +26,7 @@ def wave(name: str, over: sp.Expr = _q) -> sp.Expr:
 
 def wave_number(id: str, grid: tuple[float, ...]) -> Quantity:
     """Table row of the wave number n, in units of one over half the span of positions."""
-    return parameter(id, "1/rad", "wave number", grid[len(grid) // 3], 0.75 * grid[0], 1.2 * grid[-1], scale="log")
+    return parameter(id, "1/rad", "wave number", grid[len(grid) // 3], grid[0], 1.2 * grid[-1], scale="log")
 
 
 def size(name: str, unit: str) -> tuple[tuple[str, str, sp.Expr], ...]:
