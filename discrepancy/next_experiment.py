@@ -6,6 +6,7 @@ optimum.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -16,17 +17,29 @@ from discrepancy.study import Study
 from measurement.cycles import find_cycles
 from measurement.run import Array, Run
 
-AMPLITUDES, OFFSETS, FASTER = (0.5, 1.0), (0.0, 0.3), (0.5, 1.0, 2.0, 4.0)
+AMPLITUDES, OFFSETS, FASTER = (0.5, 1.0), (0.0, 0.3), (0.5, 1.0, 2.0, 4.0, 8.0)
+ROWS_A_PERIOD = 8
+"""Readings that a period of the proposed torque holds at least."""
+MANY = 20
+"""Repeats of a run beyond which it is no help."""
+CLEAR = 20.0
+"""Expected evidence, twice the difference of log-likelihoods, at which the run tells the rivals apart."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """A cosine torque, and the RMS difference of the rivals' readings over the sensor's noise."""
+    """A cosine torque, the RMS difference of the rivals' readings over the sensor's noise, and the run's readings."""
 
     amplitude: float
     frequency: float
     offset: float
     separation: float
+    rows: int
+
+    @property
+    def repeats(self) -> int:
+        """How many such runs tell the rivals apart: their evidence is separation² for every reading."""
+        return max(1, math.ceil(CLEAR / max(self.separation**2 * self.rows, 1e-6)))
 
     def as_json(self) -> dict[str, float | str]:
         """Return the run in SI units and in words."""
@@ -34,6 +47,10 @@ class Proposal:
             f"cosine torque of {self.amplitude:.3g} N m at {self.frequency:.3g} rad/s "
             f"about {self.offset:.3g} N m, from rest"
         )
+        if self.repeats > MANY:
+            words += f"; it separates them by {self.separation:.2g} of the noise, no run within these limits would do"
+        elif self.repeats > 1:
+            words += f", {self.repeats} times: one alone separates them by {self.separation:.2g} of the noise"
         return {
             "torque_amplitude_Nm": self.amplitude, "frequency_rad_s": self.frequency, "torque_offset_Nm": self.offset,
             "separation_over_noise": self.separation, "run": words,
@@ -45,12 +62,13 @@ def propose(study: Study, winner: Solution, rivals: Sequence[Solution]) -> Propo
     template = max(study.fitted, key=lambda run: run.t[-1])
     largest = max(float(np.abs(run.u).max()) for run in study.fitted)
     fastest = max(find_cycles(run).omega for run in study.fitted)
+    limit = 2 * np.pi / (ROWS_A_PERIOD * float(np.median(np.diff(template.t))))
     grid = [
         (a * largest, fastest * f, o * largest)
         for a in AMPLITUDES
         for f in FASTER
         for o in OFFSETS
-        if a + o <= 1.0 + 1e-9
+        if a + o <= 1.0 + 1e-9 and (fastest * f <= limit or f <= 1.0)
     ]
     tried = [
         Proposal(
@@ -58,6 +76,7 @@ def propose(study: Study, winner: Solution, rivals: Sequence[Solution]) -> Propo
             frequency=w,
             offset=o,
             separation=_separation(study, winner, rivals, _cosine(template, a, w, o)),
+            rows=template.t.size,
         )
         for a, w, o in grid
     ]

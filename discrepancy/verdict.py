@@ -103,13 +103,14 @@ def named_effects(found: Search) -> tuple[NamedEffect, ...]:
         for e in solution.effects
     ]  # fmt: skip
     if solution.noise.scatter > 0:
-        cycles = sum(found.study.cycles()[run.file].count for run in found.study.fitted)
+        # Only differences between the cycles of one run tell: what a run's cycles share could be any other parameter.
+        freedom = sum(found.study.cycles()[run.file].count - 1 for run in found.study.fitted)
         s = solution.noise.scatter
         named.append(
             NamedEffect(
                 id=SCATTER, key=SCATTER, title="amplitude that scatters from cycle to cycle",
                 formula="each cycle's amplitude times (1 + s·ξ), ξ standard normal",
-                parameters={SCATTER: (s, float(s / np.sqrt(2 * max(cycles - 1, 1))), "1")},
+                parameters={SCATTER: (s, float(s / np.sqrt(2 * max(freedom, 1))), "1")},
                 evidence=found.evidence(SCATTER),
             )
         )  # fmt: skip

@@ -172,7 +172,7 @@ def _settle(finding: Finding) -> list[str]:
     if proposal is not None:
         lines.append(
             f"The run that would tell: {proposal.as_json()['run']}; "
-            f"there the rivals differ by {proposal.separation:.0f} times the noise."
+            f"there the rivals differ by {proposal.separation:.2g} times the noise."
         )
     if shape is not None:
         points = ", ".join(f"{x:.3g}: {y:.2g}" for x, y in zip(shape.knots, shape.torque, strict=True))
