@@ -87,8 +87,10 @@ def _guided(study: Study, effects: Sequence[Effect]) -> Whitened:
     return Whitened.under(simulator, study.fitted, whiteners, threads=study.threads)
 
 
-def through_homotopy(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> tuple[Solution, int]:
-    """Fit base and effects from ``values`` through falling observer gains, under white noise.
+def through_homotopy(
+    study: Study, effects: Sequence[Effect], values: Mapping[str, float], *, tolerance: float = 0.01
+) -> tuple[Solution, int]:
+    """Fit base and effects from ``values`` through falling observer gains, under white noise, to ``tolerance``.
 
     Returns
     -------
@@ -102,7 +104,7 @@ def through_homotopy(study: Study, effects: Sequence[Effect], values: Mapping[st
         level = minimise(problem, x, gain, iterations=FEW, tolerance=LOOSE)
         x, calls = level.x, calls + level.calls
     named = {q.id: float(p) for q, p in zip(equations.parameters, problem.theta(x), strict=True)}
-    solution = solve(study, effects, Noise(), named, x0=problem.x0(x), iterations=MANY)
+    solution = solve(study, effects, Noise(), named, x0=problem.x0(x), iterations=MANY, tolerance=tolerance)
     return solution, calls + solution.calls
 
 

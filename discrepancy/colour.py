@@ -111,7 +111,5 @@ def to_arma(p: Array) -> Colour:
     phi, white, coloured = 1.0 / (1.0 + np.exp(-p[2])), float(np.exp(p[0])), float(np.exp(p[1]))
     a = white * (1 + phi**2) + coloured * (1 - phi**2)
     b = white * phi
-    if b < 1e-12 * a:
-        return Colour(phi=phi, theta=0.0, sigma=float(np.sqrt(a)))
-    theta = (a - np.sqrt(max(a**2 - 4 * b**2, 0.0))) / (2 * b)
-    return Colour(phi=float(phi), theta=float(theta), sigma=float(np.sqrt(b / theta)))
+    root = a + float(np.sqrt(max(a**2 - 4 * b**2, 0.0)))
+    return Colour(phi=float(phi), theta=2 * b / root, sigma=float(np.sqrt(root / 2)))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from scipy.optimize import brentq
@@ -34,6 +35,7 @@ class Detectable:
         return {"id": self.key, "parameter": self.parameter, "value": self.size, "unit": self.unit}
 
 
+@cache
 def noncentrality(dof: int, tests: float) -> float:
     """Return λ at which T, χ² with ``dof`` and λ, passes the threshold of ``tests`` independent tests often enough.
 
@@ -56,12 +58,11 @@ def smallest(points: Sequence[Point], G: Array, tests: float, entries: Mapping[s
     tests
         Number of independent tests that the catalogue amounts to.
     """
-    needed: dict[int, float] = {}
     found: dict[str, Detectable] = {}
     for point in points:
         first = entries[point.key].parameters[0]
         column = point.columns.start
-        power = needed.setdefault(len(point.values), noncentrality(len(point.values), tests))
+        power = noncentrality(len(point.values), tests)
         size = abs(point.values[0][first.id]) * float(np.sqrt(power / max(float(G[column, column]), 1e-300)))
         known = found.get(point.key)
         if known is None or size < known.size:

@@ -30,7 +30,7 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         smaller = s.trial(less[key], start.candidate)
         made.append(smaller)
         better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
-        if better is None and not smaller.adequate:
+        if better is None and not (smaller.adequate or best.left.far):
             tried = s.step(smaller, s.ready(smaller.solution))
             made += tried
             winner = chosen(tried)

@@ -38,16 +38,24 @@ def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
 def minimise(
     problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 0.01
 ) -> Descent:
-    """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (squares over noise)."""
+    """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (squares over noise).
+
+    Along a narrow valley a damped step promises little however far the minimum is. So where it does, the step without
+    damping has to promise as little, or else is tried.
+    """
     along = Retraction.of(problem)
     now = problem.blocks(x, gain)
     cost = float(now.residual @ now.residual)
-    damping, growth, calls, converged = 1e-3, 2.0, 1, False
+    damping, growth, calls, converged, freed = 1e-3, 2.0, 1, False, False
     if not np.isfinite(cost):
         return Descent(x=x, cost=np.inf, calls=calls, converged=False)
     R, c = triangle_by_runs(now)
     while calls < iterations:
-        d, predicted = _step(R, c, damping, *along.constraints(x))
+        limits = along.constraints(x)
+        d, predicted = _step(R, c, damping, *limits)
+        if predicted <= tolerance and not freed:
+            freed, damping = True, FLOOR
+            d, predicted = _step(R, c, damping, *limits)
         converged = predicted <= tolerance and damping < 1.0
         if converged or damping > 1e9:
             break
@@ -58,7 +66,7 @@ def minimise(
         usable = np.isfinite(new) and all(np.isfinite(J).all() for J in trial.jacobians or ())
         ratio = (cost - new) / max(predicted, 1e-12) if usable else -1.0
         if ratio > 1e-4:
-            x, cost, growth = moved, new, 2.0
+            x, cost, growth, freed = moved, new, 2.0, False
             R, c = triangle_by_runs(trial)
             damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
         else:

@@ -16,6 +16,8 @@ from scipy.signal import lfilter
 from measurement.run import Array
 
 Path = Literal["reading", "torque"]
+SMALL = 1e-6
+"""Singular value over the largest below which a direction counts as none."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +76,17 @@ class Noise:
         return replace(self, **changes)
 
 
+def directions(M: Array) -> tuple[Array, Array]:
+    """Return left singular vectors (n, K) and singular values (K,) of M, those that matter, by its Gram matrix.
+
+    LAPACK's divide and conquer (gesdd) does not converge on some matrices with equal columns; an eigenproblem does.
+    """
+    values, vectors = np.linalg.eigh(M.T @ M)
+    keep = values > SMALL**2 * max(float(values.max(initial=0.0)), 1e-300)
+    d = np.sqrt(values[keep])
+    return np.asarray(M @ (vectors[:, keep] / d)), d
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whitener:
     """Square root of the inverse covariance of one run: (I − Q·diag(1 − 1/√(1 + λ))·Qᵀ)·filter.
@@ -98,9 +111,8 @@ class Whitener:
         """
         if scatter == 0.0 or M is None or not np.isfinite(M).all():
             return cls(colour=colour)
-        Q, d, _ = np.linalg.svd(scatter * colour.whiten(M), full_matrices=False)
-        keep = d > 1e-9
-        return cls(colour=colour, Q=Q[:, keep], growth=d[keep] ** 2)
+        Q, d = directions(scatter * colour.whiten(M))
+        return cls(colour=colour, Q=Q, growth=d**2)
 
     def __call__(self, x: Array) -> Array:
         """Whiten x (n_t,) or (n_t, k), given over the sensor's standard deviation."""

@@ -22,6 +22,8 @@ from measurement.run import Array
 
 BAND = 40.0
 """Upper end of the band of motion [rad/s]."""
+FAR = 5.0
+"""Energy over its degrees of freedom beyond which no noise model makes noise of what is left."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +48,11 @@ class Omnibus:
     parts: dict[str, float]
     total: float
     rows: int
+
+    @property
+    def far(self) -> bool:
+        """Whether so much is left that no noise model makes noise of it."""
+        return self.energy > FAR * self.dof
 
 
 def satterthwaite(along: Array, moved: Array, freedom: float = np.inf) -> tuple[float, float, float]:

@@ -10,6 +10,7 @@ import numpy as np
 from discrepancy.held_out import Prediction, predict
 from discrepancy.noise import Noise, Path
 from discrepancy.noise_estimate import PATHS, estimate
+from discrepancy.omnibus import omnibus
 from discrepancy.scan import Score
 from discrepancy.signatures import Point
 from discrepancy.solution import ROUGH, Solution, solve
@@ -152,13 +153,15 @@ def settle(
     """Fit to the end, with the noise model estimated from the fit's own residuals until it rests."""
     solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
     calls += solution.calls
-    for _ in range(SETTLING):
+    for k in range(SETTLING):
         noise = estimate(study, solution, paths)
         if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])):
             break
         again = solve(study, effects, noise, solution.values, x0=solution.x0, iterations=FULL)
         calls += again.calls
         solution = again
+        if k >= 1 and omnibus(study, solution).far:
+            break
     sharper = [effect.sharper for effect in effects]
     if any(sharper):
         chosen = [new or effect for new, effect in zip(sharper, effects, strict=True)]

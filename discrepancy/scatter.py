@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from discrepancy.cycles import whole_cycles
-from discrepancy.noise import Noise
+from discrepancy.noise import Noise, directions
 from identification.simulator import Simulator
 from measurement.cycles import Cycles
 from measurement.run import Array, Run
@@ -74,13 +74,12 @@ def _spread(b: Array, cycles: Cycles) -> Array:
 def restricted_likelihood(r: Array, M: Array) -> tuple[Array, Array]:
     """Return variances d² and squared projections of r of the model r = M·b + ε, b ~ N(0, s²): both shape (K,).
 
-    Nothing (K = 0) where the simulation behind M left the finite numbers.
+    Nothing (K = 0) where the simulation behind them left the finite numbers.
     """
-    if not np.isfinite(M).all():
+    if not (np.isfinite(M).all() and np.isfinite(r).all()):
         return np.empty(0), np.empty(0)
-    U, d, _ = np.linalg.svd(M, full_matrices=False)
-    keep = d > 1e-6 * max(float(d[0]), 1e-300)
-    return d[keep] ** 2, (U[:, keep].T @ r) ** 2
+    U, d = directions(M)
+    return d**2, (U.T @ r) ** 2
 
 
 def best_scatter(d2: Array, c2: Array, largest: float = 0.5) -> tuple[float, float]:

@@ -133,14 +133,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     """
     if start.adequate and start.solution.noise == Noise():
         return [], start
-    few = start.adequate
-    begun: list[list[Solution]] = []
-    trials: list[Trial] = []
-    for fits in _ways(s, start, white, first):
-        begun.append(fits)
-        trials += s.step(start, fits, few=few)
-        if few or any(t.adequate and t.acceptable for t in trials):
-            break
+    trials, leads = _first_step(s, start, white, first)
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST:
@@ -150,19 +143,47 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
             break
         best = winner
     if not best.adequate:
-        made = _two_at_once(s, s.best_of_each(*begun[:2]))
+        made = _two_at_once(s, leads)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
     return trials, best
 
 
-def _two_at_once(s: Searcher, begun: Sequence[Solution]) -> list[Trial]:
-    """Extend the leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
+def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], list[Solution]]:
+    """Try single entries, two at once where all of them leave far more than noise.
+
+    Returns
+    -------
+    trials, leads
+        What was fitted to the end, and the leading fits under white noise that no second effect was tried on.
+    """
+    few = start.adequate
+    begun: list[Solution] = []
+    leads: list[Solution] = []
+    done: set[str] = set()
+    trials: list[Trial] = []
+    for fits in _ways(s, start, white, first):
+        if fits and fits[0].noise == Noise():
+            begun = s.best_of_each(begun, fits)
+        leads = [lead for lead in begun[:LEADS] if lead.effects[-1].key not in done]
+        made = s.step(start, fits, few=few)
+        trials += made
+        if not few and made and all(t.left.far for t in made):
+            trials += _two_at_once(s, leads)
+            done |= {lead.effects[-1].key for lead in leads}
+            leads = []
+        if few or any(t.adequate and t.acceptable for t in trials):
+            break
+    return trials, leads
+
+
+def _two_at_once(s: Searcher, leads: Sequence[Solution]) -> list[Trial]:
+    """Extend leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
 
     What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing.
     """
     made: list[Trial] = []
-    for lead in begun[:LEADS]:
+    for lead in leads:
         first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
         made += s.step(s.trial(judged(s.study, first, first.calls)), s.ready(first))
         if any(t.adequate and t.acceptable for t in made):
@@ -173,13 +194,13 @@ def _two_at_once(s: Searcher, begun: Sequence[Solution]) -> list[Trial]:
 def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[list[Solution]]:
     """Yield fits of single entries: from the base under white noise, from the first guesses, and under scatter alone.
 
-    Each way is gone when it is asked for, the last one where the base has scatter.
+    Each way is gone when it is asked for, the last one where the base has scatter that makes up for most of the gap.
     """
     yield s.ready(white, PROMISING if start.adequate else None)
     s.tell("entries anew from the first guesses")
     yield s.anew(first)
     noise = start.solution.noise.but(colour=Colour())
-    if noise.scatter > 0.0:
+    if noise.scatter > 0.0 and not start.left.far:
         yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -11,10 +11,10 @@ from discrepancy.base import through_homotopy
 from discrepancy.kernels import COARSE
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
-from discrepancy.refit import Candidate, begin, continued, settle, significance, start_values
+from discrepancy.refit import FIRST, Candidate, begin, continued, settle, significance, start_values
 from discrepancy.scan import Scan, scan
 from discrepancy.signatures import Signatures
-from discrepancy.solution import Solution
+from discrepancy.solution import ROUGH, Solution, solve
 from discrepancy.steps import at_step
 from discrepancy.study import Study
 from model.effect import Effect
@@ -27,14 +27,16 @@ PROMISING = 8
 """Entries that are gone on with after a first try."""
 LATER = 20
 """Entries that are begun on top of an effect: by then the scores of the catalogue may be trusted for a first sieve."""
-FINISHED, HOPELESS = 8, 4
-"""Most fits to the end of one step, and how many of them where none leaves only noise."""
+FINISHED, HOPELESS, FEW = 8, 4, 2
+"""Most fits to the end of one step, how many of them where none leaves only noise, and where all are far from it."""
 CLOSE = 40.0
 """Log-likelihood from the best within which a begun fit is finished as a rival."""
 BETTER = 6.0
 """Least gain in the criterion that an effect has to bring."""
 UNLIKELY = 0.1
 """Share of the best score below which an entry is not fitted anew from the first guesses."""
+NEWS = 0.05
+"""Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
 SIGNIFICANT = 9.0
 """Least squared ratio of an effect's amplitude to its standard error."""
 
@@ -74,6 +76,14 @@ class Trial:
         """Its optimum."""
         return self.candidate.solution
 
+    def against(self, before: Candidate) -> Trial:
+        """Return it with its gains over another model."""
+        return replace(
+            self,
+            gain=before.criterion - self.candidate.criterion,
+            held_out=2 * (self.candidate.prediction.score - before.prediction.score),
+        )
+
     @property
     def adequate(self) -> bool:
         """Whether it leaves nothing but noise, on fitted and on unseen runs."""
@@ -99,6 +109,8 @@ class Searcher:
         Hears of the progress.
     simulations
         Simulated runs so far.
+    finished
+        Fits to the end by the keys of their effects.
     """
 
     study: Study
@@ -107,6 +119,7 @@ class Searcher:
     tests: float
     tell: Callable[[str], None]
     simulations: int = 0
+    finished: dict[frozenset[str], list[Trial]] = field(default_factory=dict)
 
     def scan(self, solution: Solution) -> Scan:
         """Score the catalogue about ``solution``."""
@@ -117,15 +130,14 @@ class Searcher:
         self.simulations += candidate.calls * len(self.study.fitted)
         solution = candidate.solution
         wald, at_bound = significance(solution)
-        return Trial(
+        judged = Trial(
             candidate=candidate,
             left=omnibus(self.study, solution),
             left_p=self.scan(solution).family_p,
-            gain=0.0 if before is None else before.criterion - candidate.criterion,
-            held_out=0.0 if before is None else 2 * (candidate.prediction.score - before.prediction.score),
             wald=wald,
             at_bound=at_bound,
         )
+        return judged if before is None else judged.against(before)
 
     def step(self, current: Trial, *begun: Sequence[Solution], few: bool = False) -> list[Trial]:
         """Extend ``current``: of what was begun on top of it, finish the best; with ``few`` only the very best."""
@@ -135,11 +147,28 @@ class Searcher:
             if any(t.adequate and t.acceptable for t in trials):
                 limit = max(t.solution.log_likelihood for t in trials) - CLOSE
                 ready = [s for s in ready if s.log_likelihood > limit]
-            elif len(trials) >= HOPELESS:
+            elif len(trials) >= (FEW if all(t.left.far for t in trials) else HOPELESS):
                 break
             if ready:
-                trials.append(self.finish(current, ready.pop(0)))
+                best = ready.pop(0)
+                trials.append(self.known(current, best) or self.finish(current, best))
         return self.with_best_freed(current, trials)
+
+    def known(self, current: Trial, begun: Solution) -> Trial | None:
+        """Return the fit to the end with the same effects where the new start promises nothing better, else None.
+
+        Both are compared under the noise of the new start, the finished one after a few steps under it.
+        """
+        before = self.finished.get(frozenset(e.key for e in begun.effects), ())
+        for trial in sorted(before, key=lambda t: t.candidate.criterion)[:1]:
+            effects, values = trial.solution.effects, trial.solution.values
+            rough = at_step(self.study, COARSE)
+            there = solve(rough, effects, begun.noise, values, x0=trial.solution.x0, iterations=FIRST)
+            self.simulations += there.calls * len(self.study.fitted)
+            ahead = begun.log_likelihood - there.log_likelihood
+            if ahead < max(BETTER / 2, NEWS * (trial.left.energy - trial.left.dof)):
+                return trial.against(current.candidate)
+        return None
 
     def best_of_each(self, *begun: Sequence[Solution]) -> list[Solution]:
         """Return the most likely fit of every last entry, the most likely first."""
@@ -149,21 +178,22 @@ class Searcher:
         return list(first.values())
 
     def with_best_freed(self, current: Trial, trials: list[Trial]) -> list[Trial]:
-        """Fit the best trial again through homotopy from the first guesses, where none leaves noise alone.
+        """Fit the best trial again through homotopy from the first guesses, where it is near noise alone but not there.
 
         The base fit may have taken friction into a corner to make up for what is missing (Fs = Fc, where vs means
         nothing); a fit that starts there can stay there.
         """
-        if not trials or any(t.adequate and t.acceptable for t in trials):
+        if any(t.adequate and t.acceptable for t in trials) or all(t.left.far for t in trials):
             return trials
         best = chosen(trials) or min(trials, key=lambda t: t.candidate.criterion)
         effects = best.solution.effects
-        own = {q.id: best.solution.values[q.id] for e in effects for q in e.parameters}
-        solution, calls = through_homotopy(self.study, effects, own)
-        if solution.log_likelihood <= best.solution.log_likelihood:
-            self.simulations += calls * len(self.study.fitted)
+        if len(self.finished.get(frozenset(e.key for e in effects), ())) > 1:
             return trials
-        return [*trials, self.finish(current, solution, calls)]
+        own = {q.id: best.solution.values[q.id] for e in effects for q in e.parameters}
+        freed, calls = through_homotopy(at_step(self.study, COARSE), effects, own, tolerance=ROUGH)
+        self.simulations += calls * len(self.study.fitted)
+        better = np.isfinite(freed.log_likelihood) and self.known(current, freed) is None
+        return [*trials, self.finish(current, freed)] if better else trials
 
     def ready(self, solution: Solution, most: int | None = None) -> list[Solution]:
         """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end.
@@ -196,7 +226,7 @@ class Searcher:
             effect = self.entries[score.key]
             typical = max(*map(abs, score.amplitude), 1.0)
             begun = start_values(effect, score.point, [a / typical for a in score.amplitude])
-            solution, calls = through_homotopy(rough, (effect,), first | begun)
+            solution, calls = through_homotopy(rough, (effect,), first | begun, tolerance=ROUGH)
             self.simulations += calls * len(self.study.fitted)
             if np.isfinite(solution.log_likelihood):
                 found.append(solution)
@@ -206,10 +236,11 @@ class Searcher:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""
         return effect_parameters(solution) * float(np.log(self.study.rows)) - 2.0 * solution.log_likelihood
 
-    def finish(self, current: Trial, begun: Solution, calls: int = 0) -> Trial:
+    def finish(self, current: Trial, begun: Solution) -> Trial:
         """Fit to the end what was begun on top of ``current``, judge it and tell of it."""
-        made = self.trial(settle(self.study, begun.effects, begun, calls), current.candidate)
+        made = self.trial(settle(self.study, begun.effects, begun), current.candidate)
         made = self.on_its_path(made, current.candidate)
+        self.finished.setdefault(frozenset(e.key for e in begun.effects), []).append(made)
         self.tell(
             f"{'+'.join(made.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "
             f"left over {made.left.energy:.0f}/{made.left.dof:.0f}"
@@ -223,7 +254,7 @@ class Searcher:
         scatter is linear in the reading about its own most probable amplitudes alone.
         """
         noise = made.solution.noise
-        if made.adequate or noise.scatter == 0.0:
+        if made.adequate or noise.scatter == 0.0 or made.left.far:
             return made
         other: Path = "torque" if noise.path == "reading" else "reading"
         turned = self.trial(settle(self.study, made.solution.effects, made.solution, paths=(other,)), before)

@@ -13,10 +13,31 @@ FUNCTIONS = ("exp", "sin", "cos", "tanh", "sqrt", "Abs", "sign", "Heaviside")
 _C = {"exp": "hk_exp", "sin": "hk_sin", "cos": "hk_cos", "tanh": "hk_tanh", "Abs": "hk_abs", "sign": "hk_sign"}
 
 
+class Direction(sp.Function):
+    """The sign of a real number: its derivative is taken as 0."""
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
+        """Return 0."""
+        return sp.S.Zero
+
+
+class Magnitude(sp.Function):
+    """The magnitude of a real number, whose derivative is its sign.
+
+    SymPy takes what it divides by for possibly 0, the quotient then for possibly not real, and differentiates its
+    ``Abs`` by real and imaginary part.
+    """
+
+    def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
+        """Return the sign."""
+        return Direction(self.args[0])
+
+
 def differentiate(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Return ∂expression/∂symbol almost everywhere: the derivative of a step is taken as 0."""
-    derivative = sp.diff(expression, symbol)
-    return derivative.replace(DiracDelta, lambda *_: sp.S.Zero)
+    """Return ∂expression/∂symbol almost everywhere, all being real: the derivative of a step is taken as 0."""
+    real = sp.sympify(expression).replace(sp.Abs, Magnitude).replace(sp.sign, Direction)
+    derivative = sp.diff(real, symbol).replace(DiracDelta, lambda *_: sp.S.Zero)
+    return derivative.replace(Magnitude, sp.Abs).replace(Direction, sp.sign)
 
 
 class CPrinter(C99CodePrinter):
