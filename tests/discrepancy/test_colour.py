@@ -4,7 +4,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from discrepancy.chi_squared import log_tail
-from discrepancy.colour import estimate_colour
+from discrepancy.colour import estimate_colour, to_arma
 from discrepancy.cycles import whole_cycles
 from discrepancy.noise import Colour
 from measurement.run import Run
@@ -49,3 +49,15 @@ def test_white_noise_is_called_white_and_known():
 def test_a_power_that_is_estimated_makes_the_tail_heavier():
     assert log_tail(460.0, 356, 100.0) > log_tail(460.0, 356) + 3
     assert abs(log_tail(460.0, 356, 1e7) - log_tail(460.0, 356)) < 1e-3
+
+
+def test_white_and_correlated_part_become_one_process_of_the_same_spectrum():
+    angle = np.linspace(0.05, 3.1, 50)
+    for white, coloured in ((1.0, 0.5), (1e-9, 1.0), (1.0, 1e12)):
+        c = to_arma(np.array([np.log(white), np.log(coloured), 2.0]))
+        phi = 1 / (1 + np.exp(-2.0))
+        parts = white + coloured * (1 - phi**2) / np.abs(1 - phi * np.exp(-1j * angle)) ** 2
+        whole = (
+            c.sigma**2 * np.abs(1 - c.theta * np.exp(-1j * angle)) ** 2 / np.abs(1 - c.phi * np.exp(-1j * angle)) ** 2
+        )
+        np.testing.assert_allclose(whole, parts, rtol=1e-6)

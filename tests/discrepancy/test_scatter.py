@@ -5,7 +5,7 @@ import pytest
 
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory
-from discrepancy.noise import Colour, Noise, Whitener
+from discrepancy.noise import Colour, Noise, Whitener, directions
 from discrepancy.scatter import LARGEST, cycle_columns, relinearised, restricted_likelihood
 from identification.simulator import initial_state
 from measurement.run import Run
@@ -78,3 +78,13 @@ def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
     assert np.isfinite(M).all()
     moved = np.abs(about.u[:, 0]) > np.abs(run.u[:, 0]) * np.exp(LARGEST) * (1 + 1e-9)
     assert not moved.any()
+
+
+def test_directions_are_those_of_the_singular_value_decomposition_where_columns_repeat():
+    rng = np.random.default_rng(5)
+    M = rng.standard_normal((400, 6)) * np.array([1e3, 300.0, 30.0, 3.0, 1.0, 0.1])
+    M = np.column_stack((M, M[:, :2]))
+    U, d = directions(M)
+    exact = np.linalg.svd(M)[1][:6]
+    np.testing.assert_allclose(np.sort(d)[::-1], exact, rtol=1e-6)
+    np.testing.assert_allclose(U.T @ U, np.eye(6), atol=1e-6)

@@ -8,12 +8,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 
 from fmu_build.build import Kind, build_fmu
 from model.effects import catalogue, load_folder
 from model.equations import Equations
 from model.joint import joint_equations
 from model.kernel.compiled import CompiledKernel
+from model.kernel.printing import check_functions, differentiate
 from model.scales import Scales
 from support.environment import ROOT
 from tests.fmu_build.fmu_cases import Client
@@ -189,3 +191,15 @@ def test_the_example_of_the_how_to_is_an_entry(tmp_path: Path):
     moved = [k.simulate(T, U, [*vector(TENDON), a], START)[:, 0] for a in (0.0, effect.parameters[0].initial)]
     np.testing.assert_allclose(moved[0], KERNEL.simulate(T, U, vector(TENDON), START)[:, 0], rtol=0, atol=1e-12)
     assert np.ptp(moved[1]) < 0.99 * np.ptp(moved[0])
+
+
+@pytest.mark.parametrize("key", [key for key in ENTRIES if key.startswith("amplifier_")])
+def test_beside_an_amplifier_every_entry_still_has_derivatives_that_the_kernel_knows(key: str):
+    for other, effect in ENTRIES.items():
+        if effect.id == ENTRIES[key].id:
+            continue
+        e = joint_equations(0, effects=[ENTRIES[key].at(SCALES), effect.at(SCALES)])
+        expressions = [*e.rhs, *(output.expression for output in e.outputs)]
+        derivatives = [differentiate(f, x.symbol) for f in expressions for x in (*e.states, *e.parameters)]
+        assert not any(d.has(sp.Derivative) for d in derivatives), other
+        check_functions(derivatives)
