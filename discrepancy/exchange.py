@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.refit import Candidate, judged, refit_with
 from discrepancy.solution import solve
@@ -39,6 +41,21 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
             best = better
             less = _without_each(s, best, start)
     return best, less, made
+
+
+def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
+    """Take a stand-in out of a model that leaves only noise, where it has come to nothing beside the other effects.
+
+    It was the best of the single entries before the one that it stood in for was found.
+    """
+    full = [t for t in made if t.adequate and not t.acceptable and len(t.solution.effects) > 1]
+    tried: list[Trial] = []
+    for t in sorted(full, key=lambda t: t.candidate.criterion)[:1]:
+        solution = t.solution
+        for dropped in solution.effects:
+            kept = [e for e in solution.effects if e is not dropped]
+            tried.append(s.trial(refit_with(s.study, solution, kept, solution.values), start.candidate))
+    return [t for t in tried if t.adequate and t.acceptable]
 
 
 def _costs(smaller: Trial, best: Trial) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from discrepancy.base import Base, fit_base
-from discrepancy.exchange import exchanged
+from discrepancy.exchange import exchanged, pruned
 from discrepancy.noise import Colour, Noise
 from discrepancy.refit import Candidate, judged, settle
 from discrepancy.scan import Scan, scan
@@ -25,8 +25,8 @@ MOST = 3
 """Most effects at once."""
 RIVAL = 10.0
 """Candidates whose criterion is this close cannot be told apart."""
-LEADS = 2
-"""Leading fits on top of which a second effect is tried where no other way leaves only noise."""
+LEADS = 3
+"""Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
@@ -138,6 +138,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST:
         made = s.step(best, s.ready(best.solution))
+        made += pruned(s, made, start)
         trials += made
         if (winner := chosen(made)) is None:
             break
@@ -146,6 +147,8 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         made = _two_at_once(s, leads)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
+    if best is start and not any(t.acceptable for t in trials):
+        best = replace(start, refuted=True)
     return trials, best
 
 
@@ -165,7 +168,9 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     for fits in _ways(s, start, white, first):
         if fits and fits[0].noise == Noise():
             begun = s.best_of_each(begun, fits)
-        leads = [lead for lead in begun[:LEADS] if lead.effects[-1].key not in done]
+        first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
+        leads = [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:LEADS]
+        leads = [lead for lead in leads if lead.effects[-1].key not in done]
         made = s.step(start, fits, few=few)
         trials += made
         if not few and made and all(t.left.far for t in made):

@@ -21,6 +21,8 @@ from model.effect import Effect
 
 FAMILY = 0.002
 """p over the whole catalogue below which a score counts."""
+REFUTABLE = 1e-4
+"""p over the whole catalogue below which a score counts although no entry that was fitted has earned its place."""
 LACK = 5e-4
 """p of the omnibus test below which a model lacks something."""
 PROMISING = 8
@@ -61,6 +63,8 @@ class Trial:
         Least squared ratio of an effect's amplitude to its standard error.
     at_bound
         Whether an amplitude ended at its bound.
+    refuted
+        Whether the entry whose score spoke against it has been fitted, as all others, and has not earned its place.
     """
 
     candidate: Candidate
@@ -70,6 +74,7 @@ class Trial:
     held_out: float = 0.0
     wald: float = np.inf
     at_bound: bool = False
+    refuted: bool = False
 
     @property
     def solution(self) -> Solution:
@@ -87,7 +92,8 @@ class Trial:
     @property
     def adequate(self) -> bool:
         """Whether it leaves nothing but noise, on fitted and on unseen runs."""
-        return self.left.p > LACK and self.left_p > FAMILY and self.candidate.prediction.noise_alone
+        score = REFUTABLE if self.refuted else FAMILY
+        return self.left.p > LACK and self.left_p > score and self.candidate.prediction.noise_alone
 
     @property
     def acceptable(self) -> bool:
