@@ -1,0 +1,79 @@
+"""Steps of the search on joints of the virtual device: stand-ins, what is known already, chance finds."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from discrepancy.base import fit_base
+from discrepancy.exchange import pruned
+from discrepancy.noise import Noise
+from discrepancy.omnibus import Omnibus
+from discrepancy.refit import begin, judged, settle
+from discrepancy.scan import scan
+from discrepancy.signatures import signatures
+from discrepancy.solution import solve
+from discrepancy.study import scales_of, study_of
+from discrepancy.trial import FAMILY, REFUTABLE, Searcher, Trial
+from measurement.prepare import prepare
+from measurement.reading import read_campaign
+from tests.discrepancy.test_finding import ENTRIES, INPUTS, TRUTH
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.sensor import Sensor
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial]:
+    """Return the tools of the search on a joint with a hidden cubic spring, and the base."""
+    folder: Path = tmp_path_factory.mktemp("search") / "c"
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    hidden = {"cubic_spring": {"spring_cubic": 0.02}}
+    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=hidden, sensor=Sensor(noise=2e-4), known=known, seed=5)
+    study = study_of(prepare(read_campaign(folder)), 3, ENTRIES)
+    base = fit_base(study, starts=4).solution
+    entries = {key: e.at(scales_of(study, base.values)) for key, e in study.entries.items() if not e.random}
+    found = signatures(study, base, list(entries.values()))
+    said: Callable[[str], None] = lambda _text: None  # noqa: E731 - a field of the searcher
+    searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, said)
+    return searcher, searcher.trial(judged(study, base, 0))
+
+
+def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tuple[Searcher, Trial]) -> None:
+    s, start = begun
+    effects = [s.entries["cogging"], s.entries["cubic_spring"]]
+    both = solve(s.study, effects, Noise(), start.solution.values | {"k3": 0.02}, x0=start.solution.x0)
+    full = s.trial(settle(s.study, effects, both), start.candidate)
+    assert full.adequate
+    assert not full.acceptable
+    (left,) = pruned(s, [full], start)
+    assert left.solution.ids == ("cubic_spring",)
+    assert left.adequate
+    assert pruned(s, [left], start) == []
+
+
+def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_better(
+    begun: tuple[Searcher, Trial],
+) -> None:
+    s, start = begun
+    score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
+    fit = begin(s.study, start.solution, s.entries["cubic_spring"], score)
+    assert s.known(start, fit) is None
+    made = s.finish(start, fit)
+    again = s.known(start, fit)
+    assert again is not None
+    assert again.candidate is made.candidate
+    better = replace(fit, log_likelihood=made.solution.log_likelihood + 1e3)
+    assert s.known(start, better) is None
+
+
+def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searcher, Trial]) -> None:
+    clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
+    prediction = replace(begun[1].candidate.prediction, chi2=100.0, rows=100)
+    base = Trial(
+        candidate=replace(begun[1].candidate, prediction=prediction), left=clean, left_p=(FAMILY * REFUTABLE) ** 0.5
+    )
+    assert not base.adequate
+    assert replace(base, refuted=True).adequate
+    assert not replace(base, refuted=True, left_p=0.5 * REFUTABLE).adequate
+    assert not replace(base, refuted=True, left=replace(clean, p=1e-6)).adequate
