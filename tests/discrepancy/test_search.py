@@ -12,6 +12,7 @@ from discrepancy.noise import Noise
 from discrepancy.omnibus import Omnibus
 from discrepancy.refit import begin, judged, settle
 from discrepancy.scan import scan
+from discrepancy.search import reduces
 from discrepancy.signatures import signatures
 from discrepancy.solution import solve
 from discrepancy.study import scales_of, study_of
@@ -77,3 +78,13 @@ def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searche
     assert replace(base, refuted=True).adequate
     assert not replace(base, refuted=True, left_p=0.5 * REFUTABLE).adequate
     assert not replace(base, refuted=True, left=replace(clean, p=1e-6)).adequate
+
+
+def test_a_rival_with_a_parameter_more_and_the_same_readings_is_none(begun: tuple[Searcher, Trial]) -> None:
+    s, start = begun
+    smaller = replace(start.solution, effects=(s.entries["cubic_spring"],))
+    larger = replace(start.solution, effects=(s.entries["cogging"],))
+    assert reduces(larger, smaller)
+    assert not reduces(smaller, larger)
+    moved = replace(larger.raw, rows=tuple(r + 0.1 for r in larger.raw.rows))
+    assert not reduces(replace(larger, raw=moved), smaller)
