@@ -9,11 +9,12 @@ import numpy as np
 
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise, Whitener
-from discrepancy.solution import Solution, solve, start_vector
+from discrepancy.solution import Solution, solve, start_vector, with_starts
 from discrepancy.study import Study
 from discrepancy.whitened import Whitened
 from identification.homotopy import feasible
 from identification.sobol import sobol_starts
+from measurement.run import Array
 from model.effect import Effect
 from model.equations import Equations
 from model.quantity import Normal
@@ -27,8 +28,8 @@ WIDTH = 0.5
 """Relative width of the weak priors at the upper levels."""
 AGREE = 2
 """Starts that must reach the best minimum before the rest are left out."""
-SAME = 1.0
-"""Difference of two costs (squares over the noise) that count as one minimum."""
+SAME, ALIKE = 1.0, 1e-3
+"""Difference of two costs that count as one minimum: squares over the noise, or share of what is left beyond noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -40,20 +41,23 @@ class Base:
     solution
         Best minimum.
     costs
-        ‖r‖² over rows of every start, in the order of the starts.
+        ‖r‖² over all rows of every start, in the order of the starts.
+    reached
+        How many starts reached the best minimum.
     calls
         Simulations of all runs.
     """
 
     solution: Solution
     costs: tuple[float, ...]
+    reached: int
     calls: int
 
-    @property
-    def reached(self) -> int:
-        """How many starts reached the best minimum."""
-        best = min(self.costs)
-        return sum(cost <= best + SAME for cost in self.costs)
+
+def agreeing(costs: Sequence[float], rows: int) -> int:
+    """Return how many of the costs over ``rows`` rows are the least one."""
+    best = min(costs, default=np.inf)
+    return sum(cost <= best + max(SAME, ALIKE * (best - rows)) for cost in costs)
 
 
 def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[str, float] | None = None) -> Base:
@@ -71,13 +75,14 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)
-        best = min((s.chi2 for s in found), default=np.inf)
-        if sum(s.chi2 <= best + SAME for s in found) >= AGREE:
+        if agreeing([s.chi2 for s in found], study.rows) >= AGREE:
             break
     if not found:
         msg = f"joint {study.joint}: no start gave a finite simulation; check units, bounds and first guesses"
         raise NumericalError(msg)
-    return Base(solution=min(found, key=lambda s: s.chi2), costs=tuple(s.chi2 for s in found), calls=calls)
+    costs = tuple(s.chi2 for s in found)
+    best = min(found, key=lambda s: s.chi2)
+    return Base(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
 
 
 def _guided(study: Study, effects: Sequence[Effect]) -> Whitened:
@@ -85,6 +90,67 @@ def _guided(study: Study, effects: Sequence[Effect]) -> Whitened:
     whiteners = tuple(Whitener() for _ in study.fitted)
     simulator = guided.simulator(effects, observed=True)
     return Whitened.under(simulator, study.fitted, whiteners, threads=study.threads)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guided:
+    """A fit that the observer still guides.
+
+    Parameters
+    ----------
+    problem, x
+        The problem and the point that was reached.
+    cost
+        ‖r(x)‖² under the last gain.
+    level
+        Number of gains of `GAINS` that are behind it.
+    calls
+        Simulations of all runs so far.
+    """
+
+    problem: Whitened
+    x: Array
+    cost: float = np.inf
+    level: int = 0
+    calls: int = 0
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters at x by id."""
+        pairs = zip(self.problem.simulator.equations.parameters, self.problem.theta(self.x), strict=True)
+        return {q.id: float(p) for q, p in pairs}
+
+    def down_to(self, level: int, most: int = FEW) -> Guided:
+        """Fit under the next gains, ``level`` of `GAINS` in all, ``most`` simulations under each."""
+        x, cost, calls = self.x, self.cost, self.calls
+        for gain in GAINS[self.level : level]:
+            found = minimise(self.problem, x, gain, iterations=most, tolerance=LOOSE)
+            x, cost, calls = found.x, found.cost, calls + found.calls
+        return replace(self, x=x, cost=cost, level=level, calls=calls)
+
+
+def guided(study: Study, effects: Sequence[Effect], values: Mapping[str, float], begun: Guided | None = None) -> Guided:
+    """Lay out base and effects under the observer, from ``values``; at the last level of a ``begun`` fit with fewer."""
+    problem = _guided(study, effects)
+    x = problem.first(start_vector(problem.simulator.equations, values))
+    if begun is None:
+        return Guided(problem=problem, x=feasible(problem, x))
+    x = with_starts(problem, x, begun.problem.x0(begun.x))
+    return Guided(problem=problem, x=feasible(problem, x), level=begun.level - 1)
+
+
+def released(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:
+    """Go through the gains that are left, then fit without observer, under white noise, to ``tolerance``.
+
+    Returns
+    -------
+    solution, calls
+        Its optimum, and how many simulations of all runs it took, ``begun`` included.
+    """
+    low = begun.down_to(len(GAINS))
+    x0 = low.problem.x0(low.x)
+    solution = solve(study, effects, Noise(), low.values, x0=x0, iterations=MANY, tolerance=tolerance)
+    return solution, low.calls + solution.calls
 
 
 def through_homotopy(
@@ -97,15 +163,7 @@ def through_homotopy(
     solution, calls
         Its optimum, and how many simulations of all runs it took.
     """
-    problem = _guided(study, effects)
-    equations = problem.simulator.equations
-    x, calls = feasible(problem, problem.first(start_vector(equations, values))), 0
-    for gain in GAINS:
-        level = minimise(problem, x, gain, iterations=FEW, tolerance=LOOSE)
-        x, calls = level.x, calls + level.calls
-    named = {q.id: float(p) for q, p in zip(equations.parameters, problem.theta(x), strict=True)}
-    solution = solve(study, effects, Noise(), named, x0=problem.x0(x), iterations=MANY, tolerance=tolerance)
-    return solution, calls + solution.calls
+    return released(study, effects, guided(study, effects, values), tolerance)
 
 
 def with_guides(base: Equations) -> Equations:

@@ -25,16 +25,18 @@ def generator() -> str:
     return found.hexdigest()[:16]
 
 
-def cached_kernel(equations: Equations) -> CompiledKernel:
-    """Return the kernel of ``equations``, from disk where it was compiled before."""
-    record = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"
-    if record.exists():
-        known = json.loads(record.read_text(encoding="utf-8"))
-        library = Path(known["library"])
-        if library.exists():
-            kernel = Kernel(equations=equations, source="", digest=known["digest"], columns=tuple(known["columns"]))
-            return CompiledKernel(kernel, library)
-    made = CompiledKernel.of(equations)
+def cached_kernel(equations: Equations, *, many: bool = True) -> CompiledKernel:
+    """Return the kernel of ``equations``, from disk where it was compiled before; ``many`` sets at once if asked."""
+    names = [f"{equations.digest}-{generator()}{part}.json" for part in ("", *(() if many else ("-one",)))]
+    record = cache_folder("kernels") / names[-1]
+    for path in (record.with_name(name) for name in names):
+        if path.exists():
+            known = json.loads(path.read_text(encoding="utf-8"))
+            library = Path(known["library"])
+            if library.exists():
+                kernel = Kernel(equations=equations, source="", digest=known["digest"], columns=tuple(known["columns"]))
+                return CompiledKernel(kernel, library)
+    made = CompiledKernel.of(equations, lanes=4 if many else 0)
     write_json(
         record,
         {"library": str(made.path), "digest": made.kernel.digest, "columns": list(made.kernel.columns)},

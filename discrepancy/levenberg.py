@@ -16,6 +16,11 @@ from measurement.run import Array
 
 FLOOR = 1e-10
 """Least damping: keeps a direction that the data do not see at all from making the step singular."""
+FAR = 1e4
+"""Squares beyond one a row, over which the tolerance grows with them: where so much more than noise is left, nothing is
+told by less, and Gauss-Newton steps creep."""
+STALLED = 10
+"""Simulations in a row that have to bring the tolerance each, on average."""
 
 
 def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
@@ -40,6 +45,7 @@ def minimise(
 ) -> Descent:
     """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (squares over noise).
 
+    It grows where far more than noise is left (`FAR`); `STALLED` simulations that bring less end the fit.
     Along a narrow valley a damped step promises little however far the minimum is. So where it does, the step without
     damping has to promise as little, or else is tried.
     """
@@ -50,13 +56,16 @@ def minimise(
     if not np.isfinite(cost):
         return Descent(x=x, cost=np.inf, calls=calls, converged=False)
     R, c = triangle_by_runs(now)
+    costs = [cost]
     while calls < iterations:
         limits = along.constraints(x)
+        enough = tolerance * max(1.0, (cost - now.residual.size) / FAR)
         d, predicted = _step(R, c, damping, *limits)
-        if predicted <= tolerance and not freed:
+        if predicted <= enough and not freed:
             freed, damping = True, FLOOR
             d, predicted = _step(R, c, damping, *limits)
-        converged = predicted <= tolerance and damping < 1.0
+        stalled = len(costs) > STALLED and costs[-STALLED - 1] - cost < STALLED * enough
+        converged = stalled or (predicted <= enough and damping < 1.0)
         if converged or damping > 1e9:
             break
         moved = along.move(x, d)
@@ -71,6 +80,7 @@ def minimise(
             damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
         else:
             damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
+        costs.append(cost)
     return Descent(x=x, cost=cost, calls=calls, converged=converged)
 
 

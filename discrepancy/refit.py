@@ -26,6 +26,8 @@ LARGE, ALIKE = 10.0, 0.5
 """Largest factor on an effect's typical size to start at; share of T from which another shape is tried too."""
 EDGE = 1e-3
 """Relative distance from the lower bound at which a wave number or time constant counts as lying there."""
+NOTHING = 4.0
+"""Squared ratio to its standard error below which a one-sided first amplitude is none."""
 INFORMED = 0.5
 """A shape parameter counts as fitted where its std is below this share of its range (or of a factor e)."""
 
@@ -176,7 +178,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
     """Return the least Wald statistic of an effect's amplitudes, and whether one of them ended at its bound.
 
     So does a wave number or a time constant at the lower end of its range: there it stands for something else (a wave
-    longer than the travel for a bent spring).
+    longer than the travel for a bent spring). So does a first amplitude that cannot be told from 0, its lower bound,
+    while others carry the effect (a slack of nothing in an elastic tendon).
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
@@ -189,6 +192,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
         at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
         a = (solution.x[at] - zero[at]) * size[at]
         wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
+        one_sided = lower[at[0]] >= zero[at[0]]
+        at_bound |= bool(one_sided and len(at) > 1 and a[0] ** 2 < NOTHING * covariance[at[0], at[0]])
         room = 1e-4 * (upper[at] - lower[at])
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))

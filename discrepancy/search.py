@@ -121,12 +121,14 @@ def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Sear
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
     start = s.on_its_path(s.trial(judged(study, plain, plain.calls)))
     if known is not None and not start.adequate and known.best.candidate.criterion < start.candidate.criterion - BETTER:
-        trials, best = list(known.trials), known.best
+        trials, best = known.trials, known.best
+        less = known.less if len(known.less) > 1 else dict.fromkeys(known.less, start.candidate)
     else:
-        trials, best = _forward(s, start, white, first)
-    best, less, more = exchanged(s, best, start)
+        made, best = _forward(s, start, white, first)
+        best, less, more = exchanged(s, best, start)
+        trials = (*made, *more)
     return Search(
-        study=study, base=base, plain=start, scan=first, scales=scales, trials=(*trials, *more), best=best, less=less,
+        study=study, base=base, plain=start, scan=first, scales=scales, trials=trials, best=best, less=less,
         simulations=s.simulations,
     )  # fmt: skip
 
@@ -190,12 +192,14 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
 def _two_at_once(s: Searcher, leads: Sequence[Solution]) -> list[Trial]:
     """Extend leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
 
-    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing.
+    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing; and
+    the base has taken it upon itself, so both are fitted from its first guesses.
     """
     made: list[Trial] = []
     for lead in leads:
         first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
-        made += s.step(s.trial(judged(s.study, first, first.calls)), s.ready(first))
+        s.tell(f"{'+'.join(first.keys)} and another")
+        made += s.step(s.trial(judged(s.study, first, first.calls)), s.anew(s.scan(first), first))
         if any(t.adequate and t.acceptable for t in made):
             break
     return made

@@ -87,7 +87,7 @@ def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
 
 def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[list[tuple[dict[str, float], ...]], Array]:
     """Return the shapes of one entry and its raw columns over σ (n_rows, n_columns), rows of all runs stacked."""
-    simulator = study.factory(study.equations((*solution.effects, effect)))
+    simulator = study.factory(study.equations((*solution.effects, effect)), many=True)
     grid = shapes(effect)
     sets = [{}, *(values for point in grid for values in point)]
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.base import SAME
 from discrepancy.levenberg import minimise
 from discrepancy.solution import start_vector
 from discrepancy.torque_study import TorqueStudy
@@ -132,8 +131,3 @@ def fit_model(
         effects=tuple(effects), problem=problem, x=best.x, residual=tuple(left), jacobian=jacobian[: seen.size][seen],
         study=study, calls=sum(d.calls for d in found), costs=tuple(d.cost for d in found),
     )  # fmt: skip
-
-
-def agreeing(costs: Sequence[float]) -> int:
-    """Return how many starts share the best minimum."""
-    return sum(cost <= min(costs) + SAME for cost in costs)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
-from discrepancy.base import through_homotopy
+from discrepancy.base import guided, released, through_homotopy
 from discrepancy.kernels import COARSE
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
@@ -18,6 +19,7 @@ from discrepancy.solution import ROUGH, Solution, solve
 from discrepancy.steps import at_step
 from discrepancy.study import Study
 from model.effect import Effect
+from support.threads import mapped
 
 FAMILY = 0.002
 """p over the whole catalogue below which a score counts."""
@@ -37,6 +39,9 @@ BETTER = 6.0
 """Least gain in the criterion that an effect has to bring."""
 UNLIKELY = 0.1
 """Share of the best score below which an entry is not fitted anew from the first guesses."""
+SHARED, SIEVED, BRIEF = 2, 3, 12
+"""Gains of the homotopy that entries fitted anew have behind them together, that they are compared under, and most
+simulations under each."""
 NEWS = 0.05
 """Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
 SIGNIFICANT = 9.0
@@ -210,6 +215,8 @@ class Searcher:
         rough = at_step(self.study, COARSE)
         scores = [s for s in self.scan(solution).scores if self.entries[s.key].id not in solution.ids]
         fresh = {s.key: s for s in scores[:most]}
+        both = [(*solution.effects, self.entries[key]) for key in fresh]
+        mapped(self.study.simulator, both, threads=self.study.threads)  # the compiler runs side by side
         begun = [begin(rough, solution, self.entries[key], score) for key, score in fresh.items()]
         begun = sorted((s for s in begun if np.isfinite(s.log_likelihood)), key=self.rank)
         named = {rival for s in begun[:1] for rival in s.effects[-1].rivals}
@@ -220,23 +227,34 @@ class Searcher:
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
 
-    def anew(self, scored: Scan) -> list[Solution]:
-        """Return fits of base and one entry through homotopy from the first guesses, the most likely first.
+    def anew(self, scored: Scan, onto: Solution | None = None) -> list[Solution]:
+        """Return fits through homotopy of base, the effects of ``onto`` and one entry, the most likely first.
 
-        A base that took a large effect upon itself may lie so far from the joint that no fit from there finds back.
+        They begin at the first guesses of the base and the effects as they are in ``onto``: a base that took a large
+        effect upon itself may lie so far from the joint that no fit from there finds back. The observer holds the
+        simulation near the readings: there all entries are compared, and the best go on.
         """
         rough = at_step(self.study, COARSE)
-        first = {q.id: q.initial for q in self.study.base.parameters}
-        found: list[Solution] = []
-        for score in [s for s in scored.scores if s.T > UNLIKELY * scored.scores[0].T]:
+        effects = onto.effects if onto else ()
+        values = {q.id: q.initial for q in self.study.base.parameters}
+        values |= {q.id: onto.values[q.id] for e in effects for q in e.parameters} if onto else {}
+        without = guided(rough, effects, values).down_to(SHARED)
+        chosen: list[tuple[Effect, ...]] = []
+        starts: list[dict[str, float]] = []
+        for score in scored.scores:
             effect = self.entries[score.key]
-            typical = max(*map(abs, score.amplitude), 1.0)
-            begun = start_values(effect, score.point, [a / typical for a in score.amplitude])
-            solution, calls = through_homotopy(rough, (effect,), first | begun, tolerance=ROUGH)
-            self.simulations += calls * len(self.study.fitted)
-            if np.isfinite(solution.log_likelihood):
-                found.append(solution)
-        return sorted(found, key=self.rank)
+            if score.T > UNLIKELY * scored.scores[0].T and effect.id not in {e.id for e in effects}:
+                typical = max(*map(abs, score.amplitude), 1.0)
+                amplitude = [a / typical for a in score.amplitude]
+                chosen.append((*effects, effect))
+                starts.append(without.values | start_values(effect, score.point, amplitude))
+        laid_out = mapped(partial(guided, rough, begun=without), chosen, starts, threads=self.study.threads)
+        begun = [(both, low.down_to(SIEVED, BRIEF)) for both, low in zip(chosen, laid_out, strict=True)]
+        begun.sort(key=lambda pair: pair[1].cost)
+        done = [released(rough, both, low, ROUGH) for both, low in begun[:PROMISING]]
+        calls = without.calls + sum(calls for _, calls in done) + sum(low.calls for _, low in begun[PROMISING:])
+        self.simulations += calls * len(self.study.fitted)
+        return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
 
     def rank(self, solution: Solution) -> float:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""

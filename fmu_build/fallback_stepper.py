@@ -11,7 +11,7 @@ the FMU: ``rates``, ``coupling``, ``evaluate``, ``outputs``, ``evaluate_tangent`
 
 import math
 
-MAX_SUBSTEPS = 256
+MAX_SUBSTEPS = 64
 COEFFICIENTS = [1.0 / math.factorial(k + 3) for k in range(14)]
 
 

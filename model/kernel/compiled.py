@@ -59,10 +59,10 @@ class CompiledKernel:
     path: Path
 
     @classmethod
-    def of(cls, equations: Equations, **options: Any) -> CompiledKernel:
-        """Generate and compile ``equations``; the library is cached by its source."""
+    def of(cls, equations: Equations, *, lanes: int = 4, **options: Any) -> CompiledKernel:
+        """Generate and compile ``equations``, without `simulate_many` where ``lanes`` is 0; cached by its source."""
         kernel = generate(equations, **options)
-        return cls(kernel, compile_kernel(kernel.source))
+        return cls(kernel, compile_kernel(kernel.source, lanes=lanes))
 
     @property
     def equations(self) -> Equations:

@@ -98,6 +98,8 @@ def compile_shared(
 
 
 def compile_kernel(source: str, *, lanes: int = 4) -> Path:
-    """Compile a kernel for this machine, scalar and with ``lanes`` parameter sets side by side."""
+    """Compile a kernel for this machine, scalar and with ``lanes`` parameter sets side by side; scalar alone with 0."""
+    if lanes == 0:
+        return compile_shared({"kernel.c": source}, main=("kernel.c",))
     vector = f'#define HK_LANES {lanes}\n#include "kernel.c"\n'
     return compile_shared({"kernel.c": source, "lanes.c": vector}, main=("kernel.c", "lanes.c"))

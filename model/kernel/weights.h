@@ -1,5 +1,5 @@
 /* Weights of the exponential Runge-Kutta step, and the number of sub-steps; included once, before stepper.h. */
-#define HK_MAX_SUBSTEPS 256
+#define HK_MAX_SUBSTEPS 64
 
 typedef struct { real half, half_phi, full, f1, f2, f3; } hk_weights;
 

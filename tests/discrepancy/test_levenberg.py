@@ -1,13 +1,16 @@
-"""QR run after run against one QR of everything; a narrow valley is walked to its end whatever the tolerance."""
+"""QR run after run against one QR of everything; valleys are walked to their end unless far more than noise is left."""
 
+from collections.abc import Callable
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from discrepancy.levenberg import minimise, triangle_by_runs
+from discrepancy.levenberg import FAR, minimise, triangle_by_runs
 from identification.least_squares import triangle
 from identification.problem import Blocks
+from measurement.run import Array
 
 
 def test_runs_apart_give_the_same_normal_equations_as_all_at_once():
@@ -30,18 +33,47 @@ def test_runs_apart_give_the_same_normal_equations_as_all_at_once():
     assert np.linalg.solve(R, c) == pytest.approx(np.linalg.lstsq(blocks.jacobian, -blocks.residual, rcond=None)[0])
 
 
+def _of(residual: Callable[[Array], Array], jacobian: Callable[[Array], Array], count: list[Array]) -> Any:
+    """Return a problem without bounds."""
+
+    def blocks(x: Array, _gain: float) -> Blocks:
+        count.append(x)
+        J = jacobian(x)
+        rows, none = residual(x)[:, None], np.zeros((0, x.size))
+        return Blocks(rows=(rows,), jacobians=(J[:, None],), prior=np.zeros(0), prior_jacobian=none)
+
+    scaling = SimpleNamespace(ids=(), log=())
+    return SimpleNamespace(blocks=blocks, scaling=scaling, constraints=lambda: (np.zeros((0, 2)), np.zeros(0)))
+
+
 def test_along_a_valley_where_damped_steps_promise_little_the_minimum_is_reached():
     along, across = np.array([1.0, 1.0]) / np.sqrt(2), np.array([1.0, -1.0]) / np.sqrt(2)
     J = np.array([1e4 * along, 1.0 * across])
-    target = np.array([0.0, 8.0])
-
-    def blocks(x: np.ndarray, _gain: float) -> Blocks:
-        r = J @ x - target
-        return Blocks(rows=(r[:, None],), jacobians=(J[:, None],), prior=np.zeros(0), prior_jacobian=np.zeros((0, 2)))
-
-    scaling = SimpleNamespace(ids=(), log=())
-    problem = SimpleNamespace(blocks=blocks, scaling=scaling, constraints=lambda: (np.zeros((0, 2)), np.zeros(0)))
+    problem = _of(lambda x: J @ x - np.array([0.0, 8.0]), lambda _x: J, [])
     found = minimise(problem, np.zeros(2), tolerance=1.0)
     assert found.cost < 0.01
     assert found.converged
     assert found.calls < 6
+
+
+def curved(left: float) -> tuple[Any, list[Array]]:
+    """Return Rosenbrock's valley (1960), ``left`` squares above zero, and the points that were asked for."""
+    asked: list[Array] = []
+    rest = np.sqrt(left)
+    problem = _of(
+        lambda x: np.array([30.0 * (x[1] - x[0] ** 2), 3.0 * (1.0 - x[0]), rest]),
+        lambda x: np.array([[-60.0 * x[0], 30.0], [-3.0, 0.0], [0.0, 0.0]]),
+        asked,
+    )
+    return problem, asked
+
+
+def test_far_from_noise_a_fit_ends_where_it_gains_no_share_of_what_is_left():
+    near, steps_near = curved(0.0)
+    far, steps_far = curved(1e8)
+    start = np.array([-1.2, 1.0])
+    assert minimise(near, start, tolerance=1e-3).x == pytest.approx([1.0, 1.0], abs=1e-2)
+    found = minimise(far, start, tolerance=1e-3)
+    assert found.converged
+    assert len(steps_far) < len(steps_near) / 2
+    assert found.cost - 1e8 < 1e-3 * 1e8 / FAR * len(steps_far) + 9.0 * 2.2**2

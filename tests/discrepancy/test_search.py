@@ -3,22 +3,25 @@
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
-from discrepancy.base import fit_base
+from discrepancy.base import agreeing, fit_base
 from discrepancy.exchange import pruned
 from discrepancy.noise import Noise
 from discrepancy.omnibus import Omnibus
-from discrepancy.refit import begin, judged, settle
+from discrepancy.refit import begin, judged, settle, significance
 from discrepancy.scan import scan
 from discrepancy.search import reduces
 from discrepancy.signatures import signatures
 from discrepancy.solution import solve
 from discrepancy.study import scales_of, study_of
-from discrepancy.trial import FAMILY, REFUTABLE, Searcher, Trial
+from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
+from model.effects import catalogue
 from tests.discrepancy.test_finding import ENTRIES, INPUTS, TRUTH
 from virtual_device.campaign import make_joint_campaign
 from virtual_device.sensor import Sensor
@@ -88,3 +91,23 @@ def test_a_rival_with_a_parameter_more_and_the_same_readings_is_none(begun: tupl
     assert not reduces(smaller, larger)
     moved = replace(larger.raw, rows=tuple(r + 0.1 for r in larger.raw.rows))
     assert not reduces(replace(larger, raw=moved), smaller)
+
+
+def test_minima_count_as_one_by_the_noise_or_by_their_share_of_a_large_gap():
+    assert agreeing((1000.4, 1000.0, 1002.0), rows=1000) == 2
+    assert agreeing((5.0001e6, 5.0e6, 5.2e6), rows=1000) == 2
+    assert agreeing((), rows=1000) == 0
+
+
+@pytest.mark.parametrize(("slack", "none"), [(0.0, True), (1e-4, True), (3e-3, False)])
+def test_a_slack_that_cannot_be_told_from_none_stands_for_something_else(slack: float, none: bool):
+    rng = np.random.default_rng(7)
+    ids = ("slack_half_width", "slack_compliance", "slack_rotor_share", "slack_damping_time")
+    scaling = SimpleNamespace(ids=ids, scaled=lambda p: p, bounds=(np.array([0, 0, 0.02, 1e-5]), np.ones(4)))
+    blocks = SimpleNamespace(jacobian=rng.standard_normal((400, 4)) * (50.0, 1e3, 1e3, 1e3))
+    x = np.array([slack, 0.1, 0.3, 0.005])
+    problem = SimpleNamespace(scaling=scaling)
+    found = SimpleNamespace(problem=problem, blocks=blocks, x=x, theta=x, effects=(catalogue()["tendon_slack"],))
+    wald, at_bound = significance(found)
+    assert wald > SIGNIFICANT
+    assert at_bound == none
