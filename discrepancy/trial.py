@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from discrepancy.base import guided, released, through_homotopy
+from discrepancy.homotopy import guided, released, through_homotopy
 from discrepancy.kernels import COARSE
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
