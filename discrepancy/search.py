@@ -150,7 +150,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         if (winner := chosen(made)) is None:
             break
         best = winner
-    if not best.adequate:
+    if not any(t.adequate for t in (best, *trials)):
         made = _two_at_once(s, leads)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best

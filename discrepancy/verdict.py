@@ -59,7 +59,7 @@ def judge(study: Study, found: Search) -> Judgement:
         alternatives=rivals or _considered(found),
         next_experiment=propose(study, found.best.solution, [t.solution for t in rivals]) if rivals else None,
         shape=remaining(study, found.best.solution) if verdict == "unlisted" else None,
-        sentence=_sentence(verdict, effects, rivals),
+        sentence=_sentence(verdict, effects, rivals, at_their_bounds(found)),
     )
 
 
@@ -123,7 +123,15 @@ def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, fl
     return float(np.hypot(std, values[effect.edge] * values[quantity.id])) if rounded else std
 
 
-def _sentence(verdict: Verdict, effects: tuple[NamedEffect, ...], rivals: tuple[Trial, ...]) -> str:
+def at_their_bounds(found: Search) -> tuple[str, ...]:
+    """Return ids of entries that alone leave only noise, with an amplitude of nothing or a parameter at its bound."""
+    near = [t for t in found.trials if t.adequate and t.at_bound and len(t.solution.effects) == 1]
+    return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
+
+
+def _sentence(
+    verdict: Verdict, effects: tuple[NamedEffect, ...], rivals: tuple[Trial, ...], like: tuple[str, ...]
+) -> str:
     names = " and ".join(f"{e.id} ({e.title})" for e in effects)
     if verdict == "nothing_missing":
         return "Nothing is missing: what is left between simulation and measurement is noise."
@@ -132,5 +140,8 @@ def _sentence(verdict: Verdict, effects: tuple[NamedEffect, ...], rivals: tuple[
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(r.candidate.ids) for r in rivals)
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, the proposed run would."
+    nothing = "Something is missing that no entry of the catalogue explains."
+    if like:
+        return f"{nothing} It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."
     tried = f" The nearest of the catalogue, {names}, stands in for it and is no finding." if effects else ""
-    return f"Something is missing that no entry of the catalogue explains.{tried}"
+    return nothing + tried

@@ -14,8 +14,8 @@ EFFECT = Effect(
     place=11,
     side="output",
     parameters=(
-        parameter("eccentricity_sin", "rad", "sine part", 0.005, -0.5, 0.5),
-        parameter("eccentricity_cos", "rad", "cosine part", 0.005, -0.5, 0.5),
+        parameter("eccentricity_sin", "rad", "sine part", 0.005, -0.3, 0.3),
+        parameter("eccentricity_cos", "rad", "cosine part", 0.005, -0.3, 0.3),
     ),
     amplitudes=2,
     derived=(("eccentricity_amplitude", "rad", sp.sqrt(s**2 + c**2)),),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import asdict
 from functools import cache
 from pathlib import Path
 
@@ -203,3 +204,11 @@ def test_beside_an_amplifier_every_entry_still_has_derivatives_that_the_kernel_k
         derivatives = [differentiate(f, x.symbol) for f in expressions for x in (*e.states, *e.parameters)]
         assert not any(d.has(sp.Derivative) for d in derivatives), other
         check_functions(derivatives)
+
+
+@pytest.mark.parametrize("travel", [0.1, 0.5, 2.0])
+def test_an_encoders_line_that_passes_once_over_the_travel_lies_in_the_range(travel: float):
+    at = ENTRIES["encoder_ripple"].at(Scales(**(asdict(SCALES) | {"position": travel / 2})))
+    number = next(q for q in at.parameters if q.id == "encoder_ripple_number")
+    once, finest = 2 * np.pi / travel, 2 * np.pi / (0.05 * travel)
+    assert number.lower < once < number.initial < finest < number.upper
