@@ -15,10 +15,14 @@ from virtual_device.joint import BASE, integrate, rest_position
 
 COARSE = 1e-4
 """Integration step of these estimates [s]."""
+SIGNED = ("epos", "gravity_cos", "gravity_sin")
+"""Parameters that may be of either sign."""
 LARGEST = 4.0
 SMALLEST = 1e-4
 REFITS, WORTH = 4, 0.98
 """Most chord steps of a refit, and what the next has to leave of the last one's rest at most."""
+FARTHEST = 5.0
+"""Largest factor by which a refit may change a positive parameter: beyond, it is another joint, and a stiff one."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,10 +78,19 @@ class Reach:
         return best
 
     def at(self, moved: Array) -> Array:
-        """Return positions with the free parameters and the starts moved, shape (n,)."""
+        """Return positions with the free parameters and the starts moved, shape (n,).
+
+        Raises
+        ------
+        NumericalError
+            Where it runs away, or a positive parameter goes beyond `FARTHEST`.
+        """
         parameters = dict(self.parameters)
         for name, change in zip(self.free, moved, strict=False):
             parameters[name] = parameters[name] + float(change)
+            if name not in SIGNED and not 1 / FARTHEST < parameters[name] / self.parameters[name] < FARTHEST:
+                msg = f"{name} would have to go from {self.parameters[name]:g} to {parameters[name]:g}"
+                raise NumericalError(msg)
         return positions(parameters, self.runs) + self.slopes[:, len(self.free) :] @ moved[len(self.free) :]
 
 
@@ -93,7 +106,7 @@ def reach(parameters: Mapping[str, float], runs: Sequence[Cosine], fixed: Sequen
     motion, columns = positions(parameters, runs), []
     free = tuple(name for name in BASE if name not in fixed)
     for name in free:
-        step = 1e-3 * abs(parameters[name]) if name not in ("epos", "gravity_cos", "gravity_sin") else 1e-4
+        step = 1e-3 * abs(parameters[name]) if name not in SIGNED else 1e-4
         step *= 0.1 * parameters["Ks"] if name.startswith("gravity") else 1.0
         columns.append((positions({**parameters, name: parameters[name] + step}, runs) - motion) / step)
     shifted, first = (positions(parameters, runs, 1e-4) - motion) / 1e-4, 0
