@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import logsumexp
 
+from discrepancy.jump import places
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise
 from discrepancy.solution import Solution, under_noise
@@ -51,24 +53,35 @@ class Prediction:
 def predict(
     study: Study, solution: Solution, runs: Sequence[Run] | None = None, *, noise: Noise | None = None
 ) -> Prediction:
-    """Predict ``runs`` (by default the unseen ones) with the fitted parameters, under ``noise`` (default its own)."""
+    """Predict ``runs`` (by default the unseen ones) with the fitted parameters, under ``noise`` (default its own).
+
+    Where a jump may lie at several places as far as the fitted runs tell, the score is that of their mixture, ‖r‖² that
+    of the best; readings and RMS are those of the fitted one.
+    """
     chosen = tuple(study.unseen if runs is None else runs)
     model = solution.noise if noise is None else noise
     if not chosen:
         return Prediction(score=0.0, rms=(), y=())
+    found = [_at(study, solution, theta, chosen, model) for theta in places(solution, study.fitted, chosen)]
+    scores = [p.score for p in found]
+    return replace(found[0], score=float(logsumexp(scores) - np.log(len(scores))), chi2=min(p.chi2 for p in found))
+
+
+def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], model: Noise) -> Prediction:
+    """Predict with the parameters ``theta``."""
     held = {q.id: {"initial": float(p), "lower": float(p), "upper": float(p), "fixed": True}
-            for q, p in zip(solution.equations.parameters, solution.theta, strict=True)}  # fmt: skip
+            for q, p in zip(solution.equations.parameters, theta, strict=True)}  # fmt: skip
     simulator = study.factory(solution.equations.with_parameters(held))
-    problem = under_noise(simulator, chosen, model.but(scatter=0.0), solution.theta, (), threads=study.threads)
+    problem = under_noise(simulator, runs, model.but(scatter=0.0), theta, (), threads=study.threads)
     x = minimise(problem, np.zeros(problem.size), iterations=12).x
     x0 = problem.x0(x)
     if model.scatter > 0:
-        problem = under_noise(simulator, chosen, model, solution.theta, x0, threads=study.threads)
+        problem = under_noise(simulator, runs, model, theta, x0, threads=study.threads)
         x = minimise(problem, x, iterations=12).x
         x0 = problem.x0(x)
     found = problem.blocks(x, jacobian=False)
     chi2 = float(found.residual @ found.residual)
-    y = tuple(simulator.simulate(solution.theta, run, x0=start).y[:, 0] for run, start in zip(chosen, x0, strict=True))
-    rms = tuple(float(np.sqrt(np.mean((run.y[:, 0] - s)[run.scored] ** 2))) for run, s in zip(chosen, y, strict=True))
-    rows = sum(run.t.size - run.score_from for run in chosen)
+    y = tuple(simulator.simulate(theta, run, x0=start).y[:, 0] for run, start in zip(runs, x0, strict=True))
+    rms = tuple(float(np.sqrt(np.mean((run.y[:, 0] - s)[run.scored] ** 2))) for run, s in zip(runs, y, strict=True))
+    rows = sum(run.t.size - run.score_from for run in runs)
     return Prediction(score=-0.5 * (chi2 + problem.log_determinant), rms=rms, y=y, chi2=chi2, rows=rows)

@@ -154,32 +154,41 @@ def settle(
 ) -> Candidate:
     """Fit to the end, with the noise model estimated from the fit's own residuals until it rests."""
     solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
-    calls += solution.calls
+    solution, calls = sharpened(study, solution, calls + solution.calls)
     for k in range(SETTLING):
         noise = estimate(study, solution, paths)
         if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])):
             break
-        again = solve(study, effects, noise, solution.values, x0=solution.x0, iterations=FULL)
+        again = solve(study, solution.effects, noise, solution.values, x0=solution.x0, iterations=FULL)
         calls += again.calls
         solution = again
         if k >= 1 and omnibus(study, solution).far:
             break
-    sharper = [effect.sharper for effect in effects]
-    if any(sharper):
-        chosen = [new or effect for new, effect in zip(sharper, effects, strict=True)]
-        values = {id: p for id, p in solution.values.items() if id not in {effect.edge for effect in effects}}
-        first = solve(study, chosen, solution.noise, values, x0=solution.x0, iterations=FIRST)
-        if first.log_likelihood > solution.log_likelihood:
-            return settle(study, chosen, first, calls + first.calls, paths)
     return judged(study, solution, calls)
 
 
-def significance(solution: Solution) -> tuple[float, bool]:
-    """Return the least Wald statistic of an effect's amplitudes, and whether one of them ended at its bound.
+def sharpened(study: Study, solution: Solution, calls: int) -> tuple[Solution, int]:
+    """Make jumps that are rounded off sharper, step by step, as long as that is more likely; return the cost too."""
+    while any(sharper := [effect.sharper for effect in solution.effects]):
+        effects = [new or effect for new, effect in zip(sharper, solution.effects, strict=True)]
+        values = {id: p for id, p in solution.values.items() if id not in {effect.edge for effect in effects}}
+        tried = solve(study, effects, solution.noise, values, x0=solution.x0, iterations=FULL)
+        calls += tried.calls
+        if tried.log_likelihood <= solution.log_likelihood:
+            break
+        solution = tried
+    return solution, calls
 
-    So does a wave number or a time constant at the lower end of its range: there it stands for something else (a wave
-    longer than the travel for a bent spring). So does a first amplitude that cannot be told from 0, its lower bound,
-    while others carry the effect (a slack of nothing in an elastic tendon).
+
+def significance(solution: Solution) -> tuple[float, bool]:
+    """Return the least Wald statistic of the earlier effects' amplitudes, and whether one of all ended at its bound.
+
+    For the last effect, its gain speaks: a Wald statistic is as wrong as the curvature where spring, weight and a bent
+    spring trade off, and the place of a jump changes nothing between two torques.
+
+    A wave number or a time constant at the lower end of its range counts as at its bound: there it stands for something
+    else (a wave longer than the travel for a bent spring). So does a first amplitude that cannot be told from 0, its
+    lower bound, while others carry the effect (a slack of nothing in an elastic tendon).
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
@@ -191,7 +200,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
     for effect in solution.effects:
         at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
         a = (solution.x[at] - zero[at]) * size[at]
-        wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
+        if effect is not solution.effects[-1] and not effect.edge:
+            wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
         one_sided = lower[at[0]] >= zero[at[0]]
         at_bound |= bool(one_sided and len(at) > 1 and a[0] ** 2 < NOTHING * covariance[at[0], at[0]])
         room = 1e-4 * (upper[at] - lower[at])

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from discrepancy.base import Base, fit_base
 from discrepancy.exchange import exchanged, pruned
 from discrepancy.noise import Colour, Noise
@@ -20,7 +18,7 @@ from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
-from discrepancy.trial import BETTER, PROMISING, Searcher, Trial, chosen, effect_parameters
+from discrepancy.trial import BETTER, PROMISING, Searcher, Trial, chosen
 from model.scales import Scales
 
 MOST = 3
@@ -29,8 +27,6 @@ RIVAL = 10.0
 """Candidates whose criterion is this close cannot be told apart."""
 LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
-SAME = 4.0
-"""Squared difference of two models' readings over the noise, all rows together, below which data see none."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
@@ -82,7 +78,6 @@ class Search:
                 and len(ids) <= len(best.ids)
                 and t.candidate.criterion - best.criterion < RIVAL
                 and (t.adequate or not self.best.adequate)
-                and not reduces(t.solution, self.best.solution)
             ):
                 close.setdefault(ids, t)
         return tuple(close.values())
@@ -223,17 +218,6 @@ def simpler(winner: Trial, start: Trial) -> bool:
     a, b = winner.solution.noise, start.solution.noise
     fewer = (a.scatter > 0) + (not a.colour.white) < (b.scatter > 0) + (not b.colour.white)
     return winner.adequate and fewer
-
-
-def reduces(rival: Solution, best: Solution) -> bool:
-    """Whether a rival with more parameters has come down to the best model: the same readings, in all that data see.
-
-    A tendon whose slack is fitted as nothing is an elastic tendon, and no rival of it.
-    """
-    if effect_parameters(rival) <= effect_parameters(best):
-        return False
-    pairs = zip(rival.raw.rows, best.raw.rows, strict=True)
-    return sum(float(np.sum((a - b) ** 2)) for a, b in pairs) < SAME
 
 
 def _rebased(found: Search) -> Solution | None:

@@ -8,12 +8,14 @@ from typing import Literal
 
 import numpy as np
 
+from discrepancy.jump import around, torques
 from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
 from discrepancy.shape import Shape, remaining, standard_errors
 from discrepancy.study import Study
 from discrepancy.trial import Trial
+from measurement.run import Array
 from model.effect import Effect
 from model.quantity import Quantity
 
@@ -93,11 +95,12 @@ def named_effects(found: Search) -> tuple[NamedEffect, ...]:
     solution = found.best.solution
     std = dict(zip([p.id for p in solution.equations.parameters], standard_errors(solution), strict=True))
     values = solution.values
+    sent = torques(found.study.fitted)
     named = [
         NamedEffect(
             id=e.id, key=e.key, title=e.title, formula=e.formula,
-            parameters={x.id: (values[x.id], _std(e, x, float(std[x.id]), values), x.unit) for x in e.parameters
-                        if not x.fixed},
+            parameters={x.id: (values[x.id], _std(e, x, float(std[x.id]), values, sent), x.unit)
+                        for x in e.parameters if not x.fixed},
             evidence=found.evidence(e.key),
         )
         for e in solution.effects
@@ -117,10 +120,16 @@ def named_effects(found: Search) -> tuple[NamedEffect, ...]:
     return tuple(named)
 
 
-def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float]) -> float:
-    """Return the standard error; where a jump lies is known no better than the width over which it is rounded off."""
-    rounded = effect.edge and quantity is effect.parameters[0]
-    return float(np.hypot(std, values[effect.edge] * values[quantity.id])) if rounded else std
+def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], sent: Array) -> float:
+    """Return the standard error; where a jump lies is known no better than its width, or than torques lie apart there.
+
+    Between two torques that were sent, the place of the jump changes nothing: it may be anywhere (uniform, gap/√12).
+    """
+    if not effect.edge or quantity is not effect.parameters[0]:
+        return std
+    value = values[quantity.id]
+    low, high = around(value, sent)
+    return float(np.linalg.norm([std, values[effect.edge] * value, (high - low) / np.sqrt(12.0)]))
 
 
 def at_their_bounds(found: Search) -> tuple[str, ...]:

@@ -19,8 +19,10 @@ SIGNED = ("epos", "gravity_cos", "gravity_sin")
 """Parameters that may be of either sign."""
 LARGEST = 4.0
 SMALLEST = 1e-4
-REFITS, WORTH = 4, 0.98
+REFITS, WORTH = 6, 0.95
 """Most chord steps of a refit, and what the next has to leave of the last one's rest at most."""
+SHARES = (1.0, 0.3, 0.1)
+"""Shares of a step that are tried, the whole one first."""
 FARTHEST = 5.0
 """Largest factor by which a refit may change a positive parameter: beyond, it is another joint, and a stiff one."""
 
@@ -63,19 +65,27 @@ class Reach:
         To first order alone a refit that has to go far (weight and stiffness that take up a bent spring) seems to leave
         more than it does.
         """
-        scale = np.maximum(np.linalg.norm(self.slopes, axis=0), 1e-300)
-        moved, left, best = np.zeros(scale.size), change, np.inf
+        moved = np.zeros(self.slopes.shape[1])
+        step, best = self._refitted(change)
         for _ in range(REFITS):
-            step = np.linalg.lstsq(self.slopes / scale, left, rcond=1e-8)[0] / scale
-            rest = float(np.sqrt(np.mean((left - self.slopes @ step) ** 2)))
-            if rest > WORTH * best:
-                break
-            moved, best = moved + step, rest
-            try:
-                left = self.motion + change - self.at(moved)
-            except NumericalError:
+            for share in SHARES:
+                try:
+                    tried = self.motion + change - self.at(moved + share * step)
+                except NumericalError:
+                    continue
+                further, rest = self._refitted(tried)
+                if rest < WORTH * best:
+                    moved, step, best = moved + share * step, further, rest
+                    break
+            else:
                 break
         return best
+
+    def _refitted(self, left: Array) -> tuple[Array, float]:
+        """Return the step that takes up most of ``left`` to first order, and the RMS of the rest [rad]."""
+        scale = np.maximum(np.linalg.norm(self.slopes, axis=0), 1e-300)
+        step = np.linalg.lstsq(self.slopes / scale, left, rcond=1e-8)[0] / scale
+        return step, float(np.sqrt(np.mean((left - self.slopes @ step) ** 2)))
 
     def at(self, moved: Array) -> Array:
         """Return positions with the free parameters and the starts moved, shape (n,).

@@ -8,7 +8,7 @@ from model.effect import Effect, faded, parameter, reference, w
 from model.scales import TORQUE
 
 d, least, e, edge = sp.symbols("dead_band dead_band_least dead_zone dead_band_edge", real=True)
-EDGES = (0.05, 0.01, 0.002)
+EDGES = (0.3, 0.1, 0.03, 0.01, 0.002, 5e-4, 1e-4)
 """Width of the jump, as a share of the threshold: a fit needs a slope to begin with, the device has none."""
 _effect = partial(
     Effect,

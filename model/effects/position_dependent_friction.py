@@ -35,7 +35,7 @@ EFFECTS = (
     _effect(
         variant="slope",
         formula="Fc, Fs times (1 + a·q)",
-        parameters=(parameter("friction_slope", "1/rad", "relative slope of dry friction", 0.02, -0.6, 0.6),),
+        parameters=(parameter("friction_slope", "1/rad", "relative slope of dry friction", 0.02, -0.95, 0.95),),
         relative={"friction_slope": 1 / POSITION},
         coulomb_level=1 + slope * q,
     ),

@@ -146,7 +146,7 @@ def test_a_jump_is_sharpened_step_by_step():
     while effect is not None:
         widths.append(next(q.initial for q in effect.parameters if q.id == effect.edge))
         effect = effect.sharper
-    assert widths == [0.05, 0.01, 0.002]
+    assert widths == [0.3, 0.1, 0.03, 0.01, 0.002, 5e-4, 1e-4]
     assert ENTRIES["torque_ripple"].sharper is None
 
 
