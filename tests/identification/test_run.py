@@ -136,7 +136,7 @@ def runs_still(pid: str) -> bool:
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="finds the workers in /proc")
 def test_ctrl_c_ends_workers_in_one_line(campaign, tmp_path):
     command = [sys.executable, "-m", "identification.run", str(campaign), "--out", str(tmp_path), "--quiet"]
-    command += ["--workers", "2", "--fmu", "none", "--starts", "64", "--no-export"]
+    command += ["--workers", "2", "--fmu", "none", "--starts", "512", "--no-export"]
     process = subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=ROOT
     )
