@@ -152,5 +152,5 @@ def _sentence(
     nothing = "Something is missing that no entry of the catalogue explains."
     if like:
         return f"{nothing} It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."
-    tried = f" The nearest of the catalogue, {names}, stands in for it and is no finding." if effects else ""
+    tried = f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if effects else ""
     return nothing + tried

@@ -196,12 +196,13 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     evidence = (
         "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
     )
+    what = "What stands in for it" if finding.judgement.verdict == "unlisted" else "What is missing"
     sections = [
         Section(
             title="Before and after", anchor="gap", paragraphs=_in_words(finding),
             pictures=[before_after_picture(finding.curves)], tables=[_gaps(finding)],
         ),
-        Section(title="What is missing", anchor="what", tables=[_effects(finding)] if named else []),
+        Section(title=what, anchor="what", tables=[_effects(finding)] if named else []),
         Section(title="What would settle it", anchor="settle", paragraphs=_settle(finding)),
         Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_picture(finding.maps)]),
         Section(title="What was tried", anchor="tried", paragraphs=[evidence], tables=_ranking(finding)),
