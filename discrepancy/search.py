@@ -146,7 +146,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
             break
         best = winner
     if not any(t.adequate for t in (best, *trials)):
-        made = _two_at_once(s, leads)
+        made = _two_at_once(s, leads, start)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
     if best is start and not any(t.acceptable for t in trials):
@@ -176,7 +176,7 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
         made = s.step(start, fits, few=few)
         trials += made
         if not few and made and all(t.left.far for t in made):
-            trials += _two_at_once(s, leads)
+            trials += _two_at_once(s, leads, start)
             done |= {lead.effects[-1].key for lead in leads}
             leads = []
         if few or any(t.adequate and t.acceptable for t in trials):
@@ -184,17 +184,19 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     return trials, leads
 
 
-def _two_at_once(s: Searcher, leads: Sequence[Solution]) -> list[Trial]:
+def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[Trial]:
     """Extend leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
 
     What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing; and
-    the base has taken it upon itself, so both are fitted from its first guesses.
+    the base has taken it upon itself, so both are fitted from its first guesses. Where the first one comes to nothing
+    beside the second, it was a stand-in for it.
     """
     made: list[Trial] = []
     for lead in leads:
         first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
         s.tell(f"{'+'.join(first.keys)} and another")
-        made += s.step(s.trial(judged(s.study, first, first.calls)), s.anew(s.scan(first), first))
+        both = s.step(s.trial(judged(s.study, first, first.calls)), s.anew(s.scan(first), first))
+        made += [*both, *pruned(s, both, start)]
         if any(t.adequate and t.acceptable for t in made):
             break
     return made

@@ -155,7 +155,7 @@ class Searcher:
         trials: list[Trial] = []
         ready = self.best_of_each(*begun)[: 1 if few else None]
         while ready and len(trials) < FINISHED:
-            if any(t.adequate and t.acceptable for t in trials):
+            if any(t.adequate for t in trials):
                 limit = max(t.solution.log_likelihood for t in trials) - CLOSE
                 ready = [s for s in ready if s.log_likelihood > limit]
             elif len(trials) >= (FEW if all(t.left.far for t in trials) else HOPELESS):
