@@ -9,7 +9,7 @@ import numpy as np
 
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise, Whitener
-from discrepancy.solution import Solution, solve, start_vector, with_starts
+from discrepancy.solution import Solution, solve, start_vector
 from discrepancy.study import Study
 from discrepancy.whitened import Whitened
 from identification.homotopy import feasible
@@ -71,14 +71,11 @@ class Guided:
         return replace(self, x=x, cost=cost, level=level, calls=calls)
 
 
-def guided(study: Study, effects: Sequence[Effect], values: Mapping[str, float], begun: Guided | None = None) -> Guided:
-    """Lay out base and effects under the observer, from ``values``; at the last level of a ``begun`` fit with fewer."""
+def guided(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> Guided:
+    """Lay out base and effects under the observer, from ``values``."""
     problem = observed(study, effects)
-    x = problem.first(start_vector(problem.simulator.equations, values))
-    if begun is None:
-        return Guided(problem=problem, x=feasible(problem, x))
-    x = with_starts(problem, x, begun.problem.x0(begun.x))
-    return Guided(problem=problem, x=feasible(problem, x), level=begun.level - 1)
+    start = start_vector(problem.simulator.equations, values)
+    return Guided(problem=problem, x=feasible(problem, problem.first(start)))
 
 
 def released(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:

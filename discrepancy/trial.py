@@ -37,11 +37,8 @@ CLOSE = 40.0
 """Log-likelihood from the best within which a begun fit is finished as a rival."""
 BETTER = 6.0
 """Least gain in the criterion that an effect has to bring."""
-UNLIKELY = 0.1
-"""Share of the best score below which an entry is not fitted anew from the first guesses."""
-SHARED, SIEVED, BRIEF = 2, 3, 12
-"""Gains of the homotopy that entries fitted anew have behind them together, that they are compared under, and most
-simulations under each."""
+SIEVED, BRIEF = 2, 12
+"""Gains of the homotopy under which entries that are fitted anew are compared, and most simulations under each."""
 NEWS = 0.05
 """Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
 SIGNIFICANT = 9.0
@@ -231,28 +228,26 @@ class Searcher:
         """Return fits through homotopy of base, the effects of ``onto`` and one entry, the most likely first.
 
         They begin at the first guesses of the base and the effects as they are in ``onto``: a base that took a large
-        effect upon itself may lie so far from the joint that no fit from there finds back. The observer holds the
-        simulation near the readings: there all entries are compared, and the best go on.
+        effect upon itself may lie so far from the joint that no fit from there finds back, and no score there tells.
+        The observer holds the simulation near the readings: there all entries are compared, and the best go on.
         """
         rough = at_step(self.study, COARSE)
         effects = onto.effects if onto else ()
         values = {q.id: q.initial for q in self.study.base.parameters}
         values |= {q.id: onto.values[q.id] for e in effects for q in e.parameters} if onto else {}
-        without = guided(rough, effects, values).down_to(SHARED)
         chosen: list[tuple[Effect, ...]] = []
         starts: list[dict[str, float]] = []
         for score in scored.scores:
             effect = self.entries[score.key]
-            if score.T > UNLIKELY * scored.scores[0].T and effect.id not in {e.id for e in effects}:
+            if effect.id not in {e.id for e in effects}:
                 typical = max(*map(abs, score.amplitude), 1.0)
-                amplitude = [a / typical for a in score.amplitude]
                 chosen.append((*effects, effect))
-                starts.append(without.values | start_values(effect, score.point, amplitude))
-        laid_out = mapped(partial(guided, rough, begun=without), chosen, starts, threads=self.study.threads)
+                starts.append(values | start_values(effect, score.point, [a / typical for a in score.amplitude]))
+        laid_out = mapped(partial(guided, rough), chosen, starts, threads=self.study.threads)
         begun = [(both, low.down_to(SIEVED, BRIEF)) for both, low in zip(chosen, laid_out, strict=True)]
         begun.sort(key=lambda pair: pair[1].cost)
         done = [released(rough, both, low, ROUGH) for both, low in begun[:PROMISING]]
-        calls = without.calls + sum(calls for _, calls in done) + sum(low.calls for _, low in begun[PROMISING:])
+        calls = sum(calls for _, calls in done) + sum(low.calls for _, low in begun[PROMISING:])
         self.simulations += calls * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
 
