@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.refit import Candidate, judged, refit_with
-from discrepancy.solution import solve
+from discrepancy.solution import Solution, solve
 from discrepancy.trial import BETTER, Searcher, Trial, chosen
 
 
@@ -33,7 +33,7 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         made.append(smaller)
         better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
         if better is None and not (smaller.adequate or best.left.far):
-            tried = s.step(smaller, s.ready(smaller.solution))
+            tried = s.step(smaller.candidate, s.ready(smaller.solution))
             made += tried
             winner = chosen(tried)
             better = winner if winner is not None and _improves(winner, best) else None
@@ -49,13 +49,19 @@ def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
     It was the best of the single entries before the one that it stood in for was found.
     """
     full = [t for t in made if t.adequate and not t.acceptable and len(t.solution.effects) > 1]
-    tried: list[Trial] = []
-    for t in sorted(full, key=lambda t: t.candidate.criterion)[:1]:
-        solution = t.solution
-        for dropped in solution.effects:
-            kept = [e for e in solution.effects if e is not dropped]
-            tried.append(s.trial(refit_with(s.study, solution, kept, solution.values), start.candidate))
+    best = min(full, key=lambda t: t.candidate.criterion, default=None)
+    if best is None:
+        return []
+    tried = [s.trial(less, start.candidate) for less in _less(s, best.solution).values()]
     return [t for t in tried if t.adequate and t.acceptable]
+
+
+def _less(s: Searcher, full: Solution) -> dict[str, Candidate]:
+    """Refit a model without each of its effects, by key."""
+    return {
+        e.key: refit_with(s.study, full, [other for other in full.effects if other is not e], full.values)
+        for e in full.effects
+    }
 
 
 def _costs(smaller: Trial, best: Trial) -> float:
@@ -74,10 +80,7 @@ def _without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate
     full = best.solution
     if len(full.keys) == 1 and full.effects:
         return {full.keys[0]: start.candidate}
-    found = {
-        e.key: refit_with(s.study, full, [other for other in full.effects if other is not e], full.values)
-        for e in full.effects
-    }
+    found = _less(s, full)
     if full.noise.scatter > 0:
         noise = full.noise.but(scatter=0.0)
         bare = solve(s.study, full.effects, noise, full.values, x0=full.x0)

@@ -32,16 +32,13 @@ def places(solution: Solution, fitted: Sequence[Run], others: Sequence[Run]) -> 
     """
     found = [solution.theta]
     ids = [q.id for q in solution.equations.parameters]
-    for effect in solution.effects:
-        if not effect.edge:
-            continue
+    sent = torques(others)
+    for effect in [e for e in solution.effects if e.edge]:
         at = ids.index(effect.parameters[0].id)
         value = float(solution.theta[at])
         low, high = around(value, torques(fitted))
-        own = around(value, torques(others))
-        sent = torques(others)
         ends = np.concatenate(([low], sent[(sent > low) & (sent < high)], [high]))
-        middles = [float(a + b) / 2 for a, b in itertools.pairwise(ends) if not own[0] <= (a + b) / 2 <= own[1]]
+        middles = [float(a + b) / 2 for a, b in itertools.pairwise(ends) if not a <= value <= b]
         for middle in sorted(middles, key=lambda d: abs(d - value))[:MOST]:
             moved = solution.theta.copy()
             moved[at] = middle

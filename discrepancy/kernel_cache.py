@@ -25,20 +25,28 @@ def generator() -> str:
     return found.hexdigest()[:16]
 
 
-def cached_kernel(equations: Equations, *, many: bool = True) -> CompiledKernel:
-    """Return the kernel of ``equations``, from disk where it was compiled before; ``many`` sets at once if asked."""
-    names = [f"{equations.digest}-{generator()}{part}.json" for part in ("", *(() if many else ("-one",)))]
-    record = cache_folder("kernels") / names[-1]
-    for path in (record.with_name(name) for name in names):
-        if path.exists():
-            known = json.loads(path.read_text(encoding="utf-8"))
-            library = Path(known["library"])
-            if library.exists():
-                kernel = Kernel(equations=equations, source="", digest=known["digest"], columns=tuple(known["columns"]))
-                return CompiledKernel(kernel, library)
-    made = CompiledKernel.of(equations, lanes=4 if many else 0)
+def cached_kernel(equations: Equations, *, many: bool) -> CompiledKernel:
+    """Return the kernel of ``equations``, from disk where it was compiled before; it runs ``many`` sets if asked."""
+    record = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"
+    alone = record.with_name(f"{record.stem}-one.json")
+    known = _recorded(equations, record) or (None if many else _recorded(equations, alone))
+    if known is not None:
+        return known
+    made = CompiledKernel.of(equations, many=many)
     write_json(
-        record,
+        record if many else alone,
         {"library": str(made.path), "digest": made.kernel.digest, "columns": list(made.kernel.columns)},
     )
     return made
+
+
+def _recorded(equations: Equations, record: Path) -> CompiledKernel | None:
+    """Return the kernel that a record tells of, None where it or its library is gone."""
+    if not record.exists():
+        return None
+    known = json.loads(record.read_text(encoding="utf-8"))
+    library = Path(known["library"])
+    if not library.exists():
+        return None
+    kernel = Kernel(equations=equations, source="", digest=known["digest"], columns=tuple(known["columns"]))
+    return CompiledKernel(kernel, library)

@@ -28,7 +28,7 @@ _compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
 def compiled(equations: Equations, *, observed: bool = False, many: bool = False) -> CompiledKernel:
     """Return the kernel of ``equations``, with output injection where ``observed``; made once per process.
 
-    One that runs ``many`` sets at once takes twice as long to compile.
+    One that runs ``many`` sets at once takes longer to compile.
     """
     key = (equations.digest, observed, many)
     if key not in _compiled:

@@ -116,7 +116,7 @@ def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> di
 
 def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:
     """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more."""
-    values = current.values | start_values(effect, score.point, _no_larger(score.amplitude))
+    values = current.values | start_values(effect, score.point, no_larger(score.amplitude))
     return _roughly(study, (*current.effects, effect), current.noise, values, current.x0, FIRST)
 
 
@@ -125,7 +125,7 @@ def continued(study: Study, current: Solution, begun: Solution, score: Score) ->
     further = [_roughly(study, begun.effects, begun.noise, begun.values, begun.x0, MORE)]
     if score.others and score.others[0][1] > ALIKE * score.T:
         point, _, amplitude = score.others[-1]
-        values = current.values | start_values(begun.effects[-1], point, _no_larger(amplitude))
+        values = current.values | start_values(begun.effects[-1], point, no_larger(amplitude))
         further.append(_roughly(study, begun.effects, begun.noise, values, current.x0, MORE))
     best = max(further, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
     return best, sum(s.calls for s in further)
@@ -143,9 +143,9 @@ def _roughly(
     return solve(study, effects, noise, values, x0=x0, iterations=iterations, tolerance=ROUGH)
 
 
-def _no_larger(amplitude: Sequence[float]) -> list[float]:
-    """Scale a linear estimate down to where linearity may still hold."""
-    factor = min(1.0, LARGE / max(*map(abs, amplitude), 1e-300))
+def no_larger(amplitude: Sequence[float], largest: float = LARGE) -> list[float]:
+    """Scale a linear estimate down to where linearity may still hold, ``largest`` times the typical size."""
+    factor = min(1.0, largest / max(*map(abs, amplitude), 1e-300))
     return [a * factor for a in amplitude]
 
 

@@ -139,7 +139,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST:
-        made = s.step(best, s.ready(best.solution))
+        made = s.step(best.candidate, s.ready(best.solution))
         made += pruned(s, made, start)
         trials += made
         if (winner := chosen(made)) is None:
@@ -173,7 +173,7 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
         first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
         leads = [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:LEADS]
         leads = [lead for lead in leads if lead.effects[-1].key not in done]
-        made = s.step(start, fits, few=few)
+        made = s.step(start.candidate, fits, few=few)
         trials += made
         if not few and made and all(t.left.far for t in made):
             trials += _two_at_once(s, leads, start)
@@ -195,7 +195,8 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[T
     for lead in leads:
         first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
         s.tell(f"{'+'.join(first.keys)} and another")
-        both = s.step(s.trial(judged(s.study, first, first.calls)), s.anew(s.scan(first), first))
+        s.simulations += first.calls * len(s.study.fitted)
+        both = s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first))
         made += [*both, *pruned(s, both, start)]
         if any(t.adequate and t.acceptable for t in made):
             break
@@ -209,7 +210,7 @@ def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[l
     """
     yield s.ready(white, PROMISING if start.adequate else None)
     s.tell("entries anew from the first guesses")
-    yield s.anew(first)
+    yield s.anew(first, white)
     noise = start.solution.noise.but(colour=Colour())
     if noise.scatter > 0.0 and not start.left.far:
         yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))

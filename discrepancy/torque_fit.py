@@ -35,8 +35,8 @@ class TorqueFit:
         ∂residual/∂x over the noise, of the rows that are fitted (n_rows, n_x).
     study
         Tells rows that are fitted from those that are held out.
-    calls, costs
-        Simulations of all runs, and the minimum that each start reached.
+    calls
+        Simulations of all runs.
     """
 
     effects: tuple[Effect, ...]
@@ -46,7 +46,6 @@ class TorqueFit:
     jacobian: Array
     study: TorqueStudy
     calls: int
-    costs: tuple[float, ...]
 
     @property
     def theta(self) -> Array:
@@ -129,5 +128,5 @@ def fit_model(
     seen = np.concatenate(study.seen)
     return TorqueFit(
         effects=tuple(effects), problem=problem, x=best.x, residual=tuple(left), jacobian=jacobian[: seen.size][seen],
-        study=study, calls=sum(d.calls for d in found), costs=tuple(d.cost for d in found),
+        study=study, calls=sum(d.calls for d in found),
     )  # fmt: skip

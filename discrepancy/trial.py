@@ -12,8 +12,8 @@ from discrepancy.homotopy import guided, released, through_homotopy
 from discrepancy.kernels import COARSE
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
-from discrepancy.refit import FIRST, Candidate, begin, continued, settle, significance, start_values
-from discrepancy.scan import Scan, scan
+from discrepancy.refit import FIRST, Candidate, begin, continued, no_larger, settle, significance, start_values
+from discrepancy.scan import Scan, Score, scan
 from discrepancy.signatures import Signatures
 from discrepancy.solution import ROUGH, Solution, solve
 from discrepancy.steps import at_step
@@ -62,7 +62,7 @@ class Trial:
     held_out
         Twice the gain in log predictive score on unseen runs, over the same.
     wald
-        Least squared ratio of an effect's amplitude to its standard error.
+        Least squared ratio of an earlier effect's amplitude to its standard error.
     at_bound
         Whether an amplitude ended at its bound.
     refuted
@@ -147,7 +147,7 @@ class Searcher:
         )
         return judged if before is None else judged.against(before)
 
-    def step(self, current: Trial, *begun: Sequence[Solution], few: bool = False) -> list[Trial]:
+    def step(self, current: Candidate, *begun: Sequence[Solution], few: bool = False) -> list[Trial]:
         """Extend ``current``: of what was begun on top of it, finish the best; with ``few`` only the very best."""
         trials: list[Trial] = []
         ready = self.best_of_each(*begun)[: 1 if few else None]
@@ -162,7 +162,7 @@ class Searcher:
                 trials.append(self.known(current, best) or self.finish(current, best))
         return self.with_best_freed(current, trials)
 
-    def known(self, current: Trial, begun: Solution) -> Trial | None:
+    def known(self, current: Candidate, begun: Solution) -> Trial | None:
         """Return the fit to the end with the same effects where the new start promises nothing better, else None.
 
         Both are compared under the noise of the new start, the finished one after a few steps under it.
@@ -175,7 +175,7 @@ class Searcher:
             self.simulations += there.calls * len(self.study.fitted)
             ahead = begun.log_likelihood - there.log_likelihood
             if ahead < max(BETTER / 2, NEWS * (trial.left.energy - trial.left.dof)):
-                return trial.against(current.candidate)
+                return trial.against(current)
         return None
 
     def best_of_each(self, *begun: Sequence[Solution]) -> list[Solution]:
@@ -185,7 +185,7 @@ class Searcher:
             first.setdefault(found.effects[-1].key, found)
         return list(first.values())
 
-    def with_best_freed(self, current: Trial, trials: list[Trial]) -> list[Trial]:
+    def with_best_freed(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
         """Fit the best trial again through homotopy from the first guesses, where it is near noise alone but not there.
 
         The base fit may have taken friction into a corner to make up for what is missing (Fs = Fc, where vs means
@@ -210,8 +210,7 @@ class Searcher:
         """
         most = most or (LATER if solution.effects else len(self.entries))
         rough = at_step(self.study, COARSE)
-        scores = [s for s in self.scan(solution).scores if self.entries[s.key].id not in solution.ids]
-        fresh = {s.key: s for s in scores[:most]}
+        fresh = {s.key: s for s in self.beside(solution, self.scan(solution))[:most]}
         both = [(*solution.effects, self.entries[key]) for key in fresh]
         mapped(self.study.simulator, both, threads=self.study.threads)  # the compiler runs side by side
         begun = [begin(rough, solution, self.entries[key], score) for key, score in fresh.items()]
@@ -224,7 +223,11 @@ class Searcher:
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
 
-    def anew(self, scored: Scan, onto: Solution | None = None) -> list[Solution]:
+    def beside(self, solution: Solution, scored: Scan) -> list[Score]:
+        """Return the scores of entries that are not in ``solution`` yet, in any variant, the best first."""
+        return [s for s in scored.scores if self.entries[s.key].id not in solution.ids]
+
+    def anew(self, scored: Scan, onto: Solution) -> list[Solution]:
         """Return fits through homotopy of base, the effects of ``onto`` and one entry, the most likely first.
 
         They begin at the first guesses of the base and the effects as they are in ``onto``: a base that took a large
@@ -232,17 +235,14 @@ class Searcher:
         The observer holds the simulation near the readings: there all entries are compared, and the best go on.
         """
         rough = at_step(self.study, COARSE)
-        effects = onto.effects if onto else ()
         values = {q.id: q.initial for q in self.study.base.parameters}
-        values |= {q.id: onto.values[q.id] for e in effects for q in e.parameters} if onto else {}
+        values |= {q.id: onto.values[q.id] for e in onto.effects for q in e.parameters}
         chosen: list[tuple[Effect, ...]] = []
         starts: list[dict[str, float]] = []
-        for score in scored.scores:
+        for score in self.beside(onto, scored):
             effect = self.entries[score.key]
-            if effect.id not in {e.id for e in effects}:
-                typical = max(*map(abs, score.amplitude), 1.0)
-                chosen.append((*effects, effect))
-                starts.append(values | start_values(effect, score.point, [a / typical for a in score.amplitude]))
+            chosen.append((*onto.effects, effect))
+            starts.append(values | start_values(effect, score.point, no_larger(score.amplitude, 1.0)))
         laid_out = mapped(partial(guided, rough), chosen, starts, threads=self.study.threads)
         begun = [(both, low.down_to(SIEVED, BRIEF)) for both, low in zip(chosen, laid_out, strict=True)]
         begun.sort(key=lambda pair: pair[1].cost)
@@ -255,10 +255,10 @@ class Searcher:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""
         return effect_parameters(solution) * float(np.log(self.study.rows)) - 2.0 * solution.log_likelihood
 
-    def finish(self, current: Trial, begun: Solution) -> Trial:
+    def finish(self, current: Candidate, begun: Solution) -> Trial:
         """Fit to the end what was begun on top of ``current``, judge it and tell of it."""
-        made = self.trial(settle(self.study, begun.effects, begun), current.candidate)
-        made = self.on_its_path(made, current.candidate)
+        made = self.trial(settle(self.study, begun.effects, begun), current)
+        made = self.on_its_path(made, current)
         self.finished.setdefault(frozenset(e.key for e in begun.effects), []).append(made)
         self.tell(
             f"{'+'.join(made.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -61,7 +61,7 @@ def judge(study: Study, found: Search) -> Judgement:
         alternatives=rivals or _considered(found),
         next_experiment=propose(study, found.best.solution, [t.solution for t in rivals]) if rivals else None,
         shape=remaining(study, found.best.solution) if verdict == "unlisted" else None,
-        sentence=_sentence(verdict, effects, rivals, at_their_bounds(found)),
+        sentence=_sentence(verdict, effects, rivals, at_their_bounds(found.trials)),
     )
 
 
@@ -132,9 +132,9 @@ def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, fl
     return float(np.linalg.norm([std, values[effect.edge] * value, (high - low) / np.sqrt(12.0)]))
 
 
-def at_their_bounds(found: Search) -> tuple[str, ...]:
+def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
     """Return ids of entries that alone leave only noise, with an amplitude of nothing or a parameter at its bound."""
-    near = [t for t in found.trials if t.adequate and t.at_bound and len(t.solution.effects) == 1]
+    near = [t for t in trials if t.adequate and t.at_bound and len(t.solution.effects) == 1]
     return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
 
 

@@ -176,7 +176,7 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
     -------
     list of dict
         The labels: kind, hidden effects with parameters, size, joint, device, noise; ``left_over_noise`` is what a
-        linear refit leaves of an effect over the noise, ``share_of_motion`` its RMS over that of the motion.
+        refit leaves of an effect over the noise, ``share_of_motion`` its RMS over that of the motion.
     """
     cases = plan(n, np.random.default_rng([seed, 0]), kinds, sizes, inputs, effects)
     folders = [out / "cases" / f"case_{k:04d}" for k in range(n)]

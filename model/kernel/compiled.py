@@ -17,6 +17,8 @@ from model.kernel.compiler import compile_kernel
 from model.kernel.generate import Kernel, generate
 
 Array = NDArray[np.float64]
+LANES = 4
+"""Parameter sets side by side in `CompiledKernel.simulate_many`."""
 _double, _long, _int = ctypes.c_double, ctypes.c_long, ctypes.c_int
 _p = ctypes.c_void_p
 
@@ -59,10 +61,10 @@ class CompiledKernel:
     path: Path
 
     @classmethod
-    def of(cls, equations: Equations, *, lanes: int = 4, **options: Any) -> CompiledKernel:
-        """Generate and compile ``equations``, without `simulate_many` where ``lanes`` is 0; cached by its source."""
+    def of(cls, equations: Equations, *, many: bool = True, **options: Any) -> CompiledKernel:
+        """Generate and compile ``equations``, with `simulate_many` where ``many``; cached by its source."""
         kernel = generate(equations, **options)
-        return cls(kernel, compile_kernel(kernel.source, lanes=lanes))
+        return cls(kernel, compile_kernel(kernel.source, lanes=LANES if many else 0))
 
     @property
     def equations(self) -> Equations:

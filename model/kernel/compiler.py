@@ -97,7 +97,7 @@ def compile_shared(
     return library
 
 
-def compile_kernel(source: str, *, lanes: int = 4) -> Path:
+def compile_kernel(source: str, *, lanes: int) -> Path:
     """Compile a kernel for this machine, scalar and with ``lanes`` parameter sets side by side; scalar alone with 0."""
     if lanes == 0:
         return compile_shared({"kernel.c": source}, main=("kernel.c",))

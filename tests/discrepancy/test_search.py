@@ -18,6 +18,7 @@ from discrepancy.signatures import signatures
 from discrepancy.solution import solve
 from discrepancy.study import scales_of, study_of
 from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial
+from discrepancy.verdict import at_their_bounds
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
 from model.effects import catalogue
@@ -61,13 +62,13 @@ def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_
     s, start = begun
     score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
     fit = begin(s.study, start.solution, s.entries["cubic_spring"], score)
-    assert s.known(start, fit) is None
-    made = s.finish(start, fit)
-    again = s.known(start, fit)
+    assert s.known(start.candidate, fit) is None
+    made = s.finish(start.candidate, fit)
+    again = s.known(start.candidate, fit)
     assert again is not None
     assert again.candidate is made.candidate
     better = replace(fit, log_likelihood=made.solution.log_likelihood + 1e3)
-    assert s.known(start, better) is None
+    assert s.known(start.candidate, better) is None
 
 
 def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searcher, Trial]) -> None:
@@ -113,3 +114,14 @@ def test_an_effect_found_earlier_has_to_stay_significant_beside_the_last_one():
         problem = SimpleNamespace(scaling=scaling)
         found = SimpleNamespace(problem=problem, blocks=blocks, x=x, theta=x, effects=effects)
         assert (significance(found)[0] > SIGNIFICANT) == significant
+
+
+def test_a_finding_without_a_name_says_which_entry_it_is_like(begun: tuple[Searcher, Trial]):
+    _, start = begun
+    clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
+    prediction = replace(start.candidate.prediction, chi2=100.0, rows=100)
+    solution = replace(start.solution, effects=(catalogue()["tendon_slack"],))
+    near = replace(start.candidate, solution=solution, prediction=prediction)
+    slack = Trial(candidate=near, left=clean, left_p=0.5, at_bound=True)
+    assert at_their_bounds((slack, slack)) == ("tendon_slack",)
+    assert at_their_bounds((replace(slack, at_bound=False), replace(slack, left_p=0.0))) == ()
