@@ -12,11 +12,13 @@ import platform
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
+import numpy as np
 
 from discrepancy.blind_outcome import MEANING, Outcome, score_case
 from discrepancy.blind_score import summary
@@ -27,8 +29,8 @@ from support.errors import InputError
 from support.files import write_json
 
 SCHEMA = "blind/1"
-SHARES = {"found": 0.65, "without": 0.9, "settled": 1.0}
-"""Share of the time within which jobs of the three passes are begun."""
+WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}
+"""Shares of the time within which jobs of the passes are begun; a pass that is not asked for leaves its to the rest."""
 
 
 @click.command(help=__doc__)
@@ -42,7 +44,12 @@ SHARES = {"found": 0.65, "without": 0.9, "settled": 1.0}
 @click.option("--inputs", type=click.Choice(["rich", "table3", "mixed"]), default="mixed", show_default=True)
 @click.option("--effects", default="", metavar="ID,ID", help="Hide no others than these.")
 @click.option("--without", default="", metavar="ID,ID", help="Entries that the catalogue lacks in every case.")
-@click.option("--leave-out/--no-leave-out", default=True, show_default=True, help="Repeat without the true entry.")
+@click.option(
+    "--whole/--no-whole", default=True, show_default=True, help="Work through all cases with the whole catalogue."
+)
+@click.option(
+    "--leave-out/--no-leave-out", default=True, show_default=True, help="Single effects without their true entry."
+)
 @click.option(
     "--settle/--no-settle", default=True, show_default=True, help="Make the proposed runs of ambiguous cases."
 )
@@ -51,18 +58,23 @@ SHARES = {"found": 0.65, "without": 0.9, "settled": 1.0}
 @click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 @exit_codes
-def main(out: Path, *, leave_out: bool, settle: bool, minutes: float | None, workers: int, **choices: Any) -> None:
+def main(
+    out: Path, *, whole: bool, leave_out: bool, settle: bool, minutes: float | None, workers: int, **choices: Any
+) -> None:
     """Make, work through, score."""
     out, began, date = out.resolve(), time.monotonic(), time.strftime("%Y-%m-%d")
     asked = {name: choices[name] for name in ("cases", "seed", "kinds", "sizes", "inputs", "effects")}
     names = make(out, asked, workers)
     lacks = tuple(part for part in choices["without"].split(",") if part)
     jobs = [Job(case=name, campaign=out / "cases" / name, out=out / "found" / name, without=lacks) for name in names]
-    study = _Passes(out, began, minutes, workers, choices)
-    first = study.scored(jobs, "found")
-    if not first:
+    asked_for = {"found": whole, "without": leave_out, "settled": settle and whole}
+    study = _Passes(out, began, minutes, workers, choices, asked_for)
+    first = study.scored(jobs, "found") if whole else []
+    done = {o.case for o in first}
+    left = [job for job in jobs if job.case in done or not whole]
+    second = study.scored(_without(out, left, study.labels), "without") if leave_out else []
+    if not first and not second:
         raise InputError("--minutes", expected="time for one case at least", got=f"{minutes}")
-    second = study.scored(_without(out, first), "without") if leave_out else []
     third = study.scored(with_run(out, first), "settled") if settle else []
     figures = summary(first, second, third)
     write_json(
@@ -70,26 +82,36 @@ def main(out: Path, *, leave_out: bool, settle: bool, minutes: float | None, wor
         {
             "schema": SCHEMA, "command": _command(), "date": date, "git": git_version(), "code": digest(),
             "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
-            "wall_s": time.monotonic() - began, "workers": workers, "asked": asked, "worked_through": len(first),
+            "wall_s": time.monotonic() - began, "workers": workers, "asked": asked,
+            "worked_through": len(first) or len(second),
             "meaning": MEANING, **figures, "cases": [o.as_json() for o in first],
             "leave_one_out_cases": [o.as_json() for o in second], "settled_cases": [o.as_json() for o in third],
         },
     )  # fmt: skip
-    done = subprocess.run([sys.executable, "-m", "report.blind", str(out / "blind.json")], cwd=ROOT, check=False)
-    sys.exit(done.returncode)
+    page = subprocess.run([sys.executable, "-m", "report.blind", str(out / "blind.json")], cwd=ROOT, check=False)
+    sys.exit(page.returncode)
 
 
 class _Passes:
     """The three passes over the cases share labels, time and workers."""
 
-    def __init__(self, out: Path, began: float, minutes: float | None, workers: int, choices: dict[str, Any]) -> None:
+    def __init__(
+        self,
+        out: Path,
+        began: float,
+        minutes: float | None,
+        workers: int,
+        choices: dict[str, Any],
+        asked_for: dict[str, bool],
+    ) -> None:
         read = json.loads((out / "labels.json").read_text(encoding="utf-8"))["labels"]
         self.labels = {label["case"]: label for label in read}
         self.began, self.minutes, self.workers, self.choices = began, minutes, workers, choices
+        self.shares = shares([name for name, wanted in asked_for.items() if wanted])
 
     def scored(self, jobs: Sequence[Job], name: str) -> list[Outcome]:
         """Work through the jobs of one pass and score those that were begun in time."""
-        until = float("inf") if self.minutes is None else self.began + 60.0 * self.minutes * SHARES[name]
+        until = float("inf") if self.minutes is None else self.began + 60.0 * self.minutes * self.shares[name]
         bar: Any
         with progress(total=len(jobs), title=name, quiet=self.choices["quiet"]) as bar:
             done = work_all(
@@ -102,12 +124,23 @@ class _Passes:
         ]
 
 
-def _without(out: Path, outcomes: Sequence[Outcome]) -> list[Job]:
+def shares(passes: Sequence[str]) -> dict[str, float]:
+    """Return by which share of the time the last job of each pass is begun.
+
+    >>> shares(["without"])
+    {'without': 1.0}
+    """
+    ends = np.cumsum([WEIGHTS[name] for name in passes])
+    return {name: float(end / ends[-1]) for name, end in zip(passes, ends, strict=True)}
+
+
+def _without(out: Path, jobs: Sequence[Job], labels: Mapping[str, Any]) -> list[Job]:
     """Return the second pass: single effects well above the threshold, their entry left out of the catalogue, too."""
-    chosen = [o for o in outcomes if o.kind in ("single", "scatter") and o.size != "threshold"]
+    chosen = [j for j in jobs if labels[j.case]["kind"] in ("single", "scatter")]
     return [
-        Job(case=o.case, campaign=out / "cases" / o.case, out=out / "without" / o.case, without=(*o.left_out, *o.truth))
-        for o in chosen
+        replace(j, out=out / "without" / j.case, without=(*j.without, *labels[j.case]["effects"]))
+        for j in chosen
+        if labels[j.case]["size"] != "threshold"
     ]
 
 
