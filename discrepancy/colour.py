@@ -9,11 +9,13 @@ by the share that it left.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.optimize import minimize
 
+from discrepancy.cycles import whole_cycles
 from discrepancy.harmonics import harmonics
 from discrepancy.noise import Colour
 from measurement.cycles import Cycles
@@ -27,23 +29,56 @@ LONGEST = 0.5
 """Longest correlation time that counts as sensor noise [s]; what is slower is drift or a wrong model."""
 LEAST_FREEDOM = 10.0
 """Fewest degrees of freedom that a spectrum is taken to have where its likelihood has no clear maximum."""
+NEW = 1e-6
+"""Least share of a column that the columns before it must leave for it to count."""
 CLIPPED = 8.0
 """A line this many times above the spectrum is no noise: it counts as this much."""
 
 
-def _left_over(r: Array, run: Run, cycles: Cycles) -> tuple[Array, Array]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Regressed:
+    """What repeats in a run: an orthonormal basis (n_t, k), and what it takes of each frequency (n_f,)."""
+
+    Q: Array
+    taken: Array
+
+    @classmethod
+    def by(cls, columns: Array, beside: Array | None = None) -> Regressed:
+        """Orthonormalise columns, ``beside`` an orthonormal basis that is there already."""
+        unit = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        if beside is not None:
+            for _ in range(2):  # twice is enough
+                unit -= beside @ (beside.T @ unit)
+        Q, R = np.linalg.qr(unit)
+        Q = Q[:, np.abs(np.diag(R)) > NEW]
+        return cls(Q=Q, taken=(np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1) / len(Q))
+
+
+@lru_cache(maxsize=8)
+def _repeating(run: Run) -> Regressed:
+    """Harmonics of the drive, their drift, and each cycle's mean: the same for every residual of a run."""
+    cycles = whole_cycles(run)
+    return Regressed.by(
+        np.column_stack((harmonics(run, cycles, highest=60.0, most=60, drifting=True), _inside(cycles)))
+    )
+
+
+def _inside(cycles: Cycles) -> Array:
+    """Return 1 where a row lies in a cycle, (n_t, n_cycles)."""
+    return np.asarray((cycles.index[:, None] == np.arange(cycles.count)).astype(float))
+
+
+def _left_over(r: Array, run: Run) -> tuple[Array, Array]:
     """Periodogram of the residual's non-repeating part, and the share of each frequency that is left; both (n_f,)."""
-    inside = (cycles.index[:, None] == np.arange(cycles.count)).astype(float)
+    known = _repeating(run)
     smooth = run.y - r[:, None] * run.sensor_std  # the simulated reading: the measured one holds the noise itself
-    columns = np.column_stack((harmonics(run, cycles, highest=60.0, most=60, drifting=True), inside, inside * smooth))
-    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    Q, R = np.linalg.qr(columns / size)
-    Q = Q[:, np.abs(np.diag(R)) > 1e-6]
-    rest = r - Q @ (Q.T @ r)
-    n = r.size
-    power = np.abs(np.fft.rfft(rest)) ** 2 / n
-    taken = (np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1) / n
-    return power[1:-1], np.clip(1.0 - taken[1:-1], 0.0, 1.0)
+    amplitudes = Regressed.by(_inside(whole_cycles(run)) * smooth, beside=known.Q)
+    rest = r
+    for Q in (known.Q, amplitudes.Q):
+        rest = rest - Q @ (Q.T @ rest)
+    power = np.abs(np.fft.rfft(rest)) ** 2 / r.size
+    left = 1.0 - known.taken[1:-1] - amplitudes.taken[1:-1]
+    return power[1:-1], np.clip(left, 0.0, 1.0)
 
 
 def _spectrum(angle: Array, p: Array) -> Array:
@@ -52,14 +87,14 @@ def _spectrum(angle: Array, p: Array) -> Array:
     return np.asarray(np.exp(p[0]) + np.exp(p[1]) * (1 - phi**2) / (1 + phi**2 - 2 * phi * np.cos(angle)))
 
 
-def estimate_colour(residuals: list[Array], runs: tuple[Run, ...], cycles: dict[str, Cycles]) -> Colour:
+def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
     """Estimate the noise's correlation from residuals over the sensor's std; white where nothing speaks against it."""
     angles, powers, shares = [], [], []
     for r, run in zip(residuals, runs, strict=True):
         scored = r[run.score_from :]
         if scored.size != r.size:
             continue
-        power, left = _left_over(r, run, cycles[run.file])
+        power, left = _left_over(r, run)
         keep = left > LEFT
         angles.append((2 * np.pi * np.arange(1, power.size + 1) / r.size)[keep])
         powers.append(power[keep])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,6 +14,7 @@ EDGE = 1e-4
 """Share of a cycle by which a boundary may be missed by rounding."""
 
 
+@lru_cache(maxsize=64)
 def whole_cycles(run: Run) -> Cycles:
     """Return `measurement.cycles.find_cycles` of a run with short pieces at either end as cycles of their own.
 

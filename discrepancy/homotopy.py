@@ -30,7 +30,7 @@ def observed(study: Study, effects: Sequence[Effect]) -> Whitened:
     """Lay out base and effects with the observer and weak priors, under white noise."""
     guided = replace(study, base=with_guides(study.base))
     whiteners = tuple(Whitener() for _ in study.fitted)
-    simulator = guided.simulator(effects, observed=True)
+    simulator = guided.simulator(effects)
     return Whitened.under(simulator, study.fitted, whiteners, threads=study.threads)
 
 

@@ -22,17 +22,17 @@ COARSE = 2.5e-3
 """Inner step of sensitivities and first tries [s]."""
 SKETCH = 5e-3
 """Inner step of signatures [s], which are differences of simulations at the same step."""
-_compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
+_compiled: dict[tuple[str, bool], CompiledKernel] = {}
 
 
-def compiled(equations: Equations, *, observed: bool = False, many: bool = False) -> CompiledKernel:
-    """Return the kernel of ``equations``, with output injection where ``observed``; made once per process.
+def compiled(equations: Equations, *, many: bool = False) -> CompiledKernel:
+    """Return the kernel of ``equations`` with output injection; made once per process.
 
     One that runs ``many`` sets at once takes longer to compile.
     """
-    key = (equations.digest, observed, many)
+    key = (equations.digest, many)
     if key not in _compiled:
-        _compiled[key] = cached_kernel(with_observer(equations) if observed else equations, many=many)
+        _compiled[key] = cached_kernel(with_observer(equations), many=many)
     return _compiled[key]
 
 
@@ -76,8 +76,7 @@ class Factory:
 
     step: float = COARSE
 
-    def __call__(self, equations: Equations, *, observed: bool = False, many: bool = False) -> TwoStep:
-        """Build the simulator; it runs at observer gain 0 alone and one set at a time unless asked for more."""
-        plain = compiled(equations, many=many)
-        simulator = KernelSimulator(equations, plain, compiled(equations, observed=True) if observed else plain)
+    def __call__(self, equations: Equations, *, many: bool = False) -> TwoStep:
+        """Build the simulator; it runs one set at a time unless asked for more."""
+        simulator = KernelSimulator(equations, compiled(equations, many=many))
         return TwoStep(simulator.with_step(min(self.step, COARSE)), simulator.with_step(COARSE))

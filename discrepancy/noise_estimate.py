@@ -27,9 +27,8 @@ WORTH = 4.0
 
 def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) -> Noise:
     """Estimate colour and scatter (where the catalogue has it) from the unwhitened residuals of ``solution``."""
-    cycles = study.cycles()
     rows = [r[:, 0] for r in solution.raw.rows]
-    colour = estimate_colour(rows, study.fitted, cycles)
+    colour = estimate_colour(rows, study.fitted)
     if SCATTER not in study.entries:
         return Noise(colour=colour)
     found = [scatter_along(study, solution, path, Colour()) for path in paths]
@@ -38,7 +37,7 @@ def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) ->
         return Noise(colour=colour)
     settled = best.noise
     left = remove_scatter(study, solution, settled)
-    colour = estimate_colour(left, study.fitted, cycles)
+    colour = estimate_colour(left, study.fitted)
     if not colour.white:
         again = scatter_along(study, solution, settled.path, colour)
         settled = again.noise if again.gain >= GAIN else Noise()

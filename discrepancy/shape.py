@@ -1,7 +1,7 @@
-"""What is missing, without a name: the remaining torque as a piecewise linear function of the one variable it lives in.
+"""What is missing, without a name: a torque as a cubic spline over the one variable in which it lives.
 
-The function is an effect like any other, −Σ aₖ·hatₖ(x) with hat functions on equidistant knots, fitted jointly with all
-parameters; so its values come with standard errors.
+The function is an effect like any other, −Σ aₖ·Bₖ(x) with cubic B-splines on equidistant knots, fitted on top of the
+base jointly with all parameters; so its values come with standard errors, and runs that no fit saw tell its worth.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import sympy as sp
 
+from discrepancy.held_out import predict
+from discrepancy.homotopy import through_homotopy
+from discrepancy.noise import Noise
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
 from discrepancy.suggestion import suggestion
@@ -21,15 +24,35 @@ from model.effect import q as position
 from model.effect import v as velocity
 from model.equations import TIME
 
-KNOTS = 8
+INTERVALS = 7
+"""Stretches of the variable, each with a cubic of its own."""
+POINTS = 15
+"""Values of the variable at which the torque is told."""
+HELD = {"position_rad": 2, "velocity_rad_s": 2, "time_s": 1}
+"""Powers of each variable that the base holds: a spring's stiffness and place, viscous friction."""
+PLACES = range(-1, INTERVALS + 2)
+"""Centres of the B-splines, in stretches from the first one."""
+BINOMIAL = (1, -4, 6, -4, 1)
+"""Weights of the truncated powers (t + 2 − j)₊³/6 in a cubic B-spline about t = 0."""
 VARIABLES = {"position_rad": position, "velocity_rad_s": velocity, "time_s": TIME}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """Remaining torque (KNOTS,) [N m] over ``variable`` less its straight line, its std, and twice the gain in ln L.
+    """A torque as a function of one variable.
 
-    ``suggestion`` is a closed form that follows it, where one was found.
+    Parameters
+    ----------
+    variable
+        One of `VARIABLES`.
+    knots, torque, std
+        Values of the variable, the torque there less what the base holds [N m] and its standard error, (POINTS,) each.
+    gain
+        Twice the gain in log-likelihood under white noise.
+    closed
+        Share of the gap that it closes, RMS over the sensor's noise, on unseen runs where there are any.
+    suggestion
+        A closed form that follows it, where one was found.
     """
 
     variable: str
@@ -37,59 +60,86 @@ class Shape:
     torque: Array
     std: Array
     gain: float
+    closed: float
     suggestion: str | None = None
 
     def as_json(self) -> dict[str, object]:
         """Plain lists."""
         return {
             "variable": self.variable, "knots": self.knots.tolist(), "torque_Nm": self.torque.tolist(),
-            "std_Nm": self.std.tolist(), "gain": self.gain, "suggestion": self.suggestion,
+            "std_Nm": self.std.tolist(), "gain": self.gain, "closed": self.closed, "suggestion": self.suggestion,
         }  # fmt: skip
 
 
-def spline(variable: str, knots: Array, scale: float) -> Effect:
-    """Return the effect −Σ aₖ·hatₖ(x) whose amplitudes are bounded by ten times ``scale``."""
-    x = VARIABLES[variable]
-    width = float(knots[1] - knots[0])
+def spline(variable: str, first: float, last: float, scale: float) -> Effect:
+    """Return the effect −Σ aₖ·sₖ(x), constant beyond ``first`` and ``last``; |aₖ| is bounded by ten times ``scale``."""
+    t = (sp.Min(sp.Max(VARIABLES[variable], first), last) - first) * (INTERVALS / (last - first))
+    powers = [[w * sp.Max(t - place + 2 - j, 0) ** 3 / 6 for j, w in enumerate(BINOMIAL)] for place in PLACES]
+    splines = sp.Matrix([sp.Add(*row) for row in powers])
+    free = mixtures(variable)
     quantities = tuple(
-        parameter(f"shape{k}", "N m", f"remaining torque at knot {k}", 0.0, -10 * scale, 10 * scale)
-        for k in range(knots.size)
+        parameter(f"shape{k}", "N m", f"weight {k} of the missing torque", 0.0, -10 * scale, 10 * scale)
+        for k in range(free.shape[1])
     )
-    hats = [sp.Max(1 - sp.Abs(x - float(c)) / width, 0) for c in knots]
-    torque = -sp.Add(*(quantity.symbol * hat for quantity, hat in zip(quantities, hats, strict=True)))
+    torque = -sp.Add(*(q.symbol * (splines.T @ column)[0] for q, column in zip(quantities, free.T, strict=True)))
     return Effect(
-        id=f"shape_over_{variable.partition('_')[0]}",
-        title=f"remaining torque over {variable}", formula="−Σ aₖ·hatₖ(x)",
-        lives_in=variable.partition("_")[0], side="torque", parameters=quantities, amplitudes=knots.size, torque=torque,
+        id=f"shape_over_{variable.partition('_')[0]}", title=f"missing torque over {variable}", formula="−Σ aₖ·sₖ(x)",
+        lives_in=variable.partition("_")[0], side="torque", parameters=quantities, amplitudes=len(quantities),
+        torque=torque,
     )  # fmt: skip
 
 
-def remaining(study: Study, solution: Solution) -> Shape:
-    """Return the shape over the variable that explains most of what is left."""
-    best = max((_over(study, solution, variable) for variable in VARIABLES), key=lambda s: s.gain)
-    return replace(best, suggestion=suggestion(best.knots, best.torque, best.std, without_line(best.knots)))
+def mixtures(variable: str) -> Array:
+    """Return weights of the B-splines, column by column, that together hold no polynomial that the base holds.
 
-
-def _over(study: Study, solution: Solution, variable: str) -> Shape:
-    data = np.concatenate([_values(run, variable) for run in study.fitted])
-    first, last = np.quantile(data, [0.005, 0.995])
-    knots = np.linspace(float(first), float(last), KNOTS)
-    scale = max(float(np.abs(run.u).max()) for run in study.fitted)
-    effect = spline(variable, knots, scale)
-    richer = solve(study, (*solution.effects, effect), solution.noise, solution.values, x0=solution.x0, iterations=15)
-    place = [i for i, p in enumerate(richer.equations.parameters) if p.id.startswith("shape")]
-    bent = without_line(knots)
-    std = np.sqrt(np.diag(bent @ covariance_of(richer, place) @ bent.T))
-    gain = 2.0 * (richer.log_likelihood - solution.log_likelihood)
-    return Shape(variable=variable, knots=knots, torque=bent @ richer.theta[place], std=std, gain=gain)
-
-
-def without_line(knots: Array) -> Array:
-    """Return the projector (n, n) that takes constant and slope off a function at the knots.
-
-    A spring's stiffness and place, or viscous friction, hold them already: with those the data fix the rest alone.
+    Weights of equal size make a constant, equidistant ones a straight line.
     """
-    Q = np.linalg.qr(np.column_stack((np.ones(knots.size), knots)))[0]
+    held = np.vander(np.array(PLACES, dtype=float), HELD[variable])
+    return np.linalg.qr(held, mode="complete")[0][:, HELD[variable] :]
+
+
+def basis(t: Array) -> Array:
+    """Return all B-splines (n, len(PLACES)) at t (n,) in [0, INTERVALS]."""
+    powers = [w * np.maximum(t[:, None] - np.array(PLACES) + 2 - j, 0.0) ** 3 for j, w in enumerate(BINOMIAL)]
+    return np.asarray(np.sum(powers, axis=0) / 6)
+
+
+def missing(study: Study, base: Solution) -> Shape:
+    """Return the shape over the variable that explains most of what ``base`` leaves under white noise."""
+    white = solve(study, (), Noise(), base.values, x0=base.x0)
+    best = max((_over(study, white, variable) for variable in VARIABLES), key=lambda s: s.gain)
+    bend = without_polynomial(best.knots, HELD[best.variable])
+    return replace(best, suggestion=suggestion(best.knots, best.torque, best.std, bend))
+
+
+def _over(study: Study, before: Solution, variable: str) -> Shape:
+    data = np.concatenate([_values(run, variable) for run in study.fitted])
+    first, last = map(float, np.quantile(data, [0.005, 0.995]))
+    scale = max(float(np.abs(run.u).max()) for run in study.fitted)
+    guesses = {q.id: q.initial for q in study.base.parameters}
+    after, _ = through_homotopy(study, (spline(variable, first, last, scale),), guesses)
+    place = [i for i, p in enumerate(after.equations.parameters) if p.id.startswith("shape")]
+    knots = np.linspace(first, last, POINTS)
+    told = without_polynomial(knots, HELD[variable]) @ basis(np.linspace(0.0, INTERVALS, POINTS)) @ mixtures(variable)
+    misfit = max(1.0, float(after.residual @ after.residual) / study.rows)  # what it leaves widens its errors
+    std = np.sqrt(misfit * np.diag(told @ covariance_of(after, place) @ told.T))
+    return Shape(
+        variable=variable, knots=knots, torque=told @ after.theta[place], std=std,
+        gain=2.0 * (after.log_likelihood - before.log_likelihood), closed=_closed(study, before, after),
+    )  # fmt: skip
+
+
+def _closed(study: Study, before: Solution, after: Solution) -> float:
+    """(before − after)/(before − 1) of the RMS over the sensor's noise."""
+    runs = study.unseen or study.fitted
+    noise = np.array([run.sensor_std[0] for run in runs])
+    b, a = (float(np.sqrt(np.mean((np.array(predict(study, s, runs).rms) / noise) ** 2))) for s in (before, after))
+    return (b - a) / max(b - 1.0, 1e-3)
+
+
+def without_polynomial(knots: Array, terms: int) -> Array:
+    """Return the projector (n, n) that takes the first ``terms`` powers off a function at the knots."""
+    Q = np.linalg.qr(np.vander((knots - knots.mean()) / np.ptp(knots), terms))[0]
     return np.asarray(np.eye(knots.size) - Q @ Q.T)
 
 

@@ -65,9 +65,9 @@ class Study:
         """Return the base with ``effects``, by default under the number 0: then all joints share their kernels."""
         return joint_equations(joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic)
 
-    def simulator(self, effects: Sequence[Effect] = (), *, observed: bool = False) -> Simulator:
+    def simulator(self, effects: Sequence[Effect] = ()) -> Simulator:
         """Return a simulator of the base with ``effects``."""
-        return self.factory(self.equations(effects), observed=observed)
+        return self.factory(self.equations(effects))
 
     def cycles(self) -> dict[str, Cycles]:
         """Cycles of the torque of every fitted run, by file; a held-out end of a run bears its file's name too."""

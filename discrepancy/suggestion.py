@@ -1,8 +1,9 @@
 """A closed form for a remaining torque that has no name: sparse regression over a small library of functions.
 
 Forward regression by orthogonal least squares (Billings 2013, chapter 3; `pysindy.FROLS`), with one term, then two. The
-first set of terms that follows the torque within its band is suggested, no more than that: eight values of one
-variable cannot tell a law from another with the same bends. PySINDy is an optional dependency (``haptid[suggest]``).
+first set of terms that follows the torque within its band, or within a hundredth, is suggested, no more than that: a
+curve over one variable cannot tell a law from another with the same bends. PySINDy is an optional dependency
+(``haptid[suggest]``).
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ def _wave(wave: Function, number: int) -> Function:
 MOST_TERMS = 2
 LEAST_P = 0.01
 """p of χ² below which the terms do not follow the torque."""
+CLOSE = 0.01
+"""Share of the largest torque to within which a formula has to follow it at least."""
 LEAST_GAIN = 25.0
 """Least decrease of χ² by which the terms must beat nothing at all."""
 LIBRARY: Mapping[str, Function] = {
@@ -58,7 +61,7 @@ def suggestion(knots: Array, torque: Array, std: Array, bend: Array) -> str | No
         return None
     middle, half = float(knots[0] + knots[-1]) / 2, float(knots[-1] - knots[0]) / 2
     x = (knots - middle) / half
-    weight = 1.0 / np.maximum(std, 1e-3 * np.abs(torque).max() + 1e-300)
+    weight = 1.0 / np.maximum(std, CLOSE * np.abs(torque).max() + 1e-300)
     terms = np.column_stack([bend @ f(x) for f in LIBRARY.values()])
     target = weight * torque
     for count in range(1, MOST_TERMS + 1):

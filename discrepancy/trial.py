@@ -56,7 +56,7 @@ class Trial:
     left
         Omnibus test of what it leaves.
     left_p
-        Smallest p over the catalogue of what it leaves.
+        Smallest p over the catalogue of what it leaves; NaN where another test has found something already.
     gain
         By how much its criterion is better than that of the model that it extends.
     held_out
@@ -71,7 +71,7 @@ class Trial:
 
     candidate: Candidate
     left: Omnibus
-    left_p: float
+    left_p: float = np.nan
     gain: float = 0.0
     held_out: float = 0.0
     wald: float = np.inf
@@ -94,8 +94,12 @@ class Trial:
     @property
     def adequate(self) -> bool:
         """Whether it leaves nothing but noise, on fitted and on unseen runs."""
-        score = REFUTABLE if self.refuted else FAMILY
-        return self.left.p > LACK and self.left_p > score and self.candidate.prediction.noise_alone
+        return self.passes and self.left_p > (REFUTABLE if self.refuted else FAMILY)
+
+    @property
+    def passes(self) -> bool:
+        """Whether the tests that need no scores of the catalogue find nothing."""
+        return self.left.p > LACK and self.candidate.prediction.noise_alone
 
     @property
     def acceptable(self) -> bool:
@@ -138,13 +142,9 @@ class Searcher:
         self.simulations += candidate.calls * len(self.study.fitted)
         solution = candidate.solution
         wald, at_bound = significance(solution)
-        judged = Trial(
-            candidate=candidate,
-            left=omnibus(self.study, solution),
-            left_p=self.scan(solution).family_p,
-            wald=wald,
-            at_bound=at_bound,
-        )
+        judged = Trial(candidate=candidate, left=omnibus(self.study, solution), wald=wald, at_bound=at_bound)
+        if judged.passes:
+            judged = replace(judged, left_p=self.scan(solution).family_p)
         return judged if before is None else judged.against(before)
 
     def step(self, current: Candidate, *begun: Sequence[Solution], few: bool = False) -> list[Trial]:

@@ -12,7 +12,7 @@ from discrepancy.jump import around, torques
 from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
-from discrepancy.shape import Shape, remaining, standard_errors
+from discrepancy.shape import Shape, missing, standard_errors
 from discrepancy.study import Study
 from discrepancy.trial import Trial
 from measurement.run import Array
@@ -60,7 +60,7 @@ def judge(study: Study, found: Search) -> Judgement:
         effects=effects,
         alternatives=rivals or _considered(found),
         next_experiment=propose(study, found.best.solution, [t.solution for t in rivals]) if rivals else None,
-        shape=remaining(study, found.best.solution) if verdict == "unlisted" else None,
+        shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
         sentence=_sentence(verdict, effects, rivals, at_their_bounds(found.trials)),
     )
 

@@ -10,7 +10,7 @@ from fmu_build.flat import text_of
 from fmu_build.interface import Interface, block_offsets
 from model.equations import Equations
 from model.kernel.generate import Kernel, coupling
-from model.kernel.printing import PythonPrinter, differentiate
+from model.kernel.printing import PythonPrinter, slopes
 from model.kernel.text import symbol_names
 
 
@@ -96,7 +96,7 @@ def _tangents(e: Equations) -> tuple[str, ...]:
 def _tangent(e: Equations, name: str, values: Sequence[sp.Expr]) -> str:
     n, nx, n_p = len(values), len(e.states), len(e.parameters)
     symbols = [*(x.symbol for x in e.states), *(x.symbol for x in e.parameters)]
-    jacobian = [differentiate(f, symbol) for f in values for symbol in symbols]
+    jacobian = [slope for f in values for slope in slopes(f, symbols)]
     return "\n".join(
         (
             _function(e, f"{name}_parts", [*values, *jacobian]),

@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-import sympy as sp
-
 from fmu_build.interface import Interface
 from fmu_build.variables import LARGEST
 from model.equations import Equations
-from model.kernel.printing import differentiate
+from model.kernel.printing import slopes
 from model.kernel.text import assignments
 
 ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity", "step")
@@ -49,10 +47,9 @@ def input_jacobian(equations: Equations) -> str:
     """Return ``hf_input_jacobian``: B = ∂f/∂u (n_x, n_u) and D = ∂y/∂u (n_y, n_u)."""
     targets, values = [], []
     outputs = [o.expression for o in equations.outputs]
+    symbols = [u.symbol for u in equations.inputs]
     for letter, rows in (("B", equations.rhs), ("D", outputs)):
-        for i, row in enumerate(rows):
-            for j, u in enumerate(equations.inputs):
-                targets.append(f"{letter}[{i * len(equations.inputs) + j}]")
-                values.append(differentiate(sp.sympify(row), u.symbol))
+        values += [slope for row in rows for slope in slopes(row, symbols)]
+        targets += [f"{letter}[{k}]" for k in range(len(rows) * len(symbols))]
     arguments = "double t, const double *x, const double *u, const double *p, double *B, double *D"
     return f"static void hf_input_jacobian({arguments}) {{\n{assignments(equations, targets, values)}\n}}\n"

@@ -18,18 +18,18 @@ from model.observer import with_observer
 class KernelSimulator:
     """Runs the equations in process with inner steps of at most ``step`` [s].
 
-    `simulate_many` takes many parameter sets at once.
+    ``kernel`` is compiled with the observer: its gain 0 gives the bits of the equations without it. `simulate_many`
+    takes many parameter sets at once.
     """
 
     equations: Equations
-    plain: CompiledKernel
-    observed: CompiledKernel
+    kernel: CompiledKernel
     step: float = DEFAULT_STEP
 
     @classmethod
     def of(cls, equations: Equations) -> KernelSimulator:
-        """Compile ``equations`` with and without the observer."""
-        return cls(equations, CompiledKernel.of(equations), CompiledKernel.of(with_observer(equations)))
+        """Compile ``equations`` with the observer."""
+        return cls(equations, CompiledKernel.of(with_observer(equations)))
 
     def with_step(self, step: float) -> KernelSimulator:
         """Return the same kernel with inner steps of at most ``step`` [s]."""
@@ -40,10 +40,11 @@ class KernelSimulator:
     ) -> Trajectory:
         """See `identification.simulator.Simulator`."""
         start = initial_state(self.equations, run) if x0 is None else x0
-        kernel, inputs, linear = self._drive(run, gain)
+        inputs, linear = observer_inputs(run, gain), observer_hold(run)
         if not sensitivities:
-            return Trajectory(t=run.t, y=kernel.simulate(run.t, inputs, theta, start, linear=linear, step=self.step))
-        y, dy = kernel.simulate_tangent(run.t, inputs, theta, start, linear=linear, step=self.step)
+            y = self.kernel.simulate(run.t, inputs, theta, start, linear=linear, step=self.step)
+            return Trajectory(t=run.t, y=y)
+        y, dy = self.kernel.simulate_tangent(run.t, inputs, theta, start, linear=linear, step=self.step)
         n = len(self.equations.parameters)
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
@@ -51,10 +52,5 @@ class KernelSimulator:
         """Return outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p); x0 is (n_x,) or (n_sets, n_x)."""
         start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)
         starts = np.broadcast_to(start, (thetas.shape[0], len(self.equations.states)))
-        linear = run.hold == "linear"
-        return self.plain.simulate_many(run.t, run.u, thetas, starts, linear=linear, threads=threads, step=self.step)
-
-    def _drive(self, run: Run, gain: float) -> tuple[CompiledKernel, Array, bool | tuple[bool, ...]]:
-        if gain == 0.0:
-            return self.plain, run.u, run.hold == "linear"
-        return self.observed, observer_inputs(run, gain), observer_hold(run)
+        inputs, linear = observer_inputs(run, 0.0), observer_hold(run)
+        return self.kernel.simulate_many(run.t, inputs, thetas, starts, linear=linear, threads=threads, step=self.step)

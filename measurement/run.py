@@ -21,7 +21,7 @@ def frozen(values: ArrayLike) -> Array:
     return array
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Run:
     """One run of a campaign.
 

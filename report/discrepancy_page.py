@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from discrepancy.finding import Curve, Finding
+from discrepancy.shape import Shape
 from discrepancy.where import Map, Region
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
@@ -17,6 +18,8 @@ AXES = {
     "time_s": ("time", "s"),
 }
 """Variables of the maps in words and units."""
+PARTLY = 0.5
+"""Share of the gap below which one variable does not tell what is missing."""
 
 
 def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
@@ -92,7 +95,7 @@ def _ranking(finding: Finding) -> list[Table]:
             header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
             rows=rows,
             caption=f"Refitted with all parameters, over the base model, which leaves noise with p = "
-            f"{min(found.plain.left.p, found.plain.left_p):.2g}",
+            f"{np.nanmin([found.plain.left.p, found.plain.left_p]):.2g}",
         )
     ]
 
@@ -110,7 +113,8 @@ def _in_words(finding: Finding) -> list[str]:
         return [before]
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
     closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
-    after = f"With what was found, it misses them by {1e3 * gap.after:.3g} mrad, {gap.after / gap.noise:.2g} times"
+    what = "With the stand-in" if finding.judgement.verdict == "unlisted" else "With what was found"
+    after = f"{what}, it misses them by {1e3 * gap.after:.3g} mrad, {gap.after / gap.noise:.2g} times"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
     return [f"{before} {after} the noise{closed}.", *made]
 
@@ -167,19 +171,57 @@ def _moved(finding: Finding) -> Table:
 
 
 def _settle(finding: Finding) -> list[str]:
-    proposal, shape = finding.judgement.next_experiment, finding.judgement.shape
-    lines = []
-    if proposal is not None:
-        lines.append(
-            f"The run that would tell: {proposal.as_json()['run']}; "
-            f"there the rivals differ by {proposal.separation:.2g} times the noise."
-        )
-    if shape is not None:
-        points = ", ".join(f"{x:.3g}: {y:.2g}" for x, y in zip(shape.knots, shape.torque, strict=True))
-        lines.append(f"Remaining torque [N m] as a function of {shape.variable.replace('_', ' ')}: {points}.")
-        if shape.suggestion:
-            lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")
-    return lines
+    proposal = finding.judgement.next_experiment
+    if proposal is None:
+        return []
+    run, separation = proposal.as_json()["run"], proposal.separation
+    return [f"The run that would tell: {run}; there the rivals differ by {separation:.2g} times the noise."]
+
+
+def _unnamed(shape: Shape, runs: str) -> Section:
+    """Show the torque that is missing as a function of the variable in which it lives."""
+    name, unit = AXES[shape.variable]
+    share = f"{100 * max(shape.closed, 0.0):.1f} % of the gap on {runs}"
+    lines = [f"As a torque over {name} alone, what is missing would close {share}."]
+    if shape.closed < PARTLY:
+        lines.append("Most of it does not live there: it depends on several variables, or has a state of its own.")
+    if shape.suggestion:
+        lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")
+    return Section(
+        title="What is missing, without a name",
+        anchor="shape",
+        paragraphs=lines,
+        pictures=[shape_picture(shape)],
+        tables=[
+            Table(
+                header=(f"{name} [{unit}]", "torque ± std [N m]"),
+                rows=[
+                    (f"{x:.4g}", with_error(y, std))
+                    for x, y, std in zip(shape.knots, shape.torque, shape.std, strict=True)
+                ],
+            )
+        ],
+    )
+
+
+def shape_picture(shape: Shape) -> Picture:
+    """Torque over the variable in which it lives, with a band of two standard errors."""
+    name, unit = AXES[shape.variable]
+    with style():
+        made = figure(5.6, 2.8)
+        axis = made.subplots()
+        axis.axhline(0.0, color=MEASURED, lw=0.5)
+        low, high = shape.torque - 2 * shape.std, shape.torque + 2 * shape.std
+        axis.fill_between(shape.knots, low, high, color=RESIDUAL, alpha=0.3, lw=0)
+        axis.plot(shape.knots, shape.torque, color=RESIDUAL, marker="o", ms=2.5, lw=1)
+        axis.set_xlabel(f"{name} [{unit}]")
+        axis.set_ylabel("missing torque [N m]")
+    caption = (
+        f"The torque that the base model lacks, as a function of {name} fitted together with all its parameters, with "
+        "±2 standard errors. What springs and friction of the base hold, a constant and a straight line over position "
+        "or speed, is left out."
+    )
+    return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {name}")
 
 
 def _region(r: Region) -> str:
@@ -196,12 +238,15 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     evidence = (
         "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
     )
-    what = "What stands in for it" if finding.judgement.verdict == "unlisted" else "What is missing"
+    what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
+    runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"
+    unnamed = [_unnamed(j.shape, runs)] if j.shape else []
     sections = [
         Section(
             title="Before and after", anchor="gap", paragraphs=_in_words(finding),
             pictures=[before_after_picture(finding.curves)], tables=[_gaps(finding)],
         ),
+        *unnamed,
         Section(title=what, anchor="what", tables=[_effects(finding)] if named else []),
         Section(title="What would settle it", anchor="settle", paragraphs=_settle(finding)),
         Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_picture(finding.maps)]),

@@ -56,11 +56,8 @@ class KernelForward:
         return kernel_of(self.equations).with_step(self.step)
 
     def _with_step(self, thetas: Array, run: Run, x0: Array, step: float) -> Array:
-        kernel = kernel_of(self.equations).plain
-        starts = np.broadcast_to(x0, (thetas.shape[0], x0.size))
-        linear = run.hold == "linear"
-        y = kernel.simulate_many(run.t, run.u, thetas, starts, linear=linear, step=step, threads=self.threads)
-        return np.asarray(y[:, :, 0])
+        simulator = kernel_of(self.equations).with_step(step)
+        return np.asarray(simulator.simulate_many(thetas, run, x0=x0, threads=self.threads)[:, :, 0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

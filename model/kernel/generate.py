@@ -10,7 +10,7 @@ from itertools import combinations
 import sympy as sp
 
 from model.equations import Equations
-from model.kernel.printing import differentiate
+from model.kernel.printing import slopes
 from model.kernel.tangent import tangent_columns, tangent_source
 from model.kernel.text import assignments
 
@@ -41,14 +41,10 @@ def coupling(equations: Equations) -> sp.Expr:
     """Σ |Jᵢⱼ·Jⱼᵢ| over pairs of states plus Σ (Jᵢᵢ + aᵢ)²: the square of the stiffness that the rates leave [1/s²]."""
     if equations.mass_matrix is not None:
         return sp.S.Zero
-    terms = [
-        (differentiate(f, state.symbol) + rate) ** 2
-        for f, rate, state in zip(equations.rhs, equations.rates, equations.states, strict=True)
-    ]
+    J = [slopes(f, [s.symbol for s in equations.states]) for f in equations.rhs]
+    terms = [(J[i][i] + rate) ** 2 for i, rate in enumerate(equations.rates)]
     for i, j in combinations(range(len(equations.states)), 2):
-        product = differentiate(equations.rhs[i], equations.states[j].symbol) * differentiate(
-            equations.rhs[j], equations.states[i].symbol
-        )
+        product = J[i][j] * J[j][i]
         if product != 0:
             terms.append(sp.Abs(product))
     return sp.Add(*terms)

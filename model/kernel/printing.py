@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import sympy as sp
@@ -33,11 +34,20 @@ class Magnitude(sp.Function):
         return Direction(self.args[0])
 
 
-def differentiate(expression: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-    """Return ∂expression/∂symbol almost everywhere, all being real: the derivative of a step is taken as 0."""
-    real = sp.sympify(expression).replace(sp.Abs, Magnitude).replace(sp.sign, Direction)
-    derivative = sp.diff(real, symbol).replace(DiracDelta, lambda *_: sp.S.Zero)
-    return derivative.replace(Magnitude, sp.Abs).replace(Direction, sp.sign)
+def slopes(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> list[sp.Expr]:
+    """Return ∂expression/∂symbol for each symbol, almost everywhere, all being real: that of a step is taken as 0."""
+    real = _exchanged(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
+    free = real.free_symbols
+    back = ((DiracDelta, lambda *_: sp.S.Zero), (Magnitude, sp.Abs), (Direction, sp.sign))
+    return [_exchanged(sp.diff(real, s), back) if s in free else sp.S.Zero for s in symbols]
+
+
+def _exchanged(expression: sp.Expr, pairs: Iterable[tuple[Any, Any]]) -> sp.Expr:
+    """Exchange functions; where there is none of a kind, nothing is rebuilt."""
+    for old, new in pairs:
+        if expression.has(old):
+            expression = expression.replace(old, new)
+    return expression
 
 
 class CPrinter(C99CodePrinter):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from model.equations import Equations
-from model.kernel.printing import differentiate
+from model.kernel.printing import slopes
 from model.kernel.text import assignments
 
 
@@ -25,15 +25,13 @@ def _tangent_function(e: Equations, head: str, target: str, expressions: Sequenc
         targets.append(f"{target}[{i}][0]")
         values.append(f)
         terms = []
-        for k, state in enumerate(e.states):
-            derivative = differentiate(f, state.symbol)
+        for k, derivative in enumerate(slopes(f, [s.symbol for s in e.states])):
             if derivative != 0:
                 targets.append(f"real J{i}_{k}")
                 values.append(derivative)
                 terms.append(f"J{i}_{k} * X[{k}][c]")
         products.append(f"    for (int c = 1; c <= HK_NC; c++) {target}[{i}][c] = {' + '.join(terms) or 'K(0.0)'};")
-        for k, quantity in enumerate(e.parameters):
-            derivative = differentiate(f, quantity.symbol)
+        for k, derivative in enumerate(slopes(f, [q.symbol for q in e.parameters])):
             if derivative != 0:
                 targets.append(f"real P{i}_{k}")
                 values.append(derivative)

@@ -5,7 +5,6 @@ from scipy.signal import lfilter
 
 from discrepancy.chi_squared import log_tail
 from discrepancy.colour import estimate_colour, to_arma
-from discrepancy.cycles import whole_cycles
 from discrepancy.noise import Colour
 from measurement.run import Run
 
@@ -28,7 +27,7 @@ def noisy(rng: np.random.Generator, coloured: float) -> Colour:
             )
         )  # fmt: skip
         rows.append(r)
-    return estimate_colour(rows, tuple(runs), {run.file: whole_cycles(run) for run in runs})
+    return estimate_colour(rows, tuple(runs))
 
 
 def test_power_at_low_frequency_scatters_as_its_degrees_of_freedom_say():

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
 
-from discrepancy.shape import without_line
+from discrepancy.shape import without_polynomial
 from discrepancy.suggestion import suggestion
 
 KNOTS = np.linspace(-0.2, 0.6, 8)
 X = (KNOTS - 0.2) / 0.4
-BEND = without_line(KNOTS)
+BEND = without_polynomial(KNOTS, 2)
 
 
 def suggested(torque: np.ndarray, noise: float = 1e-5) -> str | None:

@@ -101,7 +101,7 @@ def test_prior_alone_is_called_so():
     base = equations()
     free = {"Kp": {"fixed": False, "prior": Normal(mean=1.0, std=0.05), "lower": 0.5, "upper": 2.0}}
     eq = base.with_parameters(free)
-    sim = type(simulator())(eq, simulator().plain, simulator().observed)
+    sim = type(simulator())(eq, simulator().kernel)
     start = tuple(TRUE.get(q.id, q.initial) for q in eq.parameters)
     found = fit(sim, runs(), options=FitOptions(method="gauss_newton", gains=(0.0,), starts=1, start=start))
     # Torque in, position out: one factor common to everything cannot be seen, so only the prior knows Kp.
@@ -112,7 +112,7 @@ def test_prior_alone_is_called_so():
 
 def test_bound_is_named():
     eq = equations().with_parameters({"Ks": {"lower": 0.016, "initial": 0.02}})
-    sim = type(simulator())(eq, simulator().plain, simulator().observed)
+    sim = type(simulator())(eq, simulator().kernel)
     start = tuple(TRUE.get(q.id, q.initial) if q.id != "Ks" else 0.02 for q in eq.parameters)
     found = fit(sim, runs(), options=FitOptions(method="gauss_newton", gains=(0.0,), starts=1, start=start))
     assert found.statuses["Ks"] == "at_bound"

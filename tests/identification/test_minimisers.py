@@ -77,7 +77,7 @@ def test_methods_agree_on_the_minimum():
 
 def test_bounds_and_ordering_hold():
     eq = equations().with_parameters({"Fs": {"upper": TRUE["Fc"] * 0.9, "initial": TRUE["Fc"] * 0.8}})
-    sim = type(simulator())(eq, simulator().plain, simulator().observed)
+    sim = type(simulator())(eq, simulator().kernel)
     p = Problem.of(sim, tuple(run for run in runs() if run.use == "fit"), FitOptions(gains=(20.0, 0.0)))
     found = descend(p, p.first(np.array([q.initial for q in eq.parameters])))
     theta = dict(zip((q.id for q in eq.parameters), p.theta(found.x), strict=True))

@@ -83,7 +83,7 @@ def test_truth_leaves_the_noise():
 def test_prior_adds_one_residual():
     eq = equations().with_parameters({"Ks": {"prior": Normal(mean=0.01, std=0.002)}})
     fitted = tuple(run for run in runs() if run.use == "fit")
-    sim = type(simulator())(eq, simulator().plain, simulator().observed)
+    sim = type(simulator())(eq, simulator().kernel)
     p = Problem.of(sim, fitted, FitOptions())
     blocks = p.blocks(true_x(p))
     assert blocks.prior[0] == pytest.approx((TRUE["Ks"] - 0.01) / 0.002)

@@ -100,7 +100,7 @@ def test_the_fmu_gives_the_kernel_s_posterior(kind, equations, runs):
     rng = np.random.default_rng(0)
     eta = truth_eta(density) + 1e-3 * rng.standard_normal((3, density.coordinates.size))
     fmu = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
-    step = kernel_of(equations).plain.kernel.step
+    step = kernel_of(equations).step
     here = density.but(forward=KernelForward(equations=equations, step=step))(eta)
     there = density.but(forward=EachForward(simulator=fmu))(eta)
     np.testing.assert_allclose(there, here, rtol=1e-9, atol=1e-6)

@@ -52,7 +52,7 @@ def test_kernel_in_lanes_and_any_simulator_give_the_same_posterior(equations, ru
     simulator: KernelSimulator = kernel_of(equations)
     density = make_density(NoiseModel(scatter="reading"), runs, equations)
     eta = truth_eta(density) + 1e-3 * np.random.default_rng(0).standard_normal((5, density.coordinates.size))
-    lanes = density.but(forward=KernelForward(equations=equations, step=simulator.plain.kernel.step))
+    lanes = density.but(forward=KernelForward(equations=equations, step=simulator.step))
     np.testing.assert_allclose(lanes(eta), density.but(forward=EachForward(simulator=simulator))(eta), rtol=1e-12)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from measurement.run import Run
 from model.equations import Equations
 from model.joint import joint_equations
+from model.kernel.compiled import CompiledKernel
 from model.quantity import Normal
 from uq.coordinates import Coordinates
 from uq.density import Density
@@ -51,7 +52,7 @@ def make_run(
     t = np.linspace(0.0, 8.0, rows)
     u = amplitude * np.cos(omega * t)[:, None]
     theta = np.array([q.initial for q in equations.parameters])
-    kernel = kernel_of(equations).plain
+    kernel = CompiledKernel.of(equations)
     y = kernel.simulate(t, u, theta, [TRUTH["epos"], 0.0, 0.0])[:, 0]
     cycle = np.floor(omega * t / (2 * np.pi) + 1e-9).astype(int)
     factors = 1 + s * rng.standard_normal(cycle.max() + 1)
