@@ -14,11 +14,14 @@ from model.kernel.compiled import CompiledKernel
 from model.kernel.generate import Kernel
 from support.files import cache_folder, write_json
 
+SUBSTEPS = 8
+"""Most sub-steps of a step: a trial that asks for more has contacts that are rigid at the pace of the readings."""
+
 
 @cache
 def generator() -> str:
     """Return a digest of the generator's code and of the machine: a kernel of another one is not taken."""
-    found = hashlib.sha256(platform.platform().encode())
+    found = hashlib.sha256(f"{platform.platform()} {SUBSTEPS}".encode())
     for part in sorted(resources.files("model.kernel").iterdir(), key=lambda p: p.name):
         if part.name.endswith((".py", ".c", ".h")):
             found.update(part.read_bytes())
@@ -32,7 +35,7 @@ def cached_kernel(equations: Equations, *, many: bool) -> CompiledKernel:
     known = _recorded(equations, record) or (None if many else _recorded(equations, alone))
     if known is not None:
         return known
-    made = CompiledKernel.of(equations, many=many)
+    made = CompiledKernel.of(equations, many=many, substeps=SUBSTEPS)
     write_json(
         record if many else alone,
         {"library": str(made.path), "digest": made.kernel.digest, "columns": list(made.kernel.columns)},

@@ -6,12 +6,14 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from discrepancy.cycles import whole_cycles
+from discrepancy.kernels import TwoStep
 from discrepancy.noise import Noise, directions
 from identification.simulator import Simulator
 from measurement.cycles import Cycles
 from measurement.run import Array, Run
 
-LINEARISATIONS = 3
+LINEARISATIONS, NEAR = 3, 5e-3
+"""Most linearisations of a run about its cycles' amplitudes, and the change of these from which another one pays."""
 LARGEST = 1.0
 """Largest |ln| of a cycle's relative torque that is linearised about: beyond it the model is wrong."""
 PROBE = 1e-2
@@ -19,19 +21,20 @@ PROBE = 1e-2
 
 
 def cycle_columns(
-    simulator: Simulator, run: Run, noise: Noise, theta: Array, x0: Array, *, cycles: Cycles | None = None
+    simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array, *, cycles: Cycles | None = None
 ) -> Array:
     """Return M (n_t, n_cycles): change of the reading with the relative amplitude of each cycle, over the sensor's std.
 
     Where the scatter acts on the reading, column c is q − centre within cycle c and 0 outside; where it acts on the
-    torque, it is the difference of two simulations, the torque of cycle c changed by a hundredth.
+    torque, it is the difference of two simulations, the torque of cycle c changed by a hundredth. Like sensitivities,
+    they run at the coarse step.
     """
     cycles = whole_cycles(run) if cycles is None else cycles
-    y = simulator.simulate(theta, run, x0=x0).y[:, 0]
+    y = simulator.coarse.simulate(theta, run, x0=x0).y[:, 0]
     inside = cycles.index[:, None] == np.arange(cycles.count)
     if noise.path == "reading":
         return np.asarray((y - noise.centre)[:, None] * inside / run.sensor_std[0])
-    columns = [_torque_column(simulator, run, theta, x0, y, mask) for mask in inside.T]
+    columns = [_torque_column(simulator.coarse, run, theta, x0, y, mask) for mask in inside.T]
     return np.stack(columns, axis=1) / run.sensor_std[0]
 
 
@@ -41,7 +44,7 @@ def _torque_column(simulator: Simulator, run: Run, theta: Array, x0: Array, y: A
     return np.asarray((simulator.simulate(theta, run.but(u=u), x0=x0).y[:, 0] - y) / PROBE)
 
 
-def relinearised(simulator: Simulator, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
+def relinearised(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
     """Return the run about the most probable amplitudes of its cycles, and M there.
 
     With torque u·exp(b) in a cycle, b ~ N(0, s²), the reading is linearised about the posterior mean b̂ instead of 0:
@@ -61,7 +64,9 @@ def relinearised(simulator: Simulator, run: Run, noise: Noise, theta: Array, x0:
         shift = run.sensor_std[0] * (M @ b)
         flat, left = noise.colour.whiten(M), noise.colour.whiten(r)
         weight = flat.T @ flat + np.eye(b.size) / noise.scatter**2
-        b = np.clip(np.linalg.solve(weight, flat.T @ left), -LARGEST, LARGEST)
+        before, b = b, np.clip(np.linalg.solve(weight, flat.T @ left), -LARGEST, LARGEST)
+        if np.abs(b - before).max() < NEAR:
+            break
     return moved.but(y=run.y + shift[:, None]), M
 
 

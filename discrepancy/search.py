@@ -27,6 +27,8 @@ RIVAL = 10.0
 """Candidates whose criterion is this close cannot be told apart."""
 LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
+PART = 0.2
+"""Least share of the gap, or of the gain of the effect before, for which a third effect is looked for."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
@@ -144,7 +146,9 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         trials += made
         if (winner := chosen(made)) is None:
             break
-        best = winner
+        best, before = winner, best
+        if not (best.adequate or gets_on(best, before)):
+            break
     if not any(t.adequate for t in (best, *trials)):
         made = _two_at_once(s, leads, start)
         trials += made
@@ -214,6 +218,12 @@ def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[l
     noise = start.solution.noise.but(colour=Colour())
     if noise.scatter > 0.0 and not start.left.far:
         yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
+
+
+def gets_on(now: Trial, before: Trial) -> bool:
+    """Whether one effect more has taken a good part of what was left, so that another one may take the rest."""
+    left, was = (t.left.energy - t.left.dof for t in (now, before))
+    return left < (1.0 - PART) * was or now.gain > PART * before.gain
 
 
 def simpler(winner: Trial, start: Trial) -> bool:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.kernels import TwoStep
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise, Whitener
 from discrepancy.scatter import relinearised
 from discrepancy.study import Study
 from discrepancy.whitened import Whitened
 from identification.problem import Blocks, Problem
-from identification.simulator import Simulator
 from measurement.run import Array, Run
 from model.effect import Effect
 from model.equations import Equations
@@ -95,7 +95,7 @@ class Solution:
 
 
 def under_noise(
-    simulator: Simulator, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array], *, threads: int = 1
+    simulator: TwoStep, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array], *, threads: int = 1
 ) -> Whitened:
     """Lay out the problem of ``runs`` under ``noise``, its scatter linearised about the trajectories at ``theta``."""
     if noise.scatter == 0.0:
@@ -164,14 +164,14 @@ def solve(
 
 
 def _about(
-    study: Study, simulator: Simulator, noise: Noise, theta: Array, begun: Sequence[Array]
+    study: Study, simulator: TwoStep, noise: Noise, theta: Array, begun: Sequence[Array]
 ) -> tuple[Whitened, Array]:
     """Return the problem linearised about the trajectories at ``theta``, and that point."""
     problem = under_noise(simulator, study.fitted, noise, theta, begun, threads=study.threads)
     return problem, with_starts(problem, problem.first(theta), begun)
 
 
-def _balanced(study: Study, simulator: Simulator, noise: Noise, problem: Whitened, x: Array) -> tuple[Whitened, Array]:
+def _balanced(study: Study, simulator: TwoStep, noise: Noise, problem: Whitened, x: Array) -> tuple[Whitened, Array]:
     """Move a factor that all cycles' torques share into the parameters, where that is more probable.
 
     A factor c on every torque moves the joint as 1/c on inertia, stiffness and friction does. Fits about fixed

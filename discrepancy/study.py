@@ -8,9 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from discrepancy.cycles import whole_cycles
-from discrepancy.kernels import Factory
+from discrepancy.kernels import Factory, TwoStep
 from identification.equations_for import device_of, equations_for
-from identification.simulator import Simulator
 from measurement.campaign import Campaign
 from measurement.cycles import Cycles
 from measurement.run import Run
@@ -65,7 +64,7 @@ class Study:
         """Return the base with ``effects``, by default under the number 0: then all joints share their kernels."""
         return joint_equations(joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic)
 
-    def simulator(self, effects: Sequence[Effect] = ()) -> Simulator:
+    def simulator(self, effects: Sequence[Effect] = ()) -> TwoStep:
         """Return a simulator of the base with ``effects``."""
         return self.factory(self.equations(effects))
 

@@ -61,10 +61,15 @@ class CompiledKernel:
     path: Path
 
     @classmethod
-    def of(cls, equations: Equations, *, many: bool = True, **options: Any) -> CompiledKernel:
-        """Generate and compile ``equations``, with `simulate_many` where ``many``; cached by its source."""
+    def of(
+        cls, equations: Equations, *, many: bool = True, substeps: int | None = None, **options: Any
+    ) -> CompiledKernel:
+        """Generate and compile ``equations``, with `simulate_many` where ``many``; cached by its source.
+
+        A step is cut into at most ``substeps``, the kernel's own number where None.
+        """
         kernel = generate(equations, **options)
-        return cls(kernel, compile_kernel(kernel.source, lanes=LANES if many else 0))
+        return cls(kernel, compile_kernel(kernel.source, lanes=LANES if many else 0, substeps=substeps))
 
     @property
     def equations(self) -> Equations:

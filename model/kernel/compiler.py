@@ -97,9 +97,18 @@ def compile_shared(
     return library
 
 
-def compile_kernel(source: str, *, lanes: int) -> Path:
-    """Compile a kernel for this machine, scalar and with ``lanes`` parameter sets side by side; scalar alone with 0."""
+def compile_kernel(source: str, *, lanes: int, substeps: int | None = None) -> Path:
+    """Compile a kernel for this machine.
+
+    Parameters
+    ----------
+    lanes
+        Parameter sets side by side, beside the scalar form; 0 for that alone.
+    substeps
+        Most sub-steps of an inner step; the kernel's own number where None.
+    """
+    flags = () if substeps is None else (f"-DHK_MAX_SUBSTEPS={substeps}",)
     if lanes == 0:
-        return compile_shared({"kernel.c": source}, main=("kernel.c",))
+        return compile_shared({"kernel.c": source}, main=("kernel.c",), flags=flags)
     vector = f'#define HK_LANES {lanes}\n#include "kernel.c"\n'
-    return compile_shared({"kernel.c": source, "lanes.c": vector}, main=("kernel.c", "lanes.c"))
+    return compile_shared({"kernel.c": source, "lanes.c": vector}, main=("kernel.c", "lanes.c"), flags=flags)

@@ -1,5 +1,7 @@
 /* Weights of the exponential Runge-Kutta step, and the number of sub-steps; included once, before stepper.h. */
+#ifndef HK_MAX_SUBSTEPS
 #define HK_MAX_SUBSTEPS 64
+#endif
 
 typedef struct { real half, half_phi, full, f1, f2, f3; } hk_weights;
 
