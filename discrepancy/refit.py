@@ -114,6 +114,19 @@ def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> di
     return {q.id: min(max(values[q.id], q.lower), q.upper) for q in effect.parameters}
 
 
+def starts_of(effect: Effect, score: Score) -> list[dict[str, float]]:
+    """Where to begin an effect anew: as its score says, and at the largest amplitude of its grid where that holds one.
+
+    What is not linear in its amplitude (a delay, a play, a compliance) may score nothing though it is large.
+    """
+    scored = start_values(effect, score.point, no_larger(score.amplitude, 1.0))
+    amplitudes = [q.id for q in effect.parameters[: effect.amplitudes]]
+    largest = {id: grid[-1] for id, grid in effect.shapes if id in amplitudes}
+    if not largest:
+        return [scored]
+    return [*([scored] if score.T > 0.0 else []), scored | largest]
+
+
 def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:
     """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more."""
     values = current.values | start_values(effect, score.point, no_larger(score.amplitude))

@@ -12,7 +12,7 @@ from identification.simulator import Simulator
 from measurement.cycles import Cycles
 from measurement.run import Array, Run
 
-LINEARISATIONS, NEAR = 3, 5e-3
+LINEARISATIONS, NEAR = 3, 5e-4
 """Most linearisations of a run about its cycles' amplitudes, and the change of these from which another one pays."""
 LARGEST = 1.0
 """Largest |ln| of a cycle's relative torque that is linearised about: beyond it the model is wrong."""

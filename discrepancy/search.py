@@ -168,23 +168,17 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     """
     few = start.adequate
     begun: list[Solution] = []
-    leads: list[Solution] = []
-    done: set[str] = set()
     trials: list[Trial] = []
     for fits in _ways(s, start, white, first):
         if fits and fits[0].noise == Noise():
             begun = s.best_of_each(begun, fits)
-        first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
-        leads = [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:LEADS]
-        leads = [lead for lead in leads if lead.effects[-1].key not in done]
-        made = s.step(start.candidate, fits, few=few)
-        trials += made
-        if not few and made and all(t.left.far for t in made):
-            trials += _two_at_once(s, leads, start)
-            done |= {lead.effects[-1].key for lead in leads}
-            leads = []
+        trials += s.step(start.candidate, fits, few=few)
         if few or any(t.adequate and t.acceptable for t in trials):
-            break
+            return trials, []
+    first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
+    leads = [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:LEADS]
+    if trials and all(t.left.far for t in trials):
+        return trials + _two_at_once(s, leads, start), []
     return trials, leads
 
 

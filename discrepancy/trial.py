@@ -12,13 +12,13 @@ from discrepancy.homotopy import guided, released, through_homotopy
 from discrepancy.kernels import COARSE
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
-from discrepancy.refit import FIRST, Candidate, begin, continued, no_larger, settle, significance, start_values
+from discrepancy.refit import FIRST, Candidate, begin, continued, settle, significance, starts_of
 from discrepancy.scan import Scan, Score, scan
 from discrepancy.signatures import Signatures
 from discrepancy.solution import ROUGH, Solution, solve
 from discrepancy.steps import at_step
 from discrepancy.study import Study
-from model.effect import Effect
+from model.effect import Effect, renamed
 from support.threads import mapped
 
 FAMILY = 0.002
@@ -162,7 +162,23 @@ class Searcher:
             if ready:
                 best = ready.pop(0)
                 trials.append(self.known(current, best) or self.finish(current, best))
-        return self.with_best_freed(current, trials)
+        return self.with_best_freed(current, self.with_twins(current, trials))
+
+    def with_twins(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
+        """Begin entries with the same equations as one that leaves only noise at its optimum: neither is the better."""
+        found = list(trials)
+        for trial in trials:
+            for other in self.entries.values() if trial.adequate else ():
+                *earlier, last = trial.solution.effects
+                if other.key == last.key or (ids := renamed(last, other)) is None:
+                    continue
+                if any(t.adequate and t.solution.effects[-1].key == other.key for t in found):
+                    continue
+                solution = trial.solution
+                values = solution.values | {new: solution.values[old] for old, new in ids.items()}
+                begun = solve(self.study, (*earlier, other), solution.noise, values, x0=solution.x0, iterations=FIRST)
+                found.append(self.finish(current, begun))
+        return found
 
     def known(self, current: Candidate, begun: Solution) -> Trial | None:
         """Return the fit to the end with the same effects where the new start promises nothing better, else None.
@@ -243,14 +259,16 @@ class Searcher:
         starts: list[dict[str, float]] = []
         for score in self.beside(onto, scored):
             effect = self.entries[score.key]
-            chosen.append((*onto.effects, effect))
-            starts.append(values | start_values(effect, score.point, no_larger(score.amplitude, 1.0)))
+            for own in starts_of(effect, score):
+                chosen.append((*onto.effects, effect))
+                starts.append(values | own)
         laid_out = mapped(partial(guided, rough), chosen, starts, threads=self.study.threads)
         begun = [(both, low.down_to(SIEVED, BRIEF)) for both, low in zip(chosen, laid_out, strict=True)]
-        begun.sort(key=lambda pair: pair[1].cost)
-        done = [released(rough, both, low, ROUGH) for both, low in begun[:PROMISING]]
-        calls = sum(calls for _, calls in done) + sum(low.calls for _, low in begun[PROMISING:])
-        self.simulations += calls * len(self.study.fitted)
+        best = {both[-1].key: (both, low) for both, low in sorted(begun, key=lambda pair: -pair[1].cost)}
+        ahead = sorted(best.values(), key=lambda pair: pair[1].cost)[:PROMISING]
+        done = [released(rough, both, low, ROUGH) for both, low in ahead]
+        calls = sum(calls - low.calls for (_, low), (_, calls) in zip(ahead, done, strict=True))
+        self.simulations += (calls + sum(low.calls for _, low in begun)) * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
 
     def rank(self, solution: Solution) -> float:

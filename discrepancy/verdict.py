@@ -9,14 +9,14 @@ from typing import Literal
 import numpy as np
 
 from discrepancy.jump import around, torques
-from discrepancy.next_experiment import Proposal, propose
+from discrepancy.next_experiment import MANY, Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
 from discrepancy.shape import Shape, missing, standard_errors
 from discrepancy.study import Study
 from discrepancy.trial import Trial
 from measurement.run import Array
-from model.effect import Effect
+from model.effect import Effect, renamed
 from model.quantity import Quantity
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
@@ -55,13 +55,15 @@ def judge(study: Study, found: Search) -> Judgement:
     effects = named_effects(found)
     verdict = verdict_of(found)
     rivals = found.rivals if verdict == "ambiguous" else ()
+    apart = [t.solution for t in rivals if not _same_equations(found.best, t)]
+    proposal = propose(study, found.best.solution, apart) if apart else None
     return Judgement(
         verdict=verdict,
         effects=effects,
         alternatives=rivals or _considered(found),
-        next_experiment=propose(study, found.best.solution, [t.solution for t in rivals]) if rivals else None,
+        next_experiment=proposal,
         shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
-        sentence=_sentence(verdict, effects, rivals, at_their_bounds(found.trials)),
+        sentence=_sentence(verdict, effects, rivals, proposal, at_their_bounds(found.trials)),
     )
 
 
@@ -138,8 +140,19 @@ def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
 
 
+def _same_equations(best: Trial, rival: Trial) -> bool:
+    """Whether a rival is the best model under other names: then no run tells them apart."""
+    pairs = zip(best.solution.effects, rival.solution.effects, strict=False)
+    alike = len(best.solution.effects) == len(rival.solution.effects)
+    return alike and all(a.key == b.key or renamed(a, b) is not None for a, b in pairs)
+
+
 def _sentence(
-    verdict: Verdict, effects: tuple[NamedEffect, ...], rivals: tuple[Trial, ...], like: tuple[str, ...]
+    verdict: Verdict,
+    effects: tuple[NamedEffect, ...],
+    rivals: tuple[Trial, ...],
+    proposal: Proposal | None,
+    like: tuple[str, ...],
 ) -> str:
     names = " and ".join(f"{e.id} ({e.title})" for e in effects)
     if verdict == "nothing_missing":
@@ -148,7 +161,11 @@ def _sentence(
         return f"Missing in the model: {names}."
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(r.candidate.ids) for r in rivals)
-        return f"Missing in the model: {names}, or else {others}; these runs cannot tell, the proposed run would."
+        if proposal is None:
+            more = "nor would any other: their equations are the same"
+        else:
+            more = "the proposed run would" if proposal.repeats <= MANY else "nor would any other within their torque"
+        return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
     nothing = "Something is missing that no entry of the catalogue explains."
     if like:
         return f"{nothing} It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."

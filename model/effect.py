@@ -22,6 +22,11 @@ RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau"})
 SIDES = ("torque", "input", "output", "friction", "time", "random")
 LAST = 9
 """Place of an effect that acts behind drive and encoder, or beside them."""
+FORMULAS = (
+    "torque", "input", "output", "acceleration", "friction_level", "coulomb_level", "kinetic_level", "viscous_level",
+    "stribeck_velocity", "inertia_factor", "time_rate",
+)  # fmt: skip
+"""Fields of an effect that hold a formula."""
 VARIABLES = ("position", "velocity", "torque", "time", "reversal", "frequency", "cycle")
 
 
@@ -172,6 +177,23 @@ class Effect:
     def but(self, **changes: Any) -> Effect:
         """Return a copy with ``changes``."""
         return replace(self, **changes)
+
+
+def renamed(one: Effect, other: Effect) -> dict[str, str] | None:
+    """Return the parameters of ``other`` by those of ``one`` where both are the same equations under other names."""
+    if (one.side, len(one.parameters), len(one.states)) != (other.side, len(other.parameters), len(other.states)):
+        return None
+    ids = {p.id: q.id for p, q in zip(one.parameters, other.parameters, strict=True)}
+    states = {p.state.symbol: q.state.symbol for p, q in zip(one.states, other.states, strict=True)}
+    symbols = states | {sp.Symbol(p, real=True): sp.Symbol(q, real=True) for p, q in ids.items()}
+    here = [None if e is None else e.xreplace(symbols) for e in _expressions(one)]
+    return ids if here == _expressions(other) else None
+
+
+def _expressions(effect: Effect) -> list[sp.Expr | None]:
+    """All formulas of an effect."""
+    found = [getattr(effect, name) for name in FORMULAS]
+    return found + [e for x in effect.states for e in (x.rhs, x.rate)]
 
 
 def parameter(

@@ -12,7 +12,7 @@ from discrepancy.base import agreeing, fit_base
 from discrepancy.exchange import pruned
 from discrepancy.noise import Noise
 from discrepancy.omnibus import Omnibus
-from discrepancy.refit import begin, judged, settle, significance
+from discrepancy.refit import begin, judged, settle, significance, starts_of
 from discrepancy.scan import scan
 from discrepancy.signatures import signatures
 from discrepancy.solution import solve
@@ -125,3 +125,15 @@ def test_a_finding_without_a_name_says_which_entry_it_is_like(begun: tuple[Searc
     slack = Trial(candidate=near, left=clean, left_p=0.5, at_bound=True)
     assert at_their_bounds((slack, slack)) == ("tendon_slack",)
     assert at_their_bounds((replace(slack, at_bound=False), replace(slack, left_p=0.0))) == ()
+
+
+def test_a_large_compliance_is_begun_at_its_size_though_it_scores_nothing(begun: tuple[Searcher, Trial]) -> None:
+    s, start = begun
+    score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
+    assert len(starts_of(s.entries["cubic_spring"], score)) == 1
+    tendon = catalogue()["tendon_elasticity"]
+    values = {q.id: q.initial for q in tendon.parameters}
+    nothing = replace(score, T=0.0, amplitude=(0.0,), point=replace(score.point, values=(values,)))
+    assert [own["tendon_compliance"] for own in starts_of(tendon, nothing)] == [0.4]
+    something = replace(nothing, T=5.0, amplitude=(0.5,))
+    assert [own["tendon_compliance"] for own in starts_of(tendon, something)] == [0.005, 0.4]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import asdict
 from functools import cache
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 import sympy as sp
 
 from fmu_build.build import Kind, build_fmu
+from model.effect import renamed
 from model.effects import catalogue, load_folder
 from model.equations import Equations
 from model.joint import joint_equations
@@ -212,3 +214,12 @@ def test_an_encoders_line_that_passes_once_over_the_travel_lies_in_the_range(tra
     number = next(q for q in at.parameters if q.id == "encoder_ripple_number")
     once, finest = 2 * np.pi / travel, 2 * np.pi / (0.05 * travel)
     assert number.lower < once < number.initial < finest < number.upper
+
+
+def test_the_same_equations_under_other_names_are_known_as_such():
+    known = catalogue()
+    names = renamed(known["backlash:motor"], known["tendon_slack"])
+    assert names is not None
+    assert names["gear_play"] == "slack_half_width"
+    pairs = [(a, b) for a, b in combinations(known.values(), 2) if renamed(a, b) is not None]
+    assert {(a.key, b.key) for a, b in pairs} == {("backlash:motor", "tendon_slack")}
