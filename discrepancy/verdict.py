@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -55,8 +55,7 @@ def judge(study: Study, found: Search) -> Judgement:
     effects = named_effects(found)
     verdict = verdict_of(found)
     rivals = found.rivals if verdict == "ambiguous" else ()
-    apart = [t.solution for t in rivals if not _same_equations(found.best, t)]
-    proposal = propose(study, found.best.solution, apart) if apart else None
+    proposal = _proposal(study, found.best, rivals) if rivals else None
     return Judgement(
         verdict=verdict,
         effects=effects,
@@ -140,6 +139,13 @@ def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
 
 
+def _proposal(study: Study, best: Trial, rivals: Sequence[Trial]) -> Proposal:
+    """Return the run that separates the rivals most; rivals with the same equations are apart by nothing."""
+    apart = [t.solution for t in rivals if not _same_equations(best, t)]
+    proposal = propose(study, best.solution, apart or [t.solution for t in rivals])
+    return proposal if apart else replace(proposal, separation=0.0)
+
+
 def _same_equations(best: Trial, rival: Trial) -> bool:
     """Whether a rival is the best model under other names: then no run tells them apart."""
     pairs = zip(best.solution.effects, rival.solution.effects, strict=False)
@@ -161,10 +167,8 @@ def _sentence(
         return f"Missing in the model: {names}."
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(r.candidate.ids) for r in rivals)
-        if proposal is None:
-            more = "nor would any other: their equations are the same"
-        else:
-            more = "the proposed run would" if proposal.repeats <= MANY else "nor would any other within their torque"
+        told = proposal is not None and proposal.repeats <= MANY
+        more = "the proposed run would" if told else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
     nothing = "Something is missing that no entry of the catalogue explains."
     if like:

@@ -11,6 +11,7 @@ from discrepancy.finding import Finding, as_json, find
 from discrepancy.study import study_of
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
+from model.effect import Effect
 from model.effects import catalogue
 from report.discrepancy_page import discrepancy_page
 from virtual_device.campaign import make_joint_campaign
@@ -28,11 +29,13 @@ INPUTS = tuple(
 )
 
 
-def found(tmp_path: Path, effects: dict[str, dict[str, float]], without: str = "") -> Finding:
+def found(
+    tmp_path: Path, effects: dict[str, dict[str, float]], without: str = "", known_entries: dict[str, Effect] = ENTRIES
+) -> Finding:
     known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
     sensor = Sensor(noise=2e-4, resolution=0.0)
     make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=known, seed=5)
-    entries = {key: e for key, e in ENTRIES.items() if e.id != without}
+    entries = {key: e for key, e in known_entries.items() if e.id != without}
     study = study_of(prepare(read_campaign(tmp_path / "c")), 3, entries)
     return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
 
@@ -62,6 +65,21 @@ def test_nothing_hidden_is_nothing_missing(tmp_path: Path):
     assert finding.judgement.verdict == "nothing_missing"
     assert finding.search.best.solution.keys == ()
     assert finding.gaps["validate"].after == pytest.approx(finding.gaps["validate"].noise, rel=0.1)
+
+
+def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path: Path):
+    hidden = {
+        "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,
+    }  # fmt: skip
+    twins = {key: catalogue()[key] for key in ("tendon_slack", "backlash:motor")}
+    finding = found(tmp_path, {"tendon_slack": hidden}, known_entries=twins)
+    data = as_json(finding, measured=False, seed=0)
+    assert data["verdict"] == "ambiguous"
+    names = {data["effects"][0]["id"], *(id for a in data["alternatives"] for id in a["ids"])}
+    assert names == {"tendon_slack", "backlash"}
+    assert "nor would any other" in data["sentence"]
+    assert data["next_experiment"]["separation_over_noise"] == 0.0
+    assert "no run within these limits" in data["next_experiment"]["run"]
 
 
 def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Path):
