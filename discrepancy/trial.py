@@ -39,8 +39,6 @@ BETTER = 6.0
 """Least gain in the criterion that an effect has to bring."""
 SIEVED, BRIEF = 2, 12
 """Gains of the homotopy under which entries that are fitted anew are compared, and most simulations under each."""
-OFF = 1.5
-"""Most energy, over what noise leaves, for which a scatter on the wrong path may be all that is wrong."""
 NEWS = 0.05
 """Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
 SIGNIFICANT = 9.0
@@ -293,7 +291,7 @@ class Searcher:
         scatter is linear in the reading about its own most probable amplitudes alone.
         """
         noise = made.solution.noise
-        if made.adequate or noise.scatter == 0.0 or made.left.energy > OFF * made.left.dof:
+        if made.adequate or noise.scatter == 0.0 or made.left.far:
             return made
         other: Path = "torque" if noise.path == "reading" else "reading"
         turned = self.trial(settle(self.study, made.solution.effects, made.solution, paths=(other,)), before)
