@@ -12,8 +12,11 @@ from identification.simulator import Simulator
 from measurement.cycles import Cycles
 from measurement.run import Array, Run
 
-LINEARISATIONS, NEAR = 3, 5e-4
-"""Most linearisations of a run about its cycles' amplitudes, and the change of these from which another one pays."""
+LINEARISATIONS, NEAR = 12, 5e-4
+"""Most linearisations of a run about its cycles' amplitudes, and the change of these from which another one pays.
+
+Three do for most; a joint whose torque steps while it reverses takes nine.
+"""
 LARGEST = 1.0
 """Largest |ln| of a cycle's relative torque that is linearised about: beyond it the model is wrong."""
 PROBE = 1e-2
