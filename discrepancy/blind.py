@@ -75,7 +75,7 @@ def main(
     second = study.scored(_without(out, left, study.labels), "without") if leave_out else []
     if not first and not second:
         raise InputError("--minutes", expected="time for one case at least", got=f"{minutes}")
-    third = study.scored(with_run(out, first), "settled") if settle else []
+    third = study.scored(with_run(out, first), "settled") if asked_for["settled"] else []
     figures = summary(first, second, third)
     write_json(
         out / "blind.json",

@@ -41,13 +41,18 @@ class Proposal:
         """How many such runs tell the rivals apart: their evidence is separation² for every reading."""
         return max(1, math.ceil(CLEAR / max(self.separation**2 * self.rows, 1e-6)))
 
+    @property
+    def tells(self) -> bool:
+        """Whether a few such runs tell the rivals apart."""
+        return self.repeats <= MANY
+
     def as_json(self) -> dict[str, float | str]:
         """Return the run in SI units and in words."""
         words = (
             f"cosine torque of {self.amplitude:.3g} N m at {self.frequency:.3g} rad/s "
             f"about {self.offset:.3g} N m, from rest"
         )
-        if self.repeats > MANY:
+        if not self.tells:
             words += f"; it separates them by {self.separation:.2g} of the noise, no run within these limits would do"
         elif self.repeats > 1:
             words += f", {self.repeats} times: one alone separates them by {self.separation:.2g} of the noise"

@@ -165,16 +165,15 @@ class Searcher:
     def with_twins(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
         """Begin entries with the same equations as one that leaves only noise at its optimum: neither is the better."""
         found = list(trials)
-        for trial in trials:
-            for other in self.entries.values() if trial.adequate else ():
-                *earlier, last = trial.solution.effects
-                if other.key == last.key or (ids := renamed(last, other)) is None:
+        for solution in [t.solution for t in trials if t.adequate]:
+            *earlier, last = solution.effects
+            known = {t.solution.effects[-1].key for t in found if t.adequate}
+            for other in [e for e in self.entries.values() if e.key not in known]:
+                if (ids := renamed(last, other)) is None:
                     continue
-                if any(t.adequate and t.solution.effects[-1].key == other.key for t in found):
-                    continue
-                solution = trial.solution
                 values = solution.values | {new: solution.values[old] for old, new in ids.items()}
                 begun = solve(self.study, (*earlier, other), solution.noise, values, x0=solution.x0, iterations=FIRST)
+                self.simulations += begun.calls * len(self.study.fitted)
                 found.append(self.finish(current, begun))
         return found
 

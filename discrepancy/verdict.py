@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from discrepancy.jump import around, torques
-from discrepancy.next_experiment import MANY, Proposal, propose
+from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
 from discrepancy.shape import Shape, missing, standard_errors
@@ -167,7 +167,7 @@ def _sentence(
         return f"Missing in the model: {names}."
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(r.candidate.ids) for r in rivals)
-        told = proposal is not None and proposal.repeats <= MANY
+        told = proposal is not None and proposal.tells
         more = "the proposed run would" if told else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
     nothing = "Something is missing that no entry of the catalogue explains."

@@ -175,7 +175,8 @@ def _settle(finding: Finding) -> list[str]:
     if proposal is None:
         return []
     run, separation = proposal.as_json()["run"], proposal.separation
-    return [f"The run that would tell: {run}; there the rivals differ by {separation:.2g} times the noise."]
+    which = "The run that would tell" if proposal.tells else "The run that comes nearest"
+    return [f"{which}: {run}; there the rivals differ by {separation:.2g} times the noise."]
 
 
 def _unnamed(shape: Shape, runs: str) -> Section:

@@ -155,5 +155,11 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
     assert stored["right"]["share"] == 1.0
     assert stored["asked"]["effects"] == "cogging"
     assert (tmp_path / "blind.md").exists()
+    options = ["--workers", "1", "--quiet", "--seed", "2", "--no-whole", "--minutes", "5"]
+    alone = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, *options])
+    assert alone.exit_code == 0, alone.output
+    stored = json.loads((tmp_path / "blind.json").read_text())
+    assert stored["cases"] == []
+    assert stored["leave_one_out"]["flagged"]["hits"] == 2
     again = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--minutes", "0"])
     assert again.exit_code == 2  # another seed is another study

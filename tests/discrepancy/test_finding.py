@@ -80,6 +80,7 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
     assert "nor would any other" in data["sentence"]
     assert data["next_experiment"]["separation_over_noise"] == 0.0
     assert "no run within these limits" in data["next_experiment"]["run"]
+    assert "The run that would tell" not in discrepancy_page(finding, "test", measured=False)
 
 
 def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Path):
