@@ -87,6 +87,7 @@ def blind_page(study: Row, picture: str) -> str:
         f"`{study['command']}`, {study['date']}, version {study['git']}, {study['machine']}, "
         f"{study['workers']} workers; {study['worked_through']} of "
         f"{study['asked']['cases']} cases worked through. Intervals are Wilson's, 95 %.\n",
+        *([f"{study['note']}\n"] if "note" in study else []),
         *(f"- {line}" for line in headlines(study)),
         "\n## By kind and size\n",
         _table(
