@@ -94,7 +94,7 @@ def score_case(
         case=label["case"], kind=label["kind"], size=label["size"], joint=label["joint"], device=label["device"],
         inputs=label["inputs"], coloured=label["coloured"] > 0, truth=truth, verdict=verdict, names=names,
         alternatives=alternatives if verdict == "ambiguous" else (), result=result, left_out=tuple(left_out),
-        proposed=bool(found and found.get("next_experiment")),
+        proposed=bool(found and (found.get("next_experiment") or {}).get("tells")),
         closed=gap.get("closed_beside_scatter", gap.get("closed")),
         wall_s=found["wall_s"] if found else None, simulations=found["simulations"] if found else None,
         parameters=_parameters(label, found) if found and not outside else (), reason=reason,

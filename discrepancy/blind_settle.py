@@ -16,7 +16,7 @@ from support.files import write_json
 
 
 def with_run(out: Path, outcomes: Sequence[Outcome]) -> list[Job]:
-    """Return the cases whose alternatives a proposed run would tell apart, that run added to a copy of the campaign."""
+    """Return the cases whose alternatives the proposed run would tell apart, that run in a copy of the campaign."""
     jobs = []
     for o in outcomes:
         first = Job(case=o.case, campaign=out / "cases" / o.case, out=out / "found" / o.case)
@@ -32,10 +32,13 @@ def options_of(proposal: Mapping[str, Any]) -> list[str]:
     names = {
         "torque_amplitude_Nm": "amplitude",
         "frequency_rad_s": "frequency",
+        "end_frequency_rad_s": "end-frequency",
         "torque_offset_Nm": "offset",
         "duration_s": "duration",
+        "row_spacing_s": "spacing",
+        "repeats": "repeats",
     }
-    return [f"--{option}={float(proposal[name])!r}" for name, option in names.items() if name in proposal]
+    return [f"--{option}={proposal[name]!r}" for name, option in names.items() if name in proposal]
 
 
 def _ask(out: Path, case: str, proposal: Mapping[str, Any], folder: Path) -> None:

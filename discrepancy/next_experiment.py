@@ -1,103 +1,215 @@
-"""The run that would tell rivals apart: the cosine, within the torque already used, at which they differ most.
+"""The run that would tell rivals apart: the torque, within what was already used, after which they still differ most.
 
-T-optimality (Atkinson and Fedorov 1975) over a grid of amplitude, frequency and offset, both models simulated at their
-optimum.
+T-optimality (Atkinson and Fedorov 1975) over a grid of cosines and sweeps. The winner's readings stand for the truth,
+and every rival is refitted to them, to first order, together with all runs that are there: what its parameters can make
+good is no difference. So two frequencies may tell what one does not: an inertia answers as 1/ω², a lag does not.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations_with_replacement
 
 import numpy as np
+from numpy.typing import NDArray
 
-from discrepancy.solution import Solution
+from discrepancy.scan import movable
+from discrepancy.solution import Solution, under_noise, with_starts
 from discrepancy.study import Study
 from measurement.cycles import find_cycles
 from measurement.run import Array, Run
+from support.threads import mapped
 
-AMPLITUDES, OFFSETS, FASTER = (0.5, 1.0), (0.0, 0.3), (0.5, 1.0, 2.0, 4.0, 8.0)
+LEVELS = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
+"""Amplitudes and offsets, as shares of the largest torque that was used."""
+FASTER = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+"""Frequencies, as multiples of the fastest that was used."""
 ROWS_A_PERIOD = 8
 """Readings that a period of the proposed torque holds at least."""
-MANY = 20
+ROOM = 0.05
+"""Share of the travel by which a proposed run may leave it."""
+MANY = 10
 """Repeats of a run beyond which it is no help."""
-CLEAR = 20.0
-"""Expected evidence, twice the difference of log-likelihoods, at which the run tells the rivals apart."""
+CLEAR = 50.0
+"""Expected evidence, twice the difference of log-likelihoods, at which the runs tell the rivals apart.
+
+Ten of it are needed, ten may speak for the wrong one beforehand, and its standard deviation is 2·√50 = 14.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """A cosine torque, the RMS difference of the rivals' readings over the sensor's noise, and the run's readings."""
+    """A torque offset + A·cos(φ(t)) from rest, with what it is expected to tell.
+
+    Parameters
+    ----------
+    amplitude, offset
+        Of the torque [N m].
+    frequency, end_frequency
+        φ' at the start and at the end [rad/s], ln φ' being linear in time; the same for a cosine.
+    duration
+        Length of the run [s].
+    evidence
+        Expected twice the difference of log-likelihoods by one such run, beside the runs that are there.
+    rows
+        Readings of the run.
+    """
 
     amplitude: float
     frequency: float
+    end_frequency: float
     offset: float
-    separation: float
+    duration: float
     rows: int
+    evidence: float = 0.0
+
+    @property
+    def separation(self) -> float:
+        """RMS of what a rival cannot make good, over the noise."""
+        return math.sqrt(max(self.evidence, 0.0) / self.rows)
 
     @property
     def repeats(self) -> int:
-        """How many such runs tell the rivals apart: their evidence is separation² for every reading."""
-        return max(1, math.ceil(CLEAR / max(self.separation**2 * self.rows, 1e-6)))
+        """How many such runs tell the rivals apart."""
+        return max(1, math.ceil(CLEAR / max(self.evidence, 1e-6)))
 
     @property
     def tells(self) -> bool:
         """Whether a few such runs tell the rivals apart."""
         return self.repeats <= MANY
 
-    def as_json(self) -> dict[str, float | str]:
+    def torque(self, t: Array) -> Array:
+        """Torque at the times t [s], shape (n_t,) [N m]."""
+        growth = math.log(self.end_frequency / self.frequency) / self.duration
+        phase = self.frequency * (t if growth == 0.0 else np.expm1(growth * t) / growth)
+        return np.asarray(self.offset + self.amplitude * np.cos(phase))
+
+    def as_json(self) -> dict[str, float | int | bool | str]:
         """Return the run in SI units and in words."""
+        swept = self.end_frequency != self.frequency
+        frequency = f"swept from {self.frequency:.3g} to {self.end_frequency:.3g}" if swept else f"{self.frequency:.3g}"
         words = (
-            f"cosine torque of {self.amplitude:.3g} N m at {self.frequency:.3g} rad/s "
-            f"about {self.offset:.3g} N m, from rest"
+            f"cosine torque of {self.amplitude:.3g} N m at {frequency} rad/s about {self.offset:.3g} N m, "
+            f"from rest, {self.duration:.3g} s"
         )
         if not self.tells:
             words += f"; it separates them by {self.separation:.2g} of the noise, no run within these limits would do"
         elif self.repeats > 1:
             words += f", {self.repeats} times: one alone separates them by {self.separation:.2g} of the noise"
         return {
-            "torque_amplitude_Nm": self.amplitude, "frequency_rad_s": self.frequency, "torque_offset_Nm": self.offset,
-            "separation_over_noise": self.separation, "run": words,
+            "torque_amplitude_Nm": self.amplitude, "frequency_rad_s": self.frequency,
+            "end_frequency_rad_s": self.end_frequency, "torque_offset_Nm": self.offset, "duration_s": self.duration,
+            "row_spacing_s": self.duration / (self.rows - 1), "repeats": min(self.repeats, MANY), "tells": self.tells,
+            "expected_evidence": self.evidence, "separation_over_noise": self.separation, "run": words,
         }  # fmt: skip
 
 
+@dataclass(frozen=True, slots=True)
+class _Rival:
+    """A rival with what the runs that are there tell of its parameters: ‖R·δ + told‖² for their change δ.
+
+    Parameters
+    ----------
+    solution
+        Its optimum.
+    free
+        Places in x of its parameters that are free to move, shape (m,).
+    R
+        Triangle of the Jacobian's QR, the runs' initial states projected off, shape (m, m).
+    told
+        The winner's readings minus its own in the same coordinates, shape (m,).
+    """
+
+    solution: Solution
+    free: NDArray[np.intp]
+    R: Array
+    told: Array
+
+
 def propose(study: Study, winner: Solution, rivals: Sequence[Solution]) -> Proposal:
-    """Return the run of the grid at which the least separated rival differs most from the winner."""
-    template = max(study.fitted, key=lambda run: run.t[-1])
+    """Return the run of the grid after which the least separated rival is expected to be furthest from the winner."""
+    against = [_rival(study, winner, r) for r in rivals]
+    tried = mapped(partial(_tried, study, winner, against), _grid(study), threads=study.threads)
+    inside = [p for p, excursion in tried if excursion <= ROOM]
+    return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: p.evidence)
+
+
+def _grid(study: Study) -> list[Proposal]:
+    """Lay out the torques that are tried."""
+    template = _template(study)
     largest = max(float(np.abs(run.u).max()) for run in study.fitted)
     fastest = max(find_cycles(run).omega for run in study.fitted)
     limit = 2 * np.pi / (ROWS_A_PERIOD * float(np.median(np.diff(template.t))))
-    grid = [
-        (a * largest, fastest * f, o * largest)
-        for a in AMPLITUDES
-        for f in FASTER
-        for o in OFFSETS
-        if a + o <= 1.0 + 1e-9 and (fastest * f <= limit or f <= 1.0)
-    ]
-    tried = [
+    speeds = [fastest * f for f in FASTER if fastest * f <= limit or f <= 1.0]
+    return [
         Proposal(
-            amplitude=a,
-            frequency=w,
-            offset=o,
-            separation=_separation(study, winner, rivals, _cosine(template, a, w, o)),
-            rows=template.t.size,
+            amplitude=a * largest, frequency=slow, end_frequency=fast, offset=o * largest,
+            duration=float(template.t[-1]), rows=template.t.size,
         )
-        for a, w, o in grid
-    ]
-    return max(tried, key=lambda p: p.separation)
+        for a, o in LEVELS
+        for slow, fast in combinations_with_replacement(speeds, 2)
+    ]  # fmt: skip
 
 
-def _cosine(template: Run, amplitude: float, omega: float, offset: float) -> Run:
-    u = offset + amplitude * np.cos(omega * template.t)
-    return template.but(file="proposed", u=u[:, None], v=None, extra={})
+def _template(study: Study) -> Run:
+    """Return the longest run: a proposed one has its times and starts where it did."""
+    return max(study.fitted, key=lambda run: run.t[-1])
 
 
-def _separation(study: Study, winner: Solution, rivals: Sequence[Solution], run: Run) -> float:
-    reference = _reading(study, winner, run)
-    differences = [np.sqrt(np.mean((_reading(study, r, run) - reference) ** 2)) for r in rivals]
-    return float(min(differences) / run.sensor_std[0])
+def _rival(study: Study, winner: Solution, rival: Solution) -> _Rival:
+    """Reduce the runs that are there to what they tell of a rival's parameters."""
+    there, own = (_readings(study, s) for s in (winner, rival))
+    problem = rival.problem
+    weights = [root / run.sensor_std[0] for root, run in zip(problem.roots, study.fitted, strict=True)]
+    pairs = zip(problem.whiteners, weights, there, own, strict=True)
+    difference = np.concatenate([whiten(weight * (a - b)) for whiten, weight, a, b in pairs])
+    J = rival.blocks.jacobian
+    difference = np.pad(difference, (0, J.shape[0] - difference.size))
+    places = np.flatnonzero(movable(rival))
+    free, starts = places[places < problem.n_parameters], places[places >= problem.n_parameters]
+    _, triangle = np.linalg.qr(np.column_stack([J[:, starts], J[:, free], difference]))
+    below = triangle[starts.size : starts.size + free.size, starts.size :]
+    return _Rival(rival, free, below[:, :-1], below[:, -1])
 
 
-def _reading(study: Study, solution: Solution, run: Run) -> Array:
-    return study.factory(solution.equations).simulate(solution.theta, run).y[:, 0]
+def _readings(study: Study, solution: Solution) -> list[Array]:
+    """Simulate every fitted run at an optimum; readings, each of shape (n_t,)."""
+    simulator = study.factory(solution.equations)
+    pairs = zip(study.fitted, solution.x0, strict=True)
+    return [simulator.simulate(solution.theta, run, x0=x0).y[:, 0] for run, x0 in pairs]
+
+
+def _tried(study: Study, winner: Solution, rivals: Sequence[_Rival], proposal: Proposal) -> tuple[Proposal, float]:
+    """Return a proposal with its evidence, and the share of the travel by which it leaves it."""
+    template = _template(study)
+    at = study.fitted.index(template)
+    torque = proposal.torque(template.t)[:, None]
+    silent = template.but(file="proposed", u=torque, v=None, extra={}, score_from=0)
+    y = study.factory(winner.equations).simulate(winner.theta, silent, x0=winner.x0[at]).y
+    travelled = np.concatenate([run.y[:, 0] for run in study.fitted])
+    excursion = max(travelled.min() - y.min(), y.max() - travelled.max()) / max(np.ptp(travelled), 1e-12)
+    if not np.isfinite(excursion):
+        return proposal, np.inf
+    evidence = min(_evidence(study, rival, silent.but(y=y), rival.solution.x0[at]) for rival in rivals)
+    return replace(proposal, evidence=evidence), float(excursion)
+
+
+def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> float:
+    """Return what a run of the winner's readings adds to the least ‖r‖² of a rival refitted to all, to first order."""
+    solution = rival.solution
+    simulator = study.factory(solution.equations)
+    problem = under_noise(simulator, (run,), solution.noise, solution.theta, (x0,))
+    blocks = problem.blocks(with_starts(problem, problem.first(solution.theta), (x0,)))
+    if blocks.jacobians is None or not np.isfinite(blocks.residual).all():
+        return 0.0
+    n = problem.n_parameters
+    J = blocks.jacobians[0][:, 0]
+    m, starts = rival.free.size, problem.size - n
+    both = np.block([[rival.R, np.zeros((m, starts))], [J[:, rival.free], J[:, n:]]])
+    both /= np.maximum(np.linalg.norm(both, axis=0), 1e-300)
+    known = np.concatenate([rival.told, blocks.rows[0][:, 0]])
+    left = known - both @ np.linalg.lstsq(both, known, rcond=1e-12)[0]
+    return float(left @ left)

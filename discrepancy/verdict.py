@@ -143,7 +143,7 @@ def _proposal(study: Study, best: Trial, rivals: Sequence[Trial]) -> Proposal:
     """Return the run that separates the rivals most; rivals with the same equations are apart by nothing."""
     apart = [t.solution for t in rivals if not _same_equations(best, t)]
     proposal = propose(study, best.solution, apart or [t.solution for t in rivals])
-    return proposal if apart else replace(proposal, separation=0.0)
+    return proposal if apart else replace(proposal, evidence=0.0)
 
 
 def _same_equations(best: Trial, rival: Trial) -> bool:

@@ -65,8 +65,8 @@ def headlines(study: Row) -> list[str]:
         f"{share(outside['confident_wrong_name'])}.",
         f"The true entry left out of the catalogue: flagged {share(left['flagged'])}, confident wrong names "
         f"{share(left['confident_wrong_name'])}, nothing found {share(left['missed'])}.",
-        f"Ambiguous verdicts: {settled['ambiguous']}, {settled['proposed']} of them with a proposed run; named exactly "
-        f"once it was made: {share(settled['settled'])}; wrongly: {share(settled['settled_wrongly'])}.",
+        f"Ambiguous verdicts: {settled['ambiguous']}, {settled['proposed']} of them with a run that should tell; named "
+        f"exactly once it was made: {share(settled['settled'])}; wrongly: {share(settled['settled_wrongly'])}.",
         f"Gap closed on unseen runs where named exactly: median {_number(closed['median'])} (n = {closed['n']}).",
         f"95 % intervals of the effects' own parameters that hold the truth: {share(cover)}.",
         f"A joint takes {_number(wall['median'])} s (median; nine in ten within {_number(wall['p90'])} s) and "

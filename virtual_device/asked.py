@@ -42,19 +42,29 @@ def read_label(out: Path, case: str) -> dict[str, Any]:
     raise InputError("--extra", expected="a case of the study", got=repr(case))
 
 
-def cosine_of(request: Mapping[str, float]) -> Cosine:
-    """Return the run that was asked for: ``amplitude``, ``offset`` [N m], ``frequency`` [rad/s], ``duration`` [s]."""
-    if not (request["frequency"] > 0.0 and 0.0 < request["duration"] <= LONGEST):
+def cosine_of(request: Mapping[str, Any]) -> Cosine:
+    """Return the run that was asked for: ``amplitude``, ``offset`` [N m], ``frequency`` [rad/s], ``duration`` [s].
+
+    ``end_frequency`` [rad/s] or None where it is not swept.
+    """
+    end = request.get("end_frequency")
+    slowest = request["frequency"] if end is None else min(request["frequency"], end)
+    if not (slowest > 0.0 and 0.0 < request["duration"] <= LONGEST):
         expected = f"a frequency above 0 rad/s and up to {LONGEST:g} s"
         raise InputError("the run asked for", expected=expected, got=f"{dict(request)}")
     amplitude, offset = request["amplitude"], request["offset"]
     return Cosine(
-        amplitude=amplitude, offset=offset, frequency=request["frequency"], duration=request["duration"], spacing=0.01
+        amplitude=amplitude,
+        offset=offset,
+        frequency=request["frequency"],
+        end_frequency=end,
+        duration=request["duration"],
+        spacing=request.get("spacing", 0.01),
     )
 
 
-def add_run(out: Path, case: str, request: Mapping[str, float], folder: Path) -> Path:
-    """Copy the campaign of ``case`` to ``folder`` and add the run of `cosine_of` to those that are fitted.
+def add_run(out: Path, case: str, request: Mapping[str, Any], folder: Path) -> Path:
+    """Copy the campaign of ``case`` to ``folder`` and add the run of `cosine_of`, ``repeats`` times, to be fitted.
 
     The same joint, disturbances and sensor as in the case, with noise of its own.
 
@@ -66,12 +76,11 @@ def add_run(out: Path, case: str, request: Mapping[str, float], folder: Path) ->
     label = read_label(out, case)
     sensor = Sensor(noise=label["noise"], coloured=label["coloured"], correlation_time=label["correlation_time"])
     seed = 1_000_003 + int(case.rpartition("_")[2])
-    (made,) = joint_runs(
-        label["joint"], label["base"], [cosine_of(request)], effects=label.get("hidden", {}), sensor=sensor, seed=seed
-    )
-    run = replace(made, file=f"asked_{made.file}")
+    asked = [cosine_of(request)] * request.get("repeats", 1)
+    made = joint_runs(label["joint"], label["base"], asked, effects=label.get("hidden", {}), sensor=sensor, seed=seed)
     shutil.copytree(out / "cases" / case, folder, dirs_exist_ok=True)
-    write_bytes(folder / run.file, run.encoded())
     content = tomllib.loads((out / "cases" / case / "campaign.toml").read_text(encoding="utf-8"))
-    content["runs"].append(run.entry(6 if label["device"] == "freedom6s" else 1))
+    for run in (replace(table, file=f"asked_{table.file}") for table in made):
+        write_bytes(folder / run.file, run.encoded())
+        content["runs"].append(run.entry(6 if label["device"] == "freedom6s" else 1))
     return write_text(folder / "campaign.toml", tomli_w.dumps(content))

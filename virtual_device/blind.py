@@ -203,7 +203,10 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
 @click.option("--to", type=click.Path(path_type=Path, file_okay=False), help="Folder of the copy.")
 @click.option("--amplitude", type=float, default=0.0, help="Of the added run's torque [N m].")
 @click.option("--frequency", type=float, default=0.0, help="Of the added run's torque [rad/s].")
+@click.option("--end-frequency", type=float, default=None, help="Of the added run's torque, where it is swept [rad/s].")
 @click.option("--offset", type=float, default=0.0, help="Of the added run's torque [N m].")
+@click.option("--spacing", type=float, default=0.01, show_default=True, help="Of the added run's rows [s].")
+@click.option("--repeats", type=click.IntRange(min=1), default=1, show_default=True, help="How often it is made.")
 @click.option("--duration", type=float, default=16.0, show_default=True, help="Of the added run [s].")
 @exit_codes
 def main(out: Path, count: int, seed: int, *, extra: str | None, to: Path | None, **choices: Any) -> None:

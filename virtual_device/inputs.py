@@ -14,7 +14,10 @@ BRACKETED = "non-uniform system behaviour: bracketed in Table III of the paper"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cosine:
-    """Torque o + A cos(ω t): A, o [N m], ω [rad/s], duration [s], row spacing [s], and what the run is for."""
+    """Torque o + A cos(φ): A, o [N m], duration [s], row spacing [s], and what the run is for.
+
+    φ = ω t with ω [rad/s], the frequency; where there is an end frequency Ω, dφ/dt = ω (Ω/ω)^(t/duration) [rad/s].
+    """
 
     amplitude: float
     frequency: float
@@ -23,6 +26,7 @@ class Cosine:
     duration: float = 20.0
     spacing: float = 0.005
     offset: float = 0.0
+    end_frequency: float | None = None
 
     @property
     def period(self) -> float:
@@ -35,7 +39,11 @@ class Cosine:
 
     def torque(self) -> Array:
         """Torque at the rows, rounded as the table holds it [N m]."""
-        return np.asarray(np.round(self.offset + self.amplitude * np.cos(self.frequency * self.times()), 8))
+        phase = self.frequency * self.times()
+        if self.end_frequency not in (None, self.frequency):
+            ratio = self.end_frequency / self.frequency
+            phase = phase[-1] * (ratio ** (self.times() / self.duration) - 1) / np.log(ratio)
+        return np.asarray(np.round(self.offset + self.amplitude * np.cos(phase), 8))
 
 
 AMPLITUDE = (0.020, 0.015, 0.020, 0.008, 0.005, 0.008)

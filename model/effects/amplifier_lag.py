@@ -5,7 +5,7 @@ import sympy as sp
 from model.effect import Effect, EffectState, faded, parameter, t, w
 from model.equations import State
 
-LEAST = sp.Float(2e-3)
+LEAST = sp.Float(1e-4)
 SETTLING = 1e4
 """Rate at which a settled amplifier takes the first command, within the first half millisecond [1/s]."""
 

@@ -116,7 +116,8 @@ def test_the_map_of_parameters_names_what_exists_on_both_sides():
 
 
 def test_settled_counts_only_what_is_named_exactly_afterwards():
-    first = [score_case(label("single", "cogging"), finding("ambiguous", "drag", next_experiment={"run": ""}))] * 3
+    told = {"run": "", "tells": True}
+    first = [score_case(label("single", "cogging"), finding("ambiguous", "drag", next_experiment=told))] * 3
     again = [score_case(label("single", "cogging"), finding("named", id)) for id in ("cogging", "drag")]
     row = settled(first, again)
     assert (row["proposed"], row["settled"]["hits"], row["settled_wrongly"]["hits"]) == (3, 1, 1)

@@ -18,7 +18,7 @@ from support.files import write_json
 ASKED = {"cases": 2, "seed": 4, "kinds": "none", "sizes": "", "inputs": "table3", "effects": ""}
 FINDING = {
     "verdict": "ambiguous", "effects": [], "alternatives": [], "gap": {}, "wall_s": 1.0, "simulations": 1,
-    "next_experiment": {"torque_amplitude_Nm": 0.004, "frequency_rad_s": 3.0, "torque_offset_Nm": 0.0, "run": "words"},
+    "next_experiment": {"torque_amplitude_Nm": 0.004, "frequency_rad_s": 3.0, "torque_offset_Nm": 0.0, "tells": True},
 }  # fmt: skip
 
 
@@ -130,7 +130,7 @@ asked = any(p.name.startswith("asked") for p in campaign.iterdir())
 verdict = "unlisted" if lacks else "named" if asked else "ambiguous"
 effects = [] if lacks else [{"id": "cogging", "parameters": {}}]
 rivals = [] if asked or lacks else [{"ids": ["torque_ripple"], "evidence": 1.0}]
-run = {"torque_amplitude_Nm": 0.004, "frequency_rad_s": 3.0, "torque_offset_Nm": 0.0}
+run = {"torque_amplitude_Nm": 0.004, "frequency_rad_s": 3.0, "torque_offset_Nm": 0.0, "tells": True}
 found = {"verdict": verdict, "effects": effects, "alternatives": rivals, "next_experiment": run if rivals else None,
          "gap": {"validate": {"closed": 0.9}}, "wall_s": 2.0, "simulations": 5}
 (out / "discrepancy").mkdir(parents=True)

@@ -1,14 +1,98 @@
-"""The proposed run, in words that say how often it is needed."""
+"""The proposed run: its torque, its words, and what it is expected to tell."""
 
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
 import pytest
 
-from discrepancy.next_experiment import MANY, Proposal
+from discrepancy.next_experiment import CLEAR, MANY, Proposal, propose
+from discrepancy.noise import Noise
+from discrepancy.solution import Solution, solve
+from discrepancy.study import Study, study_of
+from measurement.reading import read_campaign
+from model.effects import catalogue
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.inputs import Cosine
+from virtual_device.sensor import Sensor
 
 
-@pytest.mark.parametrize(("separation", "repeats"), [(1.0, 1), (0.1, 2), (0.05, 8), (0.0, 20_000_000)])
-def test_evidence_grows_with_the_square_of_the_separation_and_with_the_readings(separation: float, repeats: int):
-    proposal = Proposal(amplitude=0.01, frequency=3.0, offset=0.0, separation=separation, rows=1001)
-    assert proposal.repeats == repeats
-    words = proposal.as_json()["run"]
+def proposal(evidence: float, end_frequency: float = 3.0) -> Proposal:
+    return Proposal(
+        amplitude=0.01,
+        frequency=3.0,
+        end_frequency=end_frequency,
+        offset=0.002,
+        duration=10.0,
+        rows=1001,
+        evidence=evidence,
+    )
+
+
+@pytest.mark.parametrize(("evidence", "repeats"), [(CLEAR, 1), (CLEAR / 2, 2), (CLEAR / 9.5, 10), (CLEAR / 40, 40)])
+def test_a_run_is_repeated_until_its_evidence_suffices(evidence: float, repeats: int):
+    made = proposal(evidence)
+    assert made.repeats == repeats
+    assert made.separation == pytest.approx(np.sqrt(evidence / 1001))
+    words = made.as_json()["run"]
     assert (f"{repeats} times" in words) == (1 < repeats <= MANY)
     assert ("no run within these limits" in words) == (repeats > MANY)
+    assert made.as_json()["tells"] == made.tells == (repeats <= MANY)
+
+
+def test_nothing_never_tells():
+    assert not proposal(0.0).tells
+
+
+def test_a_sweep_runs_from_one_frequency_to_the_other():
+    swept = proposal(1.0, end_frequency=30.0)
+    t = np.linspace(0.0, 10.0, 100_001)
+    phase = np.unwrap(np.arccos(np.clip((swept.torque(t) - 0.002) / 0.01, -1, 1)))
+    speed = np.abs(np.gradient(phase, t))
+    turning = np.abs(np.sin(phase)) > 0.3
+    assert speed[turning][:9] == pytest.approx(3.0 * 10.0 ** (t[turning][:9] / 10.0), rel=0.01)
+    assert speed[turning][-9:] == pytest.approx(3.0 * 10.0 ** (t[turning][-9:] / 10.0), rel=0.01)
+    assert "swept from 3 to 30 rad/s" in swept.as_json()["run"]
+    assert proposal(1.0).torque(t) == pytest.approx(0.002 + 0.01 * np.cos(3.0 * t))
+
+
+TRUTH = {
+    "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,
+    "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
+}  # fmt: skip
+
+
+def without_noise(study: Study, solution: Solution) -> Study:
+    """Put the readings of a model in place of the measured ones."""
+    simulator = study.factory(solution.equations)
+    runs = [
+        run.but(y=simulator.simulate(solution.theta, run, x0=x0).y)
+        for run, x0 in zip(study.fitted, solution.x0, strict=True)
+    ]
+    return replace(study, fitted=tuple(runs))
+
+
+def test_expected_evidence_is_what_a_refit_of_the_rival_to_the_new_run_leaves(tmp_path: Path):
+    inputs = [Cosine(amplitude=a, frequency=w, duration=8.0, spacing=0.01) for a, w in ((0.008, 1.5), (0.006, 2.5))]
+    delay = {"time_delay": {"delay": 0.004}}
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    make_joint_campaign(tmp_path, 3, TRUTH, inputs, effects=delay, sensor=Sensor(noise=2e-4), known=known, seed=5)
+    entries = catalogue()
+    study = study_of(read_campaign(tmp_path), 3, entries)
+    late, lag = (entries[key] for key in ("time_delay", "amplifier_lag:rest"))
+    winner = solve(study, (late,), Noise(), TRUTH | {"delay_time": 0.004}, iterations=60, tolerance=1e-4)
+    study = without_noise(study, winner)
+    winner = solve(study, (late,), Noise(), winner.values, x0=winner.x0, iterations=60, tolerance=1e-8)
+    start = TRUTH | winner.values | {"lag_time": 0.004}
+    rival = solve(study, (lag,), Noise(), start, x0=winner.x0, iterations=60, tolerance=1e-8)
+
+    proposal = propose(study, winner, [rival])
+
+    template = study.fitted[0]
+    run = template.but(file="new", u=proposal.torque(template.t)[:, None])
+    y = study.factory(winner.equations).simulate(winner.theta, run, x0=winner.x0[0]).y
+    more = replace(study, fitted=(*study.fitted, run.but(y=y)))
+    starts = (*rival.x0, rival.x0[0])
+    again = solve(more, (lag,), Noise(), rival.values, x0=starts, iterations=60, tolerance=1e-8)
+    assert proposal.evidence > 10.0
+    assert again.chi2 - rival.chi2 == pytest.approx(proposal.evidence, rel=0.1)
