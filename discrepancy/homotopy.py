@@ -62,11 +62,11 @@ class Guided:
         pairs = zip(self.problem.simulator.equations.parameters, self.problem.theta(self.x), strict=True)
         return {q.id: float(p) for q, p in pairs}
 
-    def down_to(self, level: int, most: int = FEW) -> Guided:
+    def down_to(self, level: int, most: int = FEW, tolerance: float = LOOSE) -> Guided:
         """Fit under the next gains, ``level`` of `GAINS` in all, ``most`` simulations under each."""
         x, cost, calls = self.x, self.cost, self.calls
         for gain in GAINS[self.level : level]:
-            found = minimise(self.problem, x, gain, iterations=most, tolerance=LOOSE)
+            found = minimise(self.problem, x, gain, iterations=most, tolerance=tolerance)
             x, cost, calls = found.x, found.cost, calls + found.calls
         return replace(self, x=x, cost=cost, level=level, calls=calls)
 
@@ -76,6 +76,11 @@ def guided(study: Study, effects: Sequence[Effect], values: Mapping[str, float])
     problem = observed(study, effects)
     start = start_vector(problem.simulator.equations, values)
     return Guided(problem=problem, x=feasible(problem, problem.first(start)))
+
+
+def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:
+    """Return what was sketched at a long inner step as a fit at that of ``study``."""
+    return replace(sketched, problem=observed(study, effects))
 
 
 def released(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:

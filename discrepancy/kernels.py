@@ -21,7 +21,7 @@ from model.observer import with_observer
 COARSE = 2.5e-3
 """Inner step of sensitivities and first tries [s]."""
 SKETCH = 5e-3
-"""Inner step of signatures [s], which are differences of simulations at the same step."""
+"""Inner step of signatures [s], which are differences of simulations at the same step, and of a first sieve."""
 _compiled: dict[tuple[str, bool], CompiledKernel] = {}
 
 
@@ -71,7 +71,7 @@ class Factory:
     Parameters
     ----------
     step
-        Inner step of the readings [s]; `discrepancy.steps` chooses it.
+        Inner step of the readings [s], and of sensitivities where it is longer than `COARSE`.
     """
 
     step: float = COARSE
@@ -79,4 +79,4 @@ class Factory:
     def __call__(self, equations: Equations, *, many: bool = False) -> TwoStep:
         """Build the simulator; it runs one set at a time unless asked for more."""
         simulator = KernelSimulator(equations, compiled(equations, many=many))
-        return TwoStep(simulator.with_step(min(self.step, COARSE)), simulator.with_step(COARSE))
+        return TwoStep(simulator.with_step(self.step), simulator.with_step(max(self.step, COARSE)))

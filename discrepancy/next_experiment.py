@@ -90,9 +90,11 @@ class Proposal:
     def as_json(self) -> dict[str, float | int | bool | str]:
         """Return the run in SI units and in words."""
         swept = self.end_frequency != self.frequency
-        frequency = f"swept from {self.frequency:.3g} to {self.end_frequency:.3g}" if swept else f"{self.frequency:.3g}"
+        frequency = (
+            f"swept from {self.frequency:.3g} to {self.end_frequency:.3g}" if swept else f"at {self.frequency:.3g}"
+        )
         words = (
-            f"cosine torque of {self.amplitude:.3g} N m at {frequency} rad/s about {self.offset:.3g} N m, "
+            f"cosine torque of {self.amplitude:.3g} N m {frequency} rad/s about {self.offset:.3g} N m, "
             f"from rest, {self.duration:.3g} s"
         )
         if not self.tells:

@@ -8,8 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from discrepancy.homotopy import guided, released, through_homotopy
-from discrepancy.kernels import COARSE
+from discrepancy.homotopy import at_fine, guided, released, through_homotopy
+from discrepancy.kernels import COARSE, SKETCH
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
 from discrepancy.refit import FIRST, Candidate, begin, continued, settle, significance, starts_of
@@ -37,8 +37,9 @@ CLOSE = 40.0
 """Log-likelihood from the best within which a begun fit is finished as a rival."""
 BETTER = 6.0
 """Least gain in the criterion that an effect has to bring."""
-SIEVED, BRIEF = 2, 12
-"""Gains of the homotopy under which entries that are fitted anew are compared, and most simulations under each."""
+SIEVED, BRIEF, WIDE = 2, 12, 10.0
+"""Gains of the homotopy under which entries that are fitted anew are compared, most simulations under each, and the
+tolerance in squares over the noise."""
 NEWS = 0.05
 """Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
 SIGNIFICANT = 9.0
@@ -259,11 +260,11 @@ class Searcher:
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))
                 starts.append(values | own)
-        laid_out = mapped(partial(guided, rough), chosen, starts, threads=self.study.threads)
-        begun = [(both, low.down_to(SIEVED, BRIEF)) for both, low in zip(chosen, laid_out, strict=True)]
+        laid_out = mapped(partial(guided, at_step(self.study, SKETCH)), chosen, starts, threads=self.study.threads)
+        begun = [(both, low.down_to(SIEVED, BRIEF, WIDE)) for both, low in zip(chosen, laid_out, strict=True)]
         best = {both[-1].key: (both, low) for both, low in sorted(begun, key=lambda pair: -pair[1].cost)}
         ahead = sorted(best.values(), key=lambda pair: pair[1].cost)[:PROMISING]
-        done = [released(rough, both, low, ROUGH) for both, low in ahead]
+        done = [released(rough, both, at_fine(rough, both, low), ROUGH) for both, low in ahead]
         calls = sum(calls - low.calls for (_, low), (_, calls) in zip(ahead, done, strict=True))
         self.simulations += (calls + sum(low.calls for _, low in begun)) * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)

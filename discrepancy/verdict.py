@@ -62,7 +62,7 @@ def judge(study: Study, found: Search) -> Judgement:
         alternatives=rivals or _considered(found),
         next_experiment=proposal,
         shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
-        sentence=_sentence(verdict, effects, rivals, proposal, at_their_bounds(found.trials)),
+        sentence=_sentence(verdict, effects, rivals, proposal, at_their_bounds(found.trials), _powers(found)),
     )
 
 
@@ -70,7 +70,8 @@ def verdict_of(found: Search) -> Verdict:
     """Return the verdict: a name only where what it leaves is noise, in every test.
 
     Where even the winner leaves a gap, something real is missing that no entry explains; its names are surrogates. So
-    are several names where one of them has little to speak for it.
+    are several names where one of them has little to speak for it, and two powers of one variable: they are terms of a
+    series that follows any smooth curve.
     """
     if not found.best.adequate:
         return "unlisted"
@@ -78,6 +79,8 @@ def verdict_of(found: Search) -> Verdict:
     if not keys:
         return "nothing_missing"
     if len(keys) > 1 and min(found.evidence(key) for key in keys) < EVIDENT:
+        return "unlisted"
+    if len(_powers(found)) > 1:
         return "unlisted"
     return "ambiguous" if found.rivals else "named"
 
@@ -89,6 +92,11 @@ def _considered(found: Search) -> tuple[Trial, ...]:
         if set(t.candidate.ids) != set(found.best.candidate.ids):
             best.setdefault(t.candidate.ids, t)
     return tuple(best.values())[:SHOWN]
+
+
+def _powers(found: Search) -> list[str]:
+    """Return ids of the best model's effects that are a torque polynomial in the position, each a term of a series."""
+    return [e.id for e in found.best.solution.effects if e.polynomial]
 
 
 def named_effects(found: Search) -> tuple[NamedEffect, ...]:
@@ -158,7 +166,8 @@ def _sentence(
     effects: tuple[NamedEffect, ...],
     rivals: tuple[Trial, ...],
     proposal: Proposal | None,
-    like: tuple[str, ...],
+    like: Sequence[str],
+    powers: Sequence[str],
 ) -> str:
     names = " and ".join(f"{e.id} ({e.title})" for e in effects)
     if verdict == "nothing_missing":
@@ -173,5 +182,7 @@ def _sentence(
     nothing = "Something is missing that no entry of the catalogue explains."
     if like:
         return f"{nothing} It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."
+    if len(powers) > 1:
+        return f"{nothing} It bends with position: {' and '.join(powers)} follow it as powers follow any curve."
     tried = f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if effects else ""
     return nothing + tried

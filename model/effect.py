@@ -143,6 +143,15 @@ class Effect:
         return self.side == "random"
 
     @property
+    def polynomial(self) -> bool:
+        """Whether the effect is nothing but a torque polynomial in the position."""
+        alone = (
+            self.torque is not None and not self.states and len([e for e in _expressions(self) if e is not None]) == 1
+        )
+        moving = self.torque.free_symbols & {t, q, v, z, w, a, y, tau} if alone and self.torque is not None else set()
+        return moving == {q} and bool(sp.sympify(self.torque).is_polynomial(q))
+
+    @property
     def neutral(self) -> dict[str, float]:
         """Values of the parameters at which the effect vanishes."""
         return {x.id: 0.0 for x in self.parameters[: self.amplitudes]}

@@ -1,28 +1,36 @@
-"""Torque that arrives late: the Padé approximation of e^(−sT) with two zeros and three poles, mode by mode.
+"""Torque that arrives late: a rational approximation of e^(−sT), mode by mode.
 
-e^(−x) ≈ N(x)/D(x) = (60 − 24x + 3x²)/(60 + 36x + 9x² + x³) (Baker and Graves-Morris 1996, table of the exponential
-function) = Σ r_k/(x − p_k) with x = sT, r_k = N(p_k)/D'(p_k): one real pole and a pair −a ± ib. Only b
-leads from a state to another.
+e^(−x) ≈ (60 − 24x + 3x²)/(60 + 36x + 9x² + x³), x = sT, the Padé approximation of degrees 2 and 3 (Baker and
+Graves-Morris 1996, table of the exponential function). Below T = `LEAST` the poles stay where they are, D(y) with
+y = s·LEAST, and the numerator N(y) holds the powers up to three of e^(−ρy)·D(y), ρ = T/`LEAST`: the Padé one at ρ = 1,
+D itself at ρ = 0. N/D = n₃ + Σ r_k/(y − p_k), r_k = N(p_k)/D'(p_k): one real pole and a pair −a ± ib. Only b leads from
+state to state.
 """
 
 import numpy as np
 import sympy as sp
 
-from model.effect import Effect, EffectState, faded, parameter, w
+from model.effect import Effect, EffectState, parameter, w
 from model.equations import State
 
-LEAST = sp.Float(1e-3)
-N, D = np.polynomial.Polynomial([60.0, -24.0, 3.0]), np.polynomial.Polynomial([60.0, 36.0, 9.0, 1.0])
+LEAST = sp.Float(4e-3)
+DENOMINATOR = np.polynomial.Polynomial([60.0, 36.0, 9.0, 1.0])
 
 
 def _delay() -> Effect:
     T = sp.Symbol("delay_time", real=True)
     x, c, s = sp.symbols("delay_mode delay_pair_1 delay_pair_2", real=True)
     held = sp.Max(T, LEAST)
-    real, pair = sorted(map(complex, D.roots()), key=lambda p: p.imag)[1:]
-    r, q = (complex(N(p) / D.deriv()(p)) for p in (real, pair))
-    fast, a, b = (sp.Float(v) for v in (-real.real, -pair.real, pair.imag))
-    late = sp.Float(r.real) * x + 2 * (sp.Float(q.real) * c - sp.Float(q.imag) * s)
+    rho = T / held
+    through = 1 - 9 * rho + 18 * rho**2 - 10 * rho**3
+    numerator = (60, 36 - 60 * rho, 9 - 36 * rho + 30 * rho**2, through)
+    real, pair = sorted(map(complex, DENOMINATOR.roots()), key=lambda p: p.imag)[1:]
+
+    def share(p: complex, part: str) -> sp.Expr:
+        terms = [getattr(p**k / complex(DENOMINATOR.deriv()(p)), part) for k in range(4)]
+        return sp.Add(*(sp.Float(term) * n for term, n in zip(terms, numerator, strict=True)))
+
+    fast, a, b = (sp.Float(number) for number in (-real.real, -pair.real, pair.imag))
     modes = (
         (x, (w - fast * x) / held, fast / held, "part of the delayed torque that decays without turning"),
         (c, (w - a * c - b * s) / held, a / held, "part of the delayed torque that turns, in phase"),
@@ -38,7 +46,7 @@ def _delay() -> Effect:
         parameters=(parameter("delay_time", "s", "delay T", 0.005, 0.0, 0.5),),
         shapes=(("delay_time", (0.004, 0.01, 0.03, 0.1)),),
         rivals=("amplifier_lag", "friction_lag"),
-        input=faded(T, LEAST, late, w),
+        input=through * w + share(real, "real") * x + 2 * (share(pair, "real") * c - share(pair, "imag") * s),
         states=tuple(
             EffectState(state=State(id=z.name, unit="N m", description=name), rhs=rhs, rate=rate)
             for z, rhs, rate, name in modes

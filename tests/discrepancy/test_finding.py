@@ -83,6 +83,15 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
     assert "The run that would tell" not in discrepancy_page(finding, "test", measured=False)
 
 
+def test_two_powers_of_the_position_are_a_curve_and_no_names(tmp_path: Path):
+    springs = {key: catalogue()[key] for key in ("asymmetric_spring", "cubic_spring")}
+    finding = found(tmp_path, {"payload_gravity": {"payload_cos": 0.006, "payload_sin": 0.006}}, known_entries=springs)
+    data = as_json(finding, measured=False, seed=0)
+    assert data["verdict"] == "unlisted"
+    assert "asymmetric_spring and cubic_spring follow it as powers follow any curve" in data["sentence"]
+    assert data["unnamed_shape"]["variable"] == "position_rad"
+
+
 def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Path):
     finding = found(tmp_path, {"cubic_spring": {"spring_cubic": 0.02}}, without="cubic_spring")
     data = as_json(finding, measured=False, seed=0)

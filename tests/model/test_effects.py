@@ -13,7 +13,7 @@ import pytest
 import sympy as sp
 
 from fmu_build.build import Kind, build_fmu
-from model.effect import renamed
+from model.effect import renamed, w
 from model.effects import catalogue, load_folder
 from model.equations import Equations
 from model.joint import joint_equations
@@ -223,3 +223,17 @@ def test_the_same_equations_under_other_names_are_known_as_such():
     assert names["gear_play"] == "slack_half_width"
     pairs = [(a, b) for a, b in combinations(known.values(), 2) if renamed(a, b) is not None]
     assert {(a.key, b.key) for a, b in pairs} == {("backlash:motor", "tendon_slack")}
+
+
+@pytest.mark.parametrize("delay", [0.0, 3e-4, 2e-3, 4e-3, 0.03])
+@pytest.mark.parametrize("omega", [0.5, 5.0, 60.0])
+def test_a_delay_of_any_length_turns_a_wave_by_its_phase_and_no_more(delay: float, omega: float):
+    effect = catalogue()["time_delay"]
+    values = {sp.Symbol("delay_time", real=True): delay}
+    states = [x.state.symbol for x in effect.states]
+    right = sp.Matrix([x.rhs for x in effect.states]).subs(values)
+    A, B = (np.array(right.jacobian(v), dtype=float) for v in (states, [w]))
+    out = sp.Matrix([effect.input]).subs(values)
+    C, D = (np.array(out.jacobian(v), dtype=float) for v in (states, [w]))
+    response = (C @ np.linalg.solve(1j * omega * np.eye(3) - A, B) + D).item()
+    assert response == pytest.approx(np.exp(-1j * omega * delay), abs=2e-3 * max(omega * delay, 4e-3 * omega) ** 3)
