@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from discrepancy.jump import places
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise
-from discrepancy.solution import Solution, under_noise
+from discrepancy.solution import Solution, under_noise, with_starts
 from discrepancy.study import Study
 from measurement.run import Array, Run
 
@@ -77,7 +77,7 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     x0 = problem.x0(x)
     if model.scatter > 0:
         problem = under_noise(simulator, runs, model, theta, x0, threads=study.threads)
-        x = minimise(problem, x, iterations=12).x
+        x = minimise(problem, with_starts(problem, np.zeros(problem.size), x0), iterations=12).x
         x0 = problem.x0(x)
     found = problem.blocks(x, jacobian=False)
     chi2 = float(found.residual @ found.residual)

@@ -22,8 +22,9 @@ FIRST, MORE, FULL = 6, 25, 60
 """Most simulations of all runs: of a first try, of what goes on with it, and of the fit to the end."""
 SETTLING = 5
 """Most fits under a noise estimated anew: a first fit that has not arrived passes for noise that is not there."""
-LARGE, ALIKE = 10.0, 0.5
-"""Largest factor on an effect's typical size to start at; share of T from which another shape is tried too."""
+LARGE, SMALL, ALIKE = 10.0, 0.01, 0.5
+"""Largest factor on an effect's typical size to start at, the same where it has no shape, and the share of T from which
+another shape is tried too."""
 EDGE = 1e-3
 """Relative distance from the lower bound at which a wave number or time constant counts as lying there."""
 NOTHING = 4.0
@@ -129,7 +130,7 @@ def starts_of(effect: Effect, score: Score) -> list[dict[str, float]]:
 
 def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:
     """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more."""
-    values = current.values | start_values(effect, score.point, no_larger(score.amplitude))
+    values = current.values | start_values(effect, score.point, near(effect, score.amplitude))
     return _roughly(study, (*current.effects, effect), current.noise, values, current.x0, FIRST)
 
 
@@ -138,7 +139,7 @@ def continued(study: Study, current: Solution, begun: Solution, score: Score) ->
     further = [_roughly(study, begun.effects, begun.noise, begun.values, begun.x0, MORE)]
     if score.others and score.others[0][1] > ALIKE * score.T:
         point, _, amplitude = score.others[-1]
-        values = current.values | start_values(begun.effects[-1], point, no_larger(amplitude))
+        values = current.values | start_values(begun.effects[-1], point, near(begun.effects[-1], amplitude))
         further.append(_roughly(study, begun.effects, begun.noise, values, current.x0, MORE))
     best = max(further, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
     return best, sum(s.calls for s in further)
@@ -156,8 +157,19 @@ def _roughly(
     return solve(study, effects, noise, values, x0=x0, iterations=iterations, tolerance=ROUGH)
 
 
-def no_larger(amplitude: Sequence[float], largest: float = LARGE) -> list[float]:
-    """Scale a linear estimate down to where linearity may still hold, ``largest`` times the typical size."""
+def near(effect: Effect, amplitude: Sequence[float]) -> list[float]:
+    """Scale a linear estimate down to where a fit may begin, the base being where it is.
+
+    It says how large the effect is once the base has moved along; with the base where it is, a large effect is far
+    from the readings. What has amplitudes alone is brought there, base and all, by the first step of the fit; a shape
+    rests where the amplitude is small.
+    """
+    free = sum(not x.fixed for x in effect.parameters)
+    return no_larger(amplitude, SMALL if free == effect.amplitudes and not effect.shapes else LARGE)
+
+
+def no_larger(amplitude: Sequence[float], largest: float) -> list[float]:
+    """Scale a linear estimate down to ``largest`` times the typical size."""
     factor = min(1.0, largest / max(*map(abs, amplitude), 1e-300))
     return [a * factor for a in amplitude]
 
