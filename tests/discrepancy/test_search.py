@@ -10,15 +10,18 @@ import pytest
 
 from discrepancy.base import agreeing, fit_base
 from discrepancy.exchange import pruned
+from discrepancy.held_out import predict
 from discrepancy.noise import Noise
 from discrepancy.omnibus import Omnibus
 from discrepancy.refit import begin, judged, settle, significance, starts_of
 from discrepancy.scan import scan
+from discrepancy.scatter import relinearised
 from discrepancy.signatures import signatures
 from discrepancy.solution import solve
 from discrepancy.study import scales_of, study_of
 from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial
 from discrepancy.verdict import at_their_bounds
+from identification.starting import MOVING, first_slopes, start_of
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
 from model.effects import catalogue
@@ -137,3 +140,19 @@ def test_a_large_compliance_is_begun_at_its_size_though_it_scores_nothing(begun:
     assert [own["tendon_compliance"] for own in starts_of(tendon, nothing)] == [0.4]
     something = replace(nothing, T=5.0, amplitude=(0.5,))
     assert [own["tendon_compliance"] for own in starts_of(tendon, something)] == [0.005, 0.4]
+
+
+def test_a_run_whose_start_moves_only_once_its_scatter_is_out_is_predicted(begun: tuple[Searcher, Trial]) -> None:
+    s, start = begun
+    solution, noise = start.solution, Noise(scatter=0.03, path="torque")
+    simulator, run = s.study.factory(solution.equations), s.study.fitted[0]
+    still = run.but(y=run.y - run.y[0] + run.y[:9].mean())
+    slope, std = (float(each[0]) for each in first_slopes(still))
+    differ = 0
+    for sign in (-1.0, 1.0):
+        ramp = (sign * MOVING * std * (1.0 - 1e-9) - slope) * run.t * np.exp(-((run.t / 0.3) ** 4))
+        edge = still.but(y=still.y + ramp[:, None])
+        about, _ = relinearised(simulator, edge, noise, solution.theta, solution.x0[0])
+        differ += len(start_of(solution.equations, edge).states) != len(start_of(solution.equations, about).states)
+        assert np.isfinite(predict(s.study, solution, [edge], noise=noise).score)
+    assert differ
