@@ -33,6 +33,9 @@ class Prediction:
         Simulated readings of every run.
     chi2, rows
         ‖r‖² over all runs, and how many rows count.
+    excess
+        Largest relative excess of a run's mean square over the sensor's noise, beyond `SPREAD` of its standard
+        deviations, where that noise is stated and no amplitude scatters; 0 otherwise.
     """
 
     score: float
@@ -40,6 +43,7 @@ class Prediction:
     y: tuple[Array, ...]
     chi2: float = 0.0
     rows: int = 0
+    excess: float = 0.0
 
     @property
     def noise_alone(self) -> bool:
@@ -64,7 +68,8 @@ def predict(
         return Prediction(score=0.0, rms=(), y=())
     found = [_at(study, solution, theta, chosen, model) for theta in places(solution, study.fitted, chosen)]
     scores = [p.score for p in found]
-    return replace(found[0], score=float(logsumexp(scores) - np.log(len(scores))), chi2=min(p.chi2 for p in found))
+    score = float(logsumexp(scores) - np.log(len(scores)))
+    return replace(found[0], score=score, chi2=min(p.chi2 for p in found), excess=min(p.excess for p in found))
 
 
 def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], model: Noise) -> Prediction:
@@ -84,4 +89,13 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     y = tuple(simulator.simulate(theta, run, x0=start).y[:, 0] for run, start in zip(runs, x0, strict=True))
     rms = tuple(float(np.sqrt(np.mean((run.y[:, 0] - s)[run.scored] ** 2))) for run, s in zip(runs, y, strict=True))
     rows = sum(run.t.size - run.score_from for run in runs)
-    return Prediction(score=-0.5 * (chi2 + problem.log_determinant), rms=rms, y=y, chi2=chi2, rows=rows)
+    excess = _excess(runs, rms) if study.noise_given and model.scatter == 0.0 else 0.0
+    score = -0.5 * (chi2 + problem.log_determinant)
+    return Prediction(score=score, rms=rms, y=y, chi2=chi2, rows=rows, excess=excess)
+
+
+def _excess(runs: Sequence[Run], rms: Sequence[float]) -> float:
+    """Return the largest excess of a run's mean square over the sensor's noise, beyond chance."""
+    powers = [(e / run.sensor_std[0]) ** 2 - 1.0 for e, run in zip(rms, runs, strict=True)]
+    chance = [SPREAD * np.sqrt(2.0 / (run.t.size - run.score_from)) for run in runs]
+    return max(0.0, *(float(p - c) for p, c in zip(powers, chance, strict=True)))

@@ -40,6 +40,8 @@ class Study:
         The catalogue by key, in multiples of the joint's scales.
     prismatic
         Whether the joint slides.
+    noise_given
+        Whether the campaign states the sensor's noise; it is estimated from the readings otherwise.
     factory
         Equations in, simulator out.
     threads
@@ -52,6 +54,7 @@ class Study:
     base: Equations
     entries: Mapping[str, Effect]
     prismatic: bool = False
+    noise_given: bool = False
     factory: Factory = field(default_factory=Factory)
     threads: int = 1
 
@@ -95,8 +98,9 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
     base = within_reach(base, fitted)
     unseen = campaign.runs_of((joint,), "validate")
     return Study(
-        joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides, threads=threads
-    )
+        joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides,
+        noise_given=campaign.noise_given, threads=threads,
+    )  # fmt: skip
 
 
 def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:

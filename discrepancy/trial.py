@@ -33,6 +33,8 @@ LATER = 20
 """Entries that are begun on top of an effect: by then the scores of the catalogue may be trusted for a first sieve."""
 FINISHED, HOPELESS, FEW = 8, 4, 2
 """Most fits to the end of one step, how many of them where none leaves only noise, and where all are far from it."""
+EXCESS = 0.02
+"""Largest share of a run's mean square over the stated noise, beyond chance, where effects leave nothing but noise."""
 CLOSE = 40.0
 """Log-likelihood from the best within which a begun fit is finished as a rival."""
 BETTER = 6.0
@@ -99,8 +101,13 @@ class Trial:
 
     @property
     def passes(self) -> bool:
-        """Whether the tests that need no scores of the catalogue find nothing."""
-        return self.left.p > LACK and self.candidate.prediction.noise_alone
+        """Whether the tests that need no scores of the catalogue find nothing.
+
+        A gap may pass for correlated noise. Effects that explain it leave no more than the noise that is stated.
+        """
+        prediction = self.candidate.prediction
+        explained = not self.solution.effects or prediction.excess <= EXCESS
+        return self.left.p > LACK and prediction.noise_alone and explained
 
     @property
     def acceptable(self) -> bool:
