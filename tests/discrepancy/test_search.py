@@ -122,7 +122,7 @@ def test_an_effect_found_earlier_has_to_stay_significant_beside_the_last_one():
 def test_a_finding_without_a_name_says_which_entry_it_is_like(begun: tuple[Searcher, Trial]):
     _, start = begun
     clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
-    prediction = replace(start.candidate.prediction, chi2=100.0, rows=100)
+    prediction = replace(start.candidate.prediction, chi2=100.0, rows=100, excess=0.0)
     solution = replace(start.solution, effects=(catalogue()["tendon_slack"],))
     near = replace(start.candidate, solution=solution, prediction=prediction)
     slack = Trial(candidate=near, left=clean, left_p=0.5, at_bound=True)
@@ -156,3 +156,21 @@ def test_a_run_whose_start_moves_only_once_its_scatter_is_out_is_predicted(begun
         slope, moved = float(first_slopes(run)[0][0]), float(first_slopes(about)[0][0])
     assert [len(start_of(solution.equations, each).states) for each in (run, about)] == [1, 2]
     assert np.isfinite(predict(s.study, solution, [run], noise=noise).score)
+
+
+def test_effects_may_not_take_a_gap_for_correlated_noise_where_the_noise_is_stated(
+    begun: tuple[Searcher, Trial],
+) -> None:
+    s, start = begun
+    assert s.study.noise_given
+    (run,) = s.study.unseen
+    gap = start.candidate.prediction.rms[0] ** 2 / run.sensor_std[0] ** 2 - 1.0
+    assert start.candidate.prediction.excess == pytest.approx(gap - 5.0 * np.sqrt(2.0 / run.t.size))
+    estimated = predict(replace(s.study, noise_given=False), start.solution)
+    assert estimated.excess == 0.0
+    clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
+    whitened = replace(start.candidate.prediction, chi2=100.0, rows=100, excess=0.1)
+    explained = replace(start.solution, effects=(catalogue()["cubic_spring"],))
+    bare, named = (replace(start.candidate, solution=x, prediction=whitened) for x in (start.solution, explained))
+    assert Trial(candidate=bare, left=clean).passes
+    assert not Trial(candidate=named, left=clean).passes
