@@ -176,7 +176,12 @@ def _settle(finding: Finding) -> list[str]:
         return []
     run, separation = proposal.as_json()["run"], proposal.separation
     which = "The run that would tell" if proposal.tells else "The run that comes nearest"
-    return [f"{which}: {run}; there the rivals differ by {separation:.2g} times the noise."]
+    once = (
+        f"; refitted to it, the rivals still differ by {separation:.2g} times the noise"
+        if proposal.repeats == 1
+        else ""
+    )
+    return [f"{which}: {run}{once}."]
 
 
 def _unnamed(shape: Shape, runs: str) -> Section:
