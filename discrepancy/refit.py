@@ -25,8 +25,9 @@ SETTLING = 5
 LARGE, SMALL, ALIKE = 10.0, 0.01, 0.5
 """Largest factor on an effect's typical size to start at, the same where it has no shape, and the share of T from which
 another shape is tried too."""
-EDGE = 1e-3
-"""Relative distance from the lower bound at which a wave number or time constant counts as lying there."""
+EDGE, NEAR = 1e-3, 0.5
+"""Relative distance from the lower bound at which a wave number or time constant counts as lying there, and the largest
+one at which it does because two of its standard errors reach the bound."""
 NOTHING = 4.0
 """Squared ratio to its standard error below which a one-sided first amplitude is none."""
 INFORMED = 0.5
@@ -182,10 +183,12 @@ def settle(
     solution, calls = sharpened(study, solution, calls + solution.calls)
     for k in range(SETTLING):
         noise = estimate(study, solution, paths)
-        if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])):
+        if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])) or not noise.colour.sigma > 0.0:
             break
         again = solve(study, solution.effects, noise, solution.values, x0=solution.x0, iterations=FULL)
         calls += again.calls
+        if not again.finite:  # about the amplitudes of another scatter, the simulation may leave the numbers
+            break
         solution = again
         if k >= 1 and omnibus(study, solution).far:
             break
@@ -211,9 +214,10 @@ def significance(solution: Solution) -> tuple[float, bool]:
     For the last effect, its gain speaks: a Wald statistic is as wrong as the curvature where spring, weight and a bent
     spring trade off, and the place of a jump changes nothing between two torques.
 
-    A wave number or a time constant at the lower end of its range counts as at its bound: there it stands for something
-    else (a wave longer than the travel for a bent spring). So does a first amplitude that cannot be told from 0, its
-    lower bound, while others carry the effect (a slack of nothing in an elastic tendon).
+    A wave number or a time constant at the lower end of its range, or one that cannot be told from it, counts as at its
+    bound: there it stands for something else (a wave longer than the travel for a bent spring). So does a first
+    amplitude that cannot be told from 0, its lower bound, while others carry the effect (a slack of nothing in an
+    elastic tendon).
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
@@ -233,7 +237,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))
         shape = [ids.index(q.id) for q in effect.parameters[effect.amplitudes :] if q.scale == "log" and not q.fixed]
-        at_bound |= bool(np.any(solution.x[shape] - lower[shape] < EDGE))
+        error = np.sqrt(np.diag(covariance)[shape]) / size[shape]
+        at_bound |= bool(np.any(solution.x[shape] - lower[shape] < np.clip(2.0 * error, EDGE, NEAR)))
     return wald, at_bound
 
 

@@ -84,6 +84,11 @@ class Solution:
         return float(self.residual @ self.residual)
 
     @property
+    def finite(self) -> bool:
+        """Whether residuals and Jacobian are numbers."""
+        return bool(np.isfinite(self.log_likelihood) and np.isfinite(self.blocks.jacobian).all())
+
+    @property
     def keys(self) -> tuple[str, ...]:
         """Keys of the effects, the random one among them."""
         return (*(e.key for e in self.effects), *(("amplitude_scatter",) if self.noise.scatter > 0 else ()))

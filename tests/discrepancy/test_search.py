@@ -174,3 +174,18 @@ def test_effects_may_not_take_a_gap_for_correlated_noise_where_the_noise_is_stat
     bare, named = (replace(start.candidate, solution=x, prediction=whitened) for x in (start.solution, explained))
     assert Trial(candidate=bare, left=clean).passes
     assert not Trial(candidate=named, left=clean).passes
+
+
+@pytest.mark.parametrize(("number", "long"), [(1.02, True), (1.2, True), (2.0, False)])
+def test_a_wave_that_cannot_be_told_from_the_longest_one_stands_for_something_else(number: float, long: bool):
+    rng = np.random.default_rng(9)
+    cogging = catalogue()["cogging"]
+    scaling = SimpleNamespace(
+        ids=("cogging_sin", "cogging_cos", "cogging_number"),
+        scaled=lambda p: np.array([p[0], p[1], 0.0]),
+        bounds=(np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 3.0])),
+    )
+    blocks = SimpleNamespace(jacobian=rng.standard_normal((400, 3)) * (1e3, 1e3, 0.4))  # ln n is known to 0.125
+    x = np.array([0.2, 0.3, np.log(number)])
+    found = SimpleNamespace(problem=SimpleNamespace(scaling=scaling), blocks=blocks, x=x, theta=x, effects=(cogging,))
+    assert significance(found)[1] == long
