@@ -13,8 +13,8 @@ from model.equations import State
 from model.quantity import Quantity
 from model.scales import POSITION, TORQUE
 
-CONTACT = 0.005
-"""Share of the play over which the damper engages: over a twentieth, its parameters were off by up to 3 %."""
+CONTACT = 0.05
+"""Share of the play over which the damper engages."""
 
 
 def _names(prefix: str) -> tuple[sp.Symbol, ...]:
