@@ -33,7 +33,7 @@ def places(solution: Solution, fitted: Sequence[Run], others: Sequence[Run]) -> 
     found = [solution.theta]
     ids = [q.id for q in solution.equations.parameters]
     sent = torques(others)
-    for effect in [e for e in solution.effects if e.edge]:
+    for effect in [e for e in solution.effects if e.threshold]:
         at = ids.index(effect.parameters[0].id)
         value = float(solution.theta[at])
         low, high = around(value, torques(fitted))

@@ -134,14 +134,14 @@ class _Rival:
 def propose(study: Study, winner: Solution, rivals: Sequence[Solution]) -> Proposal:
     """Return the run of the grid after which the least separated rival is expected to be furthest from the winner."""
     against = [_rival(study, winner, r) for r in rivals]
-    tried = mapped(partial(_tried, study, winner, against), _grid(study), threads=study.threads)
+    template = max(study.fitted, key=lambda run: run.t[-1])
+    tried = mapped(partial(_tried, study, winner, against, template), _grid(study, template), threads=study.threads)
     inside = [p for p, excursion in tried if excursion <= ROOM]
     return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: p.evidence)
 
 
-def _grid(study: Study) -> list[Proposal]:
-    """Lay out the torques that are tried."""
-    template = _template(study)
+def _grid(study: Study, template: Run) -> list[Proposal]:
+    """Lay out the torques that are tried, at the times of ``template``."""
     largest = max(float(np.abs(run.u).max()) for run in study.fitted)
     fastest = max(find_cycles(run).omega for run in study.fitted)
     limit = 2 * np.pi / (ROWS_A_PERIOD * float(np.median(np.diff(template.t))))
@@ -154,11 +154,6 @@ def _grid(study: Study) -> list[Proposal]:
         for a, o in LEVELS
         for slow, fast in combinations_with_replacement(speeds, 2)
     ]  # fmt: skip
-
-
-def _template(study: Study) -> Run:
-    """Return the longest run: a proposed one has its times and starts where it did."""
-    return max(study.fitted, key=lambda run: run.t[-1])
 
 
 def _rival(study: Study, winner: Solution, rival: Solution) -> _Rival:
@@ -184,9 +179,13 @@ def _readings(study: Study, solution: Solution) -> list[Array]:
     return [simulator.simulate(solution.theta, run, x0=x0).y[:, 0] for run, x0 in pairs]
 
 
-def _tried(study: Study, winner: Solution, rivals: Sequence[_Rival], proposal: Proposal) -> tuple[Proposal, float]:
-    """Return a proposal with its evidence, and the share of the travel by which it leaves it."""
-    template = _template(study)
+def _tried(
+    study: Study, winner: Solution, rivals: Sequence[_Rival], template: Run, proposal: Proposal
+) -> tuple[Proposal, float]:
+    """Return a proposal with its evidence, and the share of the travel by which it leaves it.
+
+    It has the times of ``template``, the longest run, and starts where that did.
+    """
     at = study.fitted.index(template)
     torque = proposal.torque(template.t)[:, None]
     silent = template.but(file="proposed", u=torque, v=None, extra={}, score_from=0)

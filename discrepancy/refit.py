@@ -229,7 +229,7 @@ def significance(solution: Solution) -> tuple[float, bool]:
     for effect in solution.effects:
         at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
         a = (solution.x[at] - zero[at]) * size[at]
-        if effect is not solution.effects[-1] and not effect.edge:
+        if effect is not solution.effects[-1] and not effect.threshold:
             wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
         one_sided = lower[at[0]] >= zero[at[0]]
         at_bound |= bool(one_sided and len(at) > 1 and a[0] ** 2 < NOTHING * covariance[at[0], at[0]])

@@ -163,14 +163,3 @@ def _values(run: Run, variable: str) -> Array:
 def _smooth(y: Array) -> Array:
     width = max(y.size // 200, 3)
     return np.convolve(np.pad(y, width, mode="edge"), np.ones(width) / width, mode="same")[width:-width]
-
-
-def standard_errors(solution: Solution) -> Array:
-    """Return the standard error of every parameter (n_p,), 0 where fixed, from whitened Jacobian and priors."""
-    problem = solution.problem
-    J = solution.blocks.jacobian
-    covariance = np.linalg.pinv(J.T @ J, rcond=1e-14, hermitian=True)
-    n, scaling = problem.n_parameters, problem.scaling
-    result = np.zeros(solution.theta.size)
-    result[list(scaling.free)] = scaling.slope(solution.theta) * np.sqrt(np.maximum(np.diag(covariance)[:n], 0.0))
-    return result

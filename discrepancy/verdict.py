@@ -12,7 +12,8 @@ from discrepancy.jump import around, torques
 from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
-from discrepancy.shape import Shape, missing, standard_errors
+from discrepancy.shape import Shape, missing
+from discrepancy.standard_errors import standard_errors
 from discrepancy.study import Study
 from discrepancy.trial import Trial
 from measurement.run import Array
@@ -52,7 +53,7 @@ class Judgement:
 
 def judge(study: Study, found: Search) -> Judgement:
     """Turn a search into a verdict with one sentence that an engineer reads first."""
-    effects = named_effects(found)
+    effects = named_effects(study, found)
     verdict = verdict_of(found)
     rivals = found.rivals if verdict == "ambiguous" else ()
     proposal = _proposal(study, found.best, rivals) if rivals else None
@@ -99,10 +100,10 @@ def _powers(found: Search) -> list[str]:
     return [e.id for e in found.best.solution.effects if e.polynomial]
 
 
-def named_effects(found: Search) -> tuple[NamedEffect, ...]:
+def named_effects(study: Study, found: Search) -> tuple[NamedEffect, ...]:
     """Return the effects of the best model with their parameters."""
     solution = found.best.solution
-    std = dict(zip([p.id for p in solution.equations.parameters], standard_errors(solution), strict=True))
+    std = dict(zip([p.id for p in solution.equations.parameters], standard_errors(study, solution), strict=True))
     values = solution.values
     sent = torques(found.study.fitted)
     named = [
@@ -134,7 +135,7 @@ def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, fl
 
     Between two torques that were sent, the place of the jump changes nothing: it may be anywhere (uniform, gap/√12).
     """
-    if not effect.edge or quantity is not effect.parameters[0]:
+    if not effect.threshold or quantity is not effect.parameters[0]:
         return std
     value = values[quantity.id]
     low, high = around(value, sent)

@@ -143,13 +143,18 @@ class Effect:
         return self.side == "random"
 
     @property
+    def threshold(self) -> bool:
+        """Whether it jumps where the torque passes its first parameter: only torques sent beside it tell where."""
+        return bool(self.edge) and self.parameters[0].unit == "N m"
+
+    @property
     def polynomial(self) -> bool:
         """Whether the effect is nothing but a torque polynomial in the position."""
-        alone = (
-            self.torque is not None and not self.states and len([e for e in _expressions(self) if e is not None]) == 1
-        )
-        moving = self.torque.free_symbols & {t, q, v, z, w, a, y, tau} if alone and self.torque is not None else set()
-        return moving == {q} and bool(sp.sympify(self.torque).is_polynomial(q))
+        formulas = [e for e in _expressions(self) if e is not None]
+        if self.torque is None or formulas != [self.torque]:
+            return False
+        moving = self.torque.free_symbols & {t, q, v, z, w, a, y, tau}
+        return moving == {q} and bool(self.torque.is_polynomial(q))
 
     @property
     def neutral(self) -> dict[str, float]:

@@ -46,6 +46,7 @@ EFFECTS = (
             parameter("gear_play", "rad", "half of the play", 0.02, 0.0, 1.0),
             *tendons.table(NAME, (0.004, 0.0, 0.02)),
             reference("gear_play_least", "rad", "play below which the effect fades linearly"),
+            tendons.contact(NAME),
         ),
         amplitudes=2,
         relative={**tendons.relative(NAME), "gear_play": POSITION, "gear_play_least": sp.Float(1e-4) * POSITION},
@@ -59,5 +60,7 @@ EFFECTS = (
         rivals=("tendon_slack",),
         acceleration=_acceleration,
         states=_states,
+        edge=f"{NAME}_contact",
+        edges=tendons.CONTACTS[1:],
     ),
 )

@@ -19,6 +19,7 @@ EFFECT = Effect(
         parameter("slack_half_width", "rad", "stretch below which no torque passes", 0.02, 0.0, 1.0),
         *tendons.table(NAME, (0.02, 0.0, 2.0)),
         reference("slack_play_least", "rad", "slack below which the effect fades linearly"),
+        tendons.contact(NAME),
     ),
     amplitudes=2,
     relative={
@@ -36,4 +37,6 @@ EFFECT = Effect(
     rivals=("backlash", "amplifier_dead_band"),
     acceleration=_acceleration,
     states=_states,
+    edge=f"{NAME}_contact",
+    edges=tendons.CONTACTS[1:],
 )

@@ -13,8 +13,8 @@ from model.equations import State
 from model.quantity import Quantity
 from model.scales import POSITION, TORQUE
 
-CONTACT = 0.05
-"""Share of the play over which the damper engages."""
+CONTACTS = (0.05, 0.005)
+"""Share of the play over which the damper engages: a fit needs a slope to begin with, the device has a jump."""
 
 
 def _names(prefix: str) -> tuple[sp.Symbol, ...]:
@@ -30,6 +30,12 @@ def table(prefix: str, compliance: tuple[float, float, float]) -> tuple[Quantity
         parameter(f"{prefix}_damping_time", "s", "damping over stiffness", 5e-3, 1e-5, 0.3, scale="log"),
         reference(f"{prefix}_compliance_least", "rad/(N m)", "compliance below which the effect fades linearly"),
     )
+
+
+def contact(prefix: str) -> Quantity:
+    """Table row of the share of the play over which the damper engages: an `model.effect.Effect.edge`."""
+    row = reference(f"{prefix}_contact", "1", "share of the play over which the damper engages")
+    return row.but(initial=CONTACTS[0])
 
 
 def relative(prefix: str) -> dict[str, sp.Expr]:
@@ -53,7 +59,7 @@ def two_masses(prefix: str, play: sp.Expr | None = None) -> tuple[sp.Expr, tuple
     d, engaged = s, sp.S.One
     if play is not None:
         d = sp.Max(s - play, 0) + sp.Min(s + play, 0)
-        engaged = sp.Min(sp.Abs(d) / (CONTACT * play + sp.Float(1e-9)), 1)
+        engaged = sp.Min(sp.Abs(d) / (sp.Symbol(f"{prefix}_contact", real=True) * play + sp.Float(1e-9)), 1)
     transmitted = (d + damping * (vm - v) * engaged) / held
     link = (a + (transmitted - w) / M) / (1 - rho)
     present = compliance / least

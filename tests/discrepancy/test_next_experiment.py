@@ -12,6 +12,7 @@ from discrepancy.solution import Solution, solve
 from discrepancy.study import Study, study_of
 from measurement.reading import read_campaign
 from model.effects import catalogue
+from tests.discrepancy.test_finding import TRUTH
 from virtual_device.campaign import make_joint_campaign
 from virtual_device.inputs import Cosine
 from virtual_device.sensor import Sensor
@@ -54,12 +55,6 @@ def test_a_sweep_runs_from_one_frequency_to_the_other():
     assert speed[turning][-9:] == pytest.approx(3.0 * 10.0 ** (t[turning][-9:] / 10.0), rel=0.01)
     assert "swept from 3 to 30 rad/s" in swept.as_json()["run"]
     assert proposal(1.0).torque(t) == pytest.approx(0.002 + 0.01 * np.cos(3.0 * t))
-
-
-TRUTH = {
-    "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,
-    "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
-}  # fmt: skip
 
 
 def without_noise(study: Study, solution: Solution) -> Study:

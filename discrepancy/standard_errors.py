@@ -1,0 +1,93 @@
+"""Standard errors of a fit, also where the likelihood is rough: where contacts come and go, minimum lies by minimum.
+
+About the minimum of a smooth ‖r‖² with covariance C, a move of one standard error along the valley of parameter k,
+x̂ ± C·e_k/√C_kk, raises it by 1. Where it does not (play, slack), fits begin again from further out, and the 95 %
+interval is that of the likelihood over all minima found: {θ : ℓ(θ) > max ℓ − χ²₁(0.95)/2} (Royall 1997, section 1.2),
+with a parabola of the same C about each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.stats import chi2
+
+from discrepancy.solution import Solution, solve
+from discrepancy.study import Study
+from measurement.run import Array
+
+SMOOTH = (1 / 3, 3.0)
+"""Rise of ‖r‖² one standard error away within which the curvature is believed."""
+OUT = (-6.0, -2.0, 2.0, 6.0)
+"""Standard errors from the minimum at which fits begin again, along the valley of each parameter of an effect."""
+AGAIN = 30
+"""Most simulations of all runs in one of these fits."""
+LEVEL = float(chi2.ppf(0.95, 1))
+
+
+def standard_errors(study: Study, solution: Solution) -> Array:
+    """Return the standard error of every parameter (n_p,), 0 where fixed.
+
+    Where the likelihood is rough, it is the distance to the farther end of the 95 % interval, over √χ²₁(0.95).
+    """
+    C = covariance(solution)
+    std = _physical(solution, np.sqrt(np.diag(C)))
+    valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution) if C[k, k] > 0.0]
+    if not any(rough(solution, valley) for valley in valleys):
+        return std
+    minima = [_again(study, solution, k * valley) for valley in valleys for k in OUT]
+    return np.maximum(std, _reach(solution, minima, std))
+
+
+def covariance(solution: Solution) -> Array:
+    """Return the covariance (n, n) of the scaled unknowns, from whitened Jacobian and priors."""
+    J = solution.blocks.jacobian
+    return np.asarray(np.linalg.pinv(J.T @ J, rcond=1e-14, hermitian=True))
+
+
+def rough(solution: Solution, valley: Array) -> bool:
+    """Whether ‖r‖² one standard error away is not what the curvature says, on a side within the bounds."""
+    lower, upper = solution.problem.scaling.bounds
+    for x in (solution.x - valley, solution.x + valley):
+        inside = x[: solution.problem.n_parameters]
+        if np.any((inside < lower) | (inside > upper)):
+            continue
+        residual = solution.problem.blocks(x, jacobian=False).residual
+        if not SMOOTH[0] < float(residual @ residual) - solution.chi2 < SMOOTH[1]:
+            return True
+    return False
+
+
+def _again(study: Study, solution: Solution, move: Array) -> Solution:
+    """Fit from x̂ + ``move``."""
+    problem, x = solution.problem, solution.x + move
+    x[: problem.n_parameters] = np.clip(x[: problem.n_parameters], *problem.scaling.bounds)
+    values = {q.id: float(p) for q, p in zip(solution.equations.parameters, problem.theta(x), strict=True)}
+    return solve(study, solution.effects, solution.noise, values, x0=problem.x0(x), iterations=AGAIN)
+
+
+def _reach(solution: Solution, minima: Sequence[Solution], std: Array) -> Array:
+    """Return the distance (n_p,) to the farther end of the likelihood's interval over the minima, over √χ²₁(0.95)."""
+    best = max(m.log_likelihood for m in (solution, *minima) if np.isfinite(m.log_likelihood))
+    reach = np.zeros_like(std)
+    for m in minima:
+        room = 1.0 - 2.0 * (best - m.log_likelihood) / LEVEL
+        if room > 0.0:
+            reach = np.maximum(reach, np.abs(m.theta - solution.theta) / np.sqrt(LEVEL) + std * np.sqrt(room))
+    return np.where(std > 0.0, reach, 0.0)
+
+
+def _physical(solution: Solution, scaled: Array) -> Array:
+    """Return standard errors of all parameters (n_p,) from those of the scaled unknowns."""
+    problem = solution.problem
+    result = np.zeros(solution.theta.size)
+    free = list(problem.scaling.free)
+    result[free] = problem.scaling.slope(solution.theta) * scaled[: problem.n_parameters]
+    return result
+
+
+def _of_effects(solution: Solution) -> list[int]:
+    """Places of the effects' free parameters among the scaled unknowns."""
+    ids = {q.id for e in solution.effects for q in e.parameters}
+    return [k for k, id in enumerate(solution.problem.scaling.ids) if id in ids]

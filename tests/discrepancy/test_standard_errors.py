@@ -1,0 +1,64 @@
+"""Standard errors against the truth of the virtual device, where contacts make the likelihood rough and where not."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from discrepancy.base import fit_base
+from discrepancy.noise import Noise
+from discrepancy.refit import sharpened
+from discrepancy.solution import Solution, solve
+from discrepancy.standard_errors import covariance, standard_errors
+from discrepancy.study import Study, scales_of, study_of
+from measurement.prepare import prepare
+from measurement.reading import read_campaign
+from model.effects import catalogue
+from tests.discrepancy.test_finding import INPUTS, TRUTH
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.sensor import Sensor
+
+SLACK = {
+    "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,
+}  # fmt: skip
+AS_FITTED = {
+    "slack_half_width": 0.01, "slack_compliance": 1 / 3, "slack_rotor_share": 5 / 16, "slack_damping_time": 4e-3 / 3,
+}  # fmt: skip
+
+
+def fitted(tmp_path: Path, key: str, hidden: dict[str, float], start: dict[str, float]) -> tuple[Study, Solution]:
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    sensor = Sensor(noise=2e-4, resolution=0.0)
+    make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects={key: hidden}, sensor=sensor, known=known, seed=5)
+    study = study_of(prepare(read_campaign(tmp_path / "c")), 3, {key: catalogue()[key]})
+    base = fit_base(study, starts=2, seed=0).solution
+    effect = catalogue()[key].at(scales_of(study, base.values))
+    first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
+    return study, sharpened(study, first, first.calls)[0]
+
+
+def of_curvature(solution: Solution) -> dict[str, float]:
+    scaling = solution.problem.scaling
+    std = scaling.slope(solution.theta) * np.sqrt(np.diag(covariance(solution)))[: len(scaling.ids)]
+    return dict(zip(scaling.ids, std.tolist(), strict=True))
+
+
+def by_id(study: Study, solution: Solution) -> dict[str, float]:
+    ids = [q.id for q in solution.equations.parameters]
+    return dict(zip(ids, standard_errors(study, solution).tolist(), strict=True))
+
+
+def test_errors_of_a_play_cover_all_minima_that_the_likelihood_allows(tmp_path: Path):
+    study, solution = fitted(tmp_path, "tendon_slack", SLACK, AS_FITTED)
+    std, plain, values = by_id(study, solution), of_curvature(solution), solution.values
+    off = {id: abs(values[id] - truth) for id, truth in AS_FITTED.items()}
+    assert max(off[id] / plain[id] for id in off) > 2.5
+    assert max(off[id] / std[id] for id in off) < 2.5
+    assert all(std[id] >= plain[id] for id in off)
+
+
+def test_errors_of_a_smooth_effect_are_those_of_its_curvature(tmp_path: Path):
+    study, solution = fitted(tmp_path, "cubic_spring", {"spring_cubic": 0.02}, {"k3": 0.02})
+    std = by_id(study, solution)
+    assert std["k3"] == pytest.approx(of_curvature(solution)["k3"], rel=1e-9)
+    assert std["gravity_cos"] == 0.0
