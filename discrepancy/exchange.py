@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.refit import Candidate, judged, refit_with
@@ -46,14 +47,17 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
 def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
     """Take a stand-in out of a model that leaves only noise, where it has come to nothing beside the other effects.
 
-    It was the best of the single entries before the one that it stood in for was found.
+    It was the best of the single entries before the one that it stood in for was found. A Wald statistic may say so
+    wrongly (a bent spring that weight and stiffness follow a long way): where a fit without the effect tells that it is
+    needed, the model is returned with what leaving it out costs.
     """
     full = [t for t in made if t.adequate and not t.acceptable and len(t.solution.effects) > 1]
     best = min(full, key=lambda t: t.candidate.criterion, default=None)
     if best is None:
         return []
     tried = [s.trial(less, start.candidate) for less in _less(s, best.solution).values()]
-    return [t for t in tried if t.adequate and t.acceptable]
+    needed = replace(best, worth=min(_costs(t, best) for t in tried))
+    return [t for t in (needed, *tried) if t.adequate and t.acceptable]
 
 
 def _less(s: Searcher, full: Solution) -> dict[str, Candidate]:

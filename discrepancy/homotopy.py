@@ -79,8 +79,8 @@ def guided(study: Study, effects: Sequence[Effect], values: Mapping[str, float])
 
 
 def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:
-    """Return what was sketched at a long inner step as a fit at that of ``study``."""
-    return replace(sketched, problem=observed(study, effects))
+    """Return what was sketched at a long inner step as a fit at that of ``study``, its simulations counted anew."""
+    return replace(sketched, problem=observed(study, effects), calls=0)
 
 
 def released(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:
@@ -89,12 +89,12 @@ def released(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: 
     Returns
     -------
     solution, calls
-        Its optimum, and how many simulations of all runs it took, ``begun`` included.
+        Its optimum, and how many simulations of all runs it took beside those of ``begun``.
     """
     low = begun.down_to(len(GAINS))
     x0 = low.problem.x0(low.x)
     solution = solve(study, effects, Noise(), low.values, x0=x0, iterations=MANY, tolerance=tolerance)
-    return solution, low.calls + solution.calls
+    return solution, low.calls - begun.calls + solution.calls
 
 
 def through_homotopy(

@@ -18,7 +18,7 @@ from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
-from discrepancy.trial import BETTER, PROMISING, Searcher, Trial, chosen
+from discrepancy.trial import BETTER, FEW, PROMISING, Searcher, Trial, chosen
 from model.scales import Scales
 
 MOST = 3
@@ -140,7 +140,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     trials, leads = _first_step(s, start, white, first)
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
-    while best is not start and not best.adequate and len(best.solution.effects) < MOST:
+    while best is not start and not best.adequate and len(best.solution.effects) < MOST and beats(best, start):
         made = s.step(best.candidate, s.ready(best.solution))
         made += pruned(s, made, start)
         trials += made
@@ -172,7 +172,7 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     for fits in _ways(s, start, white, first):
         if fits and fits[0].noise == Noise():
             begun = s.best_of_each(begun, fits)
-        trials += s.step(start.candidate, fits, few=few)
+        trials += s.step(start.candidate, fits[:1] if few else fits)
         if few or any(t.adequate and t.acceptable for t in trials):
             return trials, []
     first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
@@ -194,7 +194,7 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[T
         first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
         s.tell(f"{'+'.join(first.keys)} and another")
         s.simulations += first.calls * len(s.study.fitted)
-        both = s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first))
+        both = s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first), FEW)
         made += [*both, *pruned(s, both, start)]
         if any(t.adequate and t.acceptable for t in made):
             break
@@ -212,6 +212,11 @@ def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[l
     noise = start.solution.noise.but(colour=Colour())
     if noise.scatter > 0.0 and not start.left.far:
         yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
+
+
+def beats(now: Trial, start: Trial) -> bool:
+    """Whether it beats the base under a noise of its own, which may hold all of the gap as scatter."""
+    return start.candidate.criterion - now.candidate.criterion > BETTER
 
 
 def gets_on(now: Trial, before: Trial) -> bool:

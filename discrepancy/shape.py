@@ -13,9 +13,11 @@ import numpy as np
 import sympy as sp
 
 from discrepancy.held_out import predict
-from discrepancy.homotopy import through_homotopy
+from discrepancy.homotopy import MANY, through_homotopy
+from discrepancy.kernels import COARSE
 from discrepancy.noise import Noise
-from discrepancy.solution import Solution, solve
+from discrepancy.solution import ROUGH, Solution, solve
+from discrepancy.steps import at_step
 from discrepancy.study import Study
 from discrepancy.suggestion import suggestion
 from measurement.run import Array, Run
@@ -107,17 +109,30 @@ def basis(t: Array) -> Array:
 def missing(study: Study, base: Solution) -> Shape:
     """Return the shape over the variable that explains most of what ``base`` leaves under white noise."""
     white = solve(study, (), Noise(), base.values, x0=base.x0)
-    best = max((_over(study, white, variable) for variable in VARIABLES), key=lambda s: s.gain)
+    variable, rough = max(((v, _roughly(study, v)) for v in VARIABLES), key=lambda pair: pair[1].log_likelihood)
+    best = _over(study, white, rough, variable)
     bend = without_polynomial(best.knots, HELD[best.variable])
     return replace(best, suggestion=suggestion(best.knots, best.torque, best.std, bend))
 
 
-def _over(study: Study, before: Solution, variable: str) -> Shape:
+def _range(study: Study, variable: str) -> tuple[float, float]:
     data = np.concatenate([_values(run, variable) for run in study.fitted])
-    first, last = map(float, np.quantile(data, [0.005, 0.995]))
+    first, last = np.quantile(data, [0.005, 0.995])
+    return float(first), float(last)
+
+
+def _roughly(study: Study, variable: str) -> Solution:
+    """Fit the shape over one variable from the first guesses, at coarse steps and not to the end."""
     scale = max(float(np.abs(run.u).max()) for run in study.fitted)
     guesses = {q.id: q.initial for q in study.base.parameters}
-    after, _ = through_homotopy(study, (spline(variable, first, last, scale),), guesses)
+    effects = (spline(variable, *_range(study, variable), scale),)
+    return through_homotopy(at_step(study, COARSE), effects, guesses, tolerance=ROUGH)[0]
+
+
+def _over(study: Study, before: Solution, rough: Solution, variable: str) -> Shape:
+    """Fit to the end what was begun roughly, and tell of it."""
+    after = solve(study, rough.effects, Noise(), rough.values, x0=rough.x0, iterations=MANY)
+    first, last = _range(study, variable)
     place = [i for i, p in enumerate(after.equations.parameters) if p.id.startswith("shape")]
     knots = np.linspace(first, last, POINTS)
     told = without_polynomial(knots, HELD[variable]) @ basis(np.linspace(0.0, INTERVALS, POINTS)) @ mixtures(variable)

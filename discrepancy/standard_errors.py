@@ -26,13 +26,22 @@ AGAIN = 30
 LEVEL = float(chi2.ppf(0.95, 1))
 
 
+def of_curvature(solution: Solution) -> Array:
+    """Return the standard error of every parameter (n_p,), 0 where fixed, as the curvature at the minimum says."""
+    problem = solution.problem
+    std = np.sqrt(np.diag(covariance(solution)))[: problem.n_parameters]
+    result = np.zeros(solution.theta.size)
+    result[list(problem.scaling.free)] = problem.scaling.slope(solution.theta) * std
+    return result
+
+
 def standard_errors(study: Study, solution: Solution) -> Array:
     """Return the standard error of every parameter (n_p,), 0 where fixed.
 
     Where the likelihood is rough, it is the distance to the farther end of the 95 % interval, over √χ²₁(0.95).
     """
     C = covariance(solution)
-    std = _physical(solution, np.sqrt(np.diag(C)))
+    std = of_curvature(solution)
     valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution) if C[k, k] > 0.0]
     if not any(rough(solution, valley) for valley in valleys):
         return std
@@ -76,15 +85,6 @@ def _reach(solution: Solution, minima: Sequence[Solution], std: Array) -> Array:
         if room > 0.0:
             reach = np.maximum(reach, np.abs(m.theta - solution.theta) / np.sqrt(LEVEL) + std * np.sqrt(room))
     return np.where(std > 0.0, reach, 0.0)
-
-
-def _physical(solution: Solution, scaled: Array) -> Array:
-    """Return standard errors of all parameters (n_p,) from those of the scaled unknowns."""
-    problem = solution.problem
-    result = np.zeros(solution.theta.size)
-    free = list(problem.scaling.free)
-    result[free] = problem.scaling.slope(solution.theta) * scaled[: problem.n_parameters]
-    return result
 
 
 def _of_effects(solution: Solution) -> list[int]:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from discrepancy.homotopy import at_fine, guided, released, through_homotopy
+from discrepancy.homotopy import Guided, at_fine, guided, released, through_homotopy
 from discrepancy.kernels import COARSE, SKETCH
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
@@ -42,10 +42,14 @@ BETTER = 6.0
 SIEVED, BRIEF, WIDE = 2, 12, 10.0
 """Gains of the homotopy under which entries that are fitted anew are compared, most simulations under each, and the
 tolerance in squares over the noise."""
+BESIDE = 12
+"""Entries that are fitted anew beside another one: those that score best there."""
+APART, AHEAD = 3, 4
+"""Gains of the homotopy that tell entries well apart, and how many are gone on with then."""
 NEWS = 0.05
 """Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
 SIGNIFICANT = 9.0
-"""Least squared ratio of an effect's amplitude to its standard error."""
+"""Least that an effect is worth: squared ratio of its amplitude to its standard error, or loss of the criterion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,8 +68,9 @@ class Trial:
         By how much its criterion is better than that of the model that it extends.
     held_out
         Twice the gain in log predictive score on unseen runs, over the same.
-    wald
-        Least squared ratio of an earlier effect's amplitude to its standard error.
+    worth
+        Least that an earlier effect is worth: the squared ratio of its amplitude to its standard error or, where a fit
+        without it was made, what the criterion loses.
     at_bound
         Whether an amplitude ended at its bound.
     refuted
@@ -77,7 +82,7 @@ class Trial:
     left_p: float = np.nan
     gain: float = 0.0
     held_out: float = 0.0
-    wald: float = np.inf
+    worth: float = np.inf
     at_bound: bool = False
     refuted: bool = False
 
@@ -112,7 +117,7 @@ class Trial:
     @property
     def acceptable(self) -> bool:
         """Whether its last effect has earned its place."""
-        return self.gain > BETTER and self.held_out >= 0.0 and self.wald > SIGNIFICANT and not self.at_bound
+        return self.gain > BETTER and self.held_out >= 0.0 and self.worth > SIGNIFICANT and not self.at_bound
 
 
 @dataclass(slots=True)
@@ -150,20 +155,20 @@ class Searcher:
         self.simulations += candidate.calls * len(self.study.fitted)
         solution = candidate.solution
         wald, at_bound = significance(solution)
-        judged = Trial(candidate=candidate, left=omnibus(self.study, solution), wald=wald, at_bound=at_bound)
+        judged = Trial(candidate=candidate, left=omnibus(self.study, solution), worth=wald, at_bound=at_bound)
         if judged.passes:
             judged = replace(judged, left_p=self.scan(solution).family_p)
         return judged if before is None else judged.against(before)
 
-    def step(self, current: Candidate, *begun: Sequence[Solution], few: bool = False) -> list[Trial]:
-        """Extend ``current``: of what was begun on top of it, finish the best; with ``few`` only the very best."""
+    def step(self, current: Candidate, begun: Sequence[Solution], most: int = HOPELESS) -> list[Trial]:
+        """Extend ``current``: of what was begun on top of it, finish the best, ``most`` if none leaves only noise."""
         trials: list[Trial] = []
-        ready = self.best_of_each(*begun)[: 1 if few else None]
+        ready = self.best_of_each(begun)
         while ready and len(trials) < FINISHED:
             if any(t.adequate for t in trials):
                 limit = max(t.solution.log_likelihood for t in trials) - CLOSE
                 ready = [s for s in ready if s.log_likelihood > limit]
-            elif len(trials) >= (FEW if all(t.left.far for t in trials) else HOPELESS):
+            elif len(trials) >= (min(FEW, most) if all(t.left.far for t in trials) else most):
                 break
             if ready:
                 best = ready.pop(0)
@@ -255,25 +260,25 @@ class Searcher:
 
         They begin at the first guesses of the base and the effects as they are in ``onto``: a base that took a large
         effect upon itself may lie so far from the joint that no fit from there finds back, and no score there tells.
-        The observer holds the simulation near the readings: there all entries are compared, and the best go on.
+        The observer holds the simulation near the readings: there entries are compared, and ever fewer go on. Beside
+        another effect those are tried that score best: what is missing there scores first, as long as that one is real.
         """
         rough = at_step(self.study, COARSE)
         values = {q.id: q.initial for q in self.study.base.parameters}
         values |= {q.id: onto.values[q.id] for e in onto.effects for q in e.parameters}
         chosen: list[tuple[Effect, ...]] = []
         starts: list[dict[str, float]] = []
-        for score in self.beside(onto, scored):
+        for score in self.beside(onto, scored)[: BESIDE if onto.effects else None]:
             effect = self.entries[score.key]
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))
                 starts.append(values | own)
         laid_out = mapped(partial(guided, at_step(self.study, SKETCH)), chosen, starts, threads=self.study.threads)
         begun = [(both, low.down_to(SIEVED, BRIEF, WIDE)) for both, low in zip(chosen, laid_out, strict=True)]
-        best = {both[-1].key: (both, low) for both, low in sorted(begun, key=lambda pair: -pair[1].cost)}
-        ahead = sorted(best.values(), key=lambda pair: pair[1].cost)[:PROMISING]
-        done = [released(rough, both, at_fine(rough, both, low), ROUGH) for both, low in ahead]
-        calls = sum(calls - low.calls for (_, low), (_, calls) in zip(ahead, done, strict=True))
-        self.simulations += (calls + sum(low.calls for _, low in begun)) * len(self.study.fitted)
+        sieved = [(both, at_fine(rough, both, low).down_to(APART)) for both, low in best_first(begun)[:PROMISING]]
+        done = [released(rough, both, low, ROUGH) for both, low in best_first(sieved)[:AHEAD]]
+        calls = sum(low.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
+        self.simulations += calls * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
 
     def rank(self, solution: Solution) -> float:
@@ -303,6 +308,12 @@ class Searcher:
         other: Path = "torque" if noise.path == "reading" else "reading"
         turned = self.trial(settle(self.study, made.solution.effects, made.solution, paths=(other,)), before)
         return turned if turned.adequate else made
+
+
+def best_first(found: Sequence[tuple[tuple[Effect, ...], Guided]]) -> list[tuple[tuple[Effect, ...], Guided]]:
+    """Return the guided fit of least cost of every last entry, the least first."""
+    best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].cost)}
+    return sorted(best.values(), key=lambda pair: pair[1].cost)
 
 
 def effect_parameters(solution: Solution) -> int:

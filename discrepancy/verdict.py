@@ -13,7 +13,7 @@ from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
 from discrepancy.shape import Shape, missing
-from discrepancy.standard_errors import standard_errors
+from discrepancy.standard_errors import of_curvature, standard_errors
 from discrepancy.study import Study
 from discrepancy.trial import Trial
 from measurement.run import Array
@@ -53,8 +53,9 @@ class Judgement:
 
 def judge(study: Study, found: Search) -> Judgement:
     """Turn a search into a verdict with one sentence that an engineer reads first."""
-    effects = named_effects(study, found)
-    verdict = verdict_of(found)
+    verdict, solution = verdict_of(found), found.best.solution
+    told = verdict in ("named", "ambiguous")
+    effects = named_effects(found, standard_errors(study, solution) if told else of_curvature(solution))
     rivals = found.rivals if verdict == "ambiguous" else ()
     proposal = _proposal(study, found.best, rivals) if rivals else None
     return Judgement(
@@ -100,10 +101,10 @@ def _powers(found: Search) -> list[str]:
     return [e.id for e in found.best.solution.effects if e.polynomial]
 
 
-def named_effects(study: Study, found: Search) -> tuple[NamedEffect, ...]:
-    """Return the effects of the best model with their parameters."""
+def named_effects(found: Search, errors: Array) -> tuple[NamedEffect, ...]:
+    """Return the effects of the best model with their parameters, whose standard errors (n_p,) are ``errors``."""
     solution = found.best.solution
-    std = dict(zip([p.id for p in solution.equations.parameters], standard_errors(study, solution), strict=True))
+    std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
     values = solution.values
     sent = torques(found.study.fitted)
     named = [

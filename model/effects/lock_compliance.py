@@ -21,6 +21,7 @@ EFFECT = Effect(
         parameter("lock_damping", "1", "damping ratio ζ of the mode", 0.1, 0.005, 3.0, scale="log"),
     ),
     shapes=(
+        ("lock_share", (0.02, 0.15)),
         ("lock_frequency", (2.0, 3.5, 6.0, 10.0, 17.0, 30.0, 60.0)),
         ("lock_damping", (0.03, 0.2)),
     ),

@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from discrepancy.base import fit_base
 from discrepancy.noise import Noise
 from discrepancy.refit import sharpened
 from discrepancy.solution import Solution, solve
-from discrepancy.standard_errors import covariance, standard_errors
+from discrepancy.standard_errors import of_curvature, standard_errors
 from discrepancy.study import Study, scales_of, study_of
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
+from measurement.run import Array
 from model.effects import catalogue
 from tests.discrepancy.test_finding import INPUTS, TRUTH
 from virtual_device.campaign import make_joint_campaign
@@ -37,20 +37,14 @@ def fitted(tmp_path: Path, key: str, hidden: dict[str, float], start: dict[str, 
     return study, sharpened(study, first, first.calls)[0]
 
 
-def of_curvature(solution: Solution) -> dict[str, float]:
-    scaling = solution.problem.scaling
-    std = scaling.slope(solution.theta) * np.sqrt(np.diag(covariance(solution)))[: len(scaling.ids)]
-    return dict(zip(scaling.ids, std.tolist(), strict=True))
-
-
-def by_id(study: Study, solution: Solution) -> dict[str, float]:
-    ids = [q.id for q in solution.equations.parameters]
-    return dict(zip(ids, standard_errors(study, solution).tolist(), strict=True))
+def by_id(solution: Solution, errors: Array) -> dict[str, float]:
+    return dict(zip([q.id for q in solution.equations.parameters], errors.tolist(), strict=True))
 
 
 def test_errors_of_a_play_cover_all_minima_that_the_likelihood_allows(tmp_path: Path):
     study, solution = fitted(tmp_path, "tendon_slack", SLACK, AS_FITTED)
-    std, plain, values = by_id(study, solution), of_curvature(solution), solution.values
+    std, plain = (by_id(solution, e) for e in (standard_errors(study, solution), of_curvature(solution)))
+    values = solution.values
     off = {id: abs(values[id] - truth) for id, truth in AS_FITTED.items()}
     assert max(off[id] / plain[id] for id in off) > 2.5
     assert max(off[id] / std[id] for id in off) < 2.5
@@ -59,6 +53,11 @@ def test_errors_of_a_play_cover_all_minima_that_the_likelihood_allows(tmp_path: 
 
 def test_errors_of_a_smooth_effect_are_those_of_its_curvature(tmp_path: Path):
     study, solution = fitted(tmp_path, "cubic_spring", {"spring_cubic": 0.02}, {"k3": 0.02})
-    std = by_id(study, solution)
-    assert std["k3"] == pytest.approx(of_curvature(solution)["k3"], rel=1e-9)
+    std = by_id(solution, standard_errors(study, solution))
+    assert std == by_id(solution, of_curvature(solution))
     assert std["gravity_cos"] == 0.0
+    (spring,) = solution.effects
+    aside = spring.parameters[0].but(initial=solution.values["k3"] + 2.0 * std["k3"], fixed=True)
+    values = {id: p for id, p in solution.values.items() if id != "k3"}
+    refitted = solve(study, (spring.but(parameters=(aside,)),), Noise(), values, x0=solution.x0)
+    assert refitted.chi2 - solution.chi2 == pytest.approx(4.0, rel=0.05)
