@@ -24,6 +24,8 @@ from discrepancy.blind_outcome import MEANING, Outcome, score_case
 from discrepancy.blind_score import summary
 from discrepancy.blind_settle import with_run
 from discrepancy.blind_study import ROOT, Job, digest, make, work_all
+from model.effect import renamed
+from model.effects import catalogue
 from support.command import exit_codes, progress
 from support.errors import InputError
 from support.files import write_json
@@ -138,10 +140,22 @@ def _without(out: Path, jobs: Sequence[Job], labels: Mapping[str, Any]) -> list[
     """Return the second pass: single effects well above the threshold, their entry left out of the catalogue, too."""
     chosen = [j for j in jobs if labels[j.case]["kind"] in ("single", "scatter")]
     return [
-        replace(j, out=out / "without" / j.case, without=(*j.without, *labels[j.case]["effects"]))
+        replace(j, out=out / "without" / j.case, without=(*j.without, *with_twins(labels[j.case]["effects"])))
         for j in chosen
         if labels[j.case]["size"] != "threshold"
     ]
+
+
+def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
+    """Return ids of entries, and of those that have the same equations under other names.
+
+    >>> with_twins(["tendon_slack"])
+    ('tendon_slack', 'backlash')
+    """
+    entries = catalogue().values()
+    hidden = [e for e in entries if e.id in ids]
+    alike = (other.id for other in entries for e in hidden if renamed(e, other) is not None)
+    return tuple(dict.fromkeys((*ids, *alike)))
 
 
 def git_version() -> str:

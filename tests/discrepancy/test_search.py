@@ -11,6 +11,7 @@ import pytest
 from discrepancy.base import agreeing, fit_base
 from discrepancy.exchange import pruned
 from discrepancy.held_out import predict
+from discrepancy.homotopy import through_homotopy
 from discrepancy.noise import Noise
 from discrepancy.omnibus import Omnibus
 from discrepancy.refit import begin, judged, settle, significance, starts_of
@@ -57,6 +58,25 @@ def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tupl
     assert left.solution.ids == ("cubic_spring",)
     assert left.adequate
     assert pruned(s, [left], start) == []
+
+
+def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_it_loses(tmp_path: Path):
+    hidden = {"cubic_spring": {"spring_cubic": 0.02}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    make_joint_campaign(tmp_path, 3, TRUTH, INPUTS, effects=hidden, sensor=Sensor(noise=2e-4), known=known, seed=5)
+    study = study_of(prepare(read_campaign(tmp_path)), 3, {key: catalogue()[key] for key in hidden})
+    base = fit_base(study, starts=2, seed=0).solution
+    effects = [e.at(scales_of(study, base.values)) for e in study.entries.values()]
+    s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, lambda _: None)
+    start = s.trial(judged(study, base, base.calls))
+    both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
+    full = s.trial(settle(study, effects, both), start.candidate)
+    assert full.acceptable
+    doubtful = replace(full, worth=SIGNIFICANT / 2)
+    assert not doubtful.acceptable
+    (kept,) = pruned(s, [doubtful], start)
+    assert kept.solution is full.solution
+    assert kept.worth > 100.0
 
 
 def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_better(
