@@ -70,11 +70,15 @@ def where_picture(maps: tuple[Map, ...]) -> Picture:
 
 def _effects(finding: Finding) -> Table:
     rows = [
-        (e.id, e.formula, id, f"{with_error(value, std)} {unit}", f"{e.evidence:.0f}")
+        (e.id, e.formula, id, _with_unit(with_error(value, std), unit), f"{e.evidence:.0f}")
         for e in finding.judgement.effects
         for id, (value, std, unit) in e.parameters.items()
     ]
     return Table(header=("effect", "formula", "parameter", "value ± std", "evidence"), rows=rows)
+
+
+def _with_unit(number: str, unit: str) -> str:
+    return number if unit == "1" else f"{number} {unit}"
 
 
 def _ranking(finding: Finding) -> list[Table]:
@@ -142,7 +146,7 @@ def _scores(finding: Finding) -> Table:
 
 
 def _detectable(finding: Finding) -> Section:
-    rows = [(d.key, d.parameter, f"{d.size:.2g} {d.unit}") for d in finding.search.scan.detectable]
+    rows = [(d.key, d.parameter, _with_unit(f"{d.size:.2g}", d.unit)) for d in finding.search.scan.detectable]
     none = finding.judgement.verdict == "nothing_missing"
     return Section(
         title="How small an effect would have been seen", anchor="detectable", folded=not none,
