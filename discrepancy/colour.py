@@ -33,6 +33,8 @@ NEW = 1e-6
 """Least share of a column that the columns before it must leave for it to count."""
 CLIPPED = 8.0
 """A line this many times above the spectrum is no noise: it counts as this much."""
+NONE = float(np.exp(1.0 - CLIPPED))
+"""Power, over the stated noise, below which a spectrum explains no line: it would count every one as no noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,6 +112,8 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
         if not -2.0 <= p[2] <= slowest:
             return float("inf")
         S = _spectrum(angle, p)
+        if S.max() < NONE:
+            return float("inf")
         return float(2.0 * np.sum(np.log(S) + np.minimum(power / S, CLIPPED)))
 
     white = deviance(np.array([0.0, -40.0, 0.0]))
@@ -117,8 +121,9 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
         minimize(deviance, start, method="Nelder-Mead", options={"maxiter": 600, "xatol": 1e-4, "fatol": 1e-3})
         for start in (np.array([0.0, -1.0, 2.0]), np.array([0.0, -3.0, 4.0]))
     ]
-    best = min(tried, key=lambda found: float(found.fun))
-    if white - float(best.fun) < EVIDENCE:
+    real = [found for found in tried if _spectrum(angle, found.x).max() > 2.0 * NONE]
+    best = min(real, key=lambda found: float(found.fun), default=None)
+    if best is None or white - float(best.fun) < EVIDENCE:
         return Colour()
     p = np.asarray(best.x)
     return replace(to_arma(p), freedom=_freedom(p, deviance))

@@ -187,7 +187,7 @@ def settle(
     solution, calls = sharpened(study, solution, calls + solution.calls)
     for k in range(SETTLING):
         noise = estimate(study, solution, paths)
-        if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])) or not noise.colour.sigma > 0.0:
+        if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])):
             break
         again = solve(study, solution.effects, noise, solution.values, x0=solution.x0, iterations=FULL)
         calls += again.calls

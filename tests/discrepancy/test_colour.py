@@ -13,7 +13,7 @@ OMEGAS = (0.6, 1.1, 1.7, 2.2)
 PHI, STD = 0.9, 2e-4
 
 
-def noisy(rng: np.random.Generator, coloured: float) -> Colour:
+def noisy(rng: np.random.Generator, coloured: float, size: float = 1.0) -> Colour:
     runs, rows = [], []
     for k, omega in enumerate(OMEGAS):
         start = rng.standard_normal() * PHI
@@ -26,7 +26,7 @@ def noisy(rng: np.random.Generator, coloured: float) -> Colour:
                 resolution=np.zeros(1), posture=np.zeros(1), use="fit",
             )
         )  # fmt: skip
-        rows.append(r)
+        rows.append(size * r)
     return estimate_colour(rows, tuple(runs))
 
 
@@ -43,6 +43,11 @@ def test_white_noise_is_called_white_and_known():
     colour = noisy(np.random.default_rng(3), 0.0)
     assert colour.white
     assert colour.freedom == np.inf
+
+
+def test_a_residual_of_outliers_alone_is_no_noise():
+    colour = noisy(np.random.default_rng(3), 0.0, size=1e3)
+    assert colour == Colour()
 
 
 def test_a_power_that_is_estimated_makes_the_tail_heavier():
