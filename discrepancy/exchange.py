@@ -10,6 +10,9 @@ from discrepancy.refit import Candidate, judged, refit_with
 from discrepancy.solution import Solution, solve
 from discrepancy.trial import BETTER, Searcher, Trial, chosen
 
+SERIES = 3
+"""Effects that together still leave more than noise and follow the gap as terms of a series do: none is exchanged."""
+
 
 def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
     """Leave every effect out where the others do as well, exchange it where another does better.
@@ -33,7 +36,8 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         smaller = s.trial(less[key], start.candidate)
         made.append(smaller)
         better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
-        if better is None and not (smaller.adequate or best.left.far):
+        hopeless = best.left.far or (len(best.solution.effects) >= SERIES and not best.adequate)
+        if better is None and not (smaller.adequate or hopeless):
             tried = s.step(smaller.candidate, s.ready(smaller.solution))
             made += tried
             winner = chosen(tried)

@@ -18,7 +18,7 @@ from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
-from discrepancy.trial import BETTER, FEW, PROMISING, Searcher, Trial, chosen
+from discrepancy.trial import BETTER, FEW, HOPELESS, PROMISING, Searcher, Trial, chosen
 from model.scales import Scales
 
 MOST = 3
@@ -141,7 +141,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST and beats(best, start):
-        made = s.step(best.candidate, s.ready(best.solution))
+        made = s.step(best.candidate, s.ready(best.solution), FEW if len(best.solution.effects) > 1 else HOPELESS)
         made += pruned(s, made, start)
         trials += made
         if (winner := chosen(made)) is None:
