@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
 from discrepancy.solution import Solution, solve
@@ -19,6 +20,8 @@ from measurement.run import Array
 
 SMOOTH = (1 / 3, 3.0)
 """Rise of ‖r‖² one standard error away within which the curvature is believed."""
+SEEN = 0.5
+"""Least rise that the data alone let expect: a parameter that they do not determine has no minimum to leave."""
 OUT = (-6.0, -2.0, 2.0, 6.0)
 """Standard errors from the minimum at which fits begin again, along the valley of each parameter of an effect."""
 AGAIN = 30
@@ -42,7 +45,8 @@ def standard_errors(study: Study, solution: Solution) -> Array:
     """
     C = covariance(solution)
     std = of_curvature(solution)
-    valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution) if C[k, k] > 0.0]
+    valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)]
+    valleys = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
     if not any(rough(solution, valley) for valley in valleys):
         return std
     minima = [_again(study, solution, k * valley) for valley in valleys for k in OUT]
@@ -50,9 +54,23 @@ def standard_errors(study: Study, solution: Solution) -> Array:
 
 
 def covariance(solution: Solution) -> Array:
-    """Return the covariance (n, n) of the scaled unknowns, from whitened Jacobian and priors."""
-    J = solution.blocks.jacobian
-    return np.asarray(np.linalg.pinv(J.T @ J, rcond=1e-14, hermitian=True))
+    """Return the covariance (n, n) of the scaled unknowns, from whitened Jacobian and priors.
+
+    Each parameter has the information of a uniform distribution between its bounds besides, 12/width²: of what the data
+    say nothing (a stop that no run reaches), no more is known than that.
+    """
+    J = np.vstack((solution.blocks.jacobian, np.diag(np.sqrt(_flat(solution)))))
+    size = np.linalg.norm(J, axis=0)
+    inverse = solve_triangular(np.linalg.qr(J / size, mode="r"), np.eye(size.size))
+    return np.asarray(inverse @ inverse.T / np.outer(size, size))
+
+
+def _flat(solution: Solution) -> Array:
+    lower, upper = solution.problem.scaling.bounds
+    width = np.where(np.isfinite(upper - lower), upper - lower, 1e6)
+    information = np.full(solution.x.size, 1e-12)
+    information[: solution.problem.n_parameters] = 12.0 / np.maximum(width, 1e-12) ** 2
+    return information
 
 
 def rough(solution: Solution, valley: Array) -> bool:

@@ -1,14 +1,16 @@
 """Standard errors against the truth of the virtual device, where contacts make the likelihood rough and where not."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from discrepancy.base import fit_base
 from discrepancy.noise import Noise
 from discrepancy.refit import sharpened
 from discrepancy.solution import Solution, solve
-from discrepancy.standard_errors import of_curvature, standard_errors
+from discrepancy.standard_errors import covariance, of_curvature, standard_errors
 from discrepancy.study import Study, scales_of, study_of
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
@@ -61,3 +63,18 @@ def test_errors_of_a_smooth_effect_are_those_of_its_curvature(tmp_path: Path):
     values = {id: p for id, p in solution.values.items() if id != "k3"}
     refitted = solve(study, (spring.but(parameters=(aside,)),), Noise(), values, x0=solution.x0)
     assert refitted.chi2 - solution.chi2 == pytest.approx(4.0, rel=0.05)
+
+
+def test_of_a_stop_that_no_run_reaches_no_more_is_known_than_its_bounds(tmp_path: Path):
+    _, solution = fitted(tmp_path, "cubic_spring", {"spring_cubic": 0.02}, {"k3": 0.02})
+    J = solution.blocks.jacobian.copy()
+    k = solution.problem.scaling.ids.index("k3")
+    J[:, k] = 0.0
+    unseen = SimpleNamespace(
+        blocks=SimpleNamespace(jacobian=J), problem=solution.problem, x=solution.x, theta=solution.theta
+    )
+    (spring,) = solution.effects
+    width = spring.parameters[0].upper - spring.parameters[0].lower
+    assert np.sqrt(covariance(unseen)[k, k]) * solution.problem.scaling.slope(solution.theta)[k] == pytest.approx(
+        width / np.sqrt(12.0)
+    )
