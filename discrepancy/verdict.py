@@ -13,7 +13,9 @@ from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
 from discrepancy.shape import Shape, missing
+from discrepancy.solution import Solution, solve
 from discrepancy.standard_errors import of_curvature, standard_errors
+from discrepancy.steps import at_step
 from discrepancy.study import Study
 from discrepancy.trial import Trial
 from measurement.run import Array
@@ -23,6 +25,8 @@ from model.quantity import Quantity
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 EVIDENT = 30.0
 """Least evidence of each of several names: weak ones together mend what one unknown effect leaves."""
+FINER = 4
+"""By how much the inner step is divided for the parameters that are told."""
 SHOWN = 3
 """Alternatives that are listed where none is a rival."""
 
@@ -54,8 +58,11 @@ class Judgement:
 def judge(study: Study, found: Search) -> Judgement:
     """Turn a search into a verdict with one sentence that an engineer reads first."""
     verdict, solution = verdict_of(found), found.best.solution
-    told = verdict in ("named", "ambiguous")
-    effects = named_effects(found, standard_errors(study, solution) if told else of_curvature(solution))
+    if verdict in ("named", "ambiguous"):
+        fine, solution = _finer(study, solution)
+        effects = named_effects(found, solution, standard_errors(fine, solution))
+    else:
+        effects = named_effects(found, solution, of_curvature(solution))
     rivals = found.rivals if verdict == "ambiguous" else ()
     proposal = _proposal(study, found.best, rivals) if rivals else None
     return Judgement(
@@ -101,9 +108,15 @@ def _powers(found: Search) -> list[str]:
     return [e.id for e in found.best.solution.effects if e.polynomial]
 
 
-def named_effects(found: Search, errors: Array) -> tuple[NamedEffect, ...]:
-    """Return the effects of the best model with their parameters, whose standard errors (n_p,) are ``errors``."""
-    solution = found.best.solution
+def _finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
+    """Fit at a finer inner step: an error of time, invisible in the readings, is no small share of a lag of a step."""
+    fine = at_step(study, study.factory.step / FINER)
+    again = solve(fine, solution.effects, solution.noise, solution.values, x0=solution.x0)
+    return (fine, again) if again.finite else (study, solution)
+
+
+def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[NamedEffect, ...]:
+    """Return the effects with their parameters at ``solution``, whose standard errors (n_p,) are ``errors``."""
     std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
     values = solution.values
     sent = torques(found.study.fitted)
