@@ -8,14 +8,14 @@ from dataclasses import replace
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.refit import Candidate, judged, refit_with
 from discrepancy.solution import Solution, solve
-from discrepancy.trial import BETTER, Searcher, Trial, chosen
-
-SERIES = 3
-"""Effects that together still leave more than noise and follow the gap as terms of a series do: none is exchanged."""
+from discrepancy.trial import BETTER, MOST, Searcher, Trial, chosen
 
 
 def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
     """Leave every effect out where the others do as well, exchange it where another does better.
+
+    Where as many effects as there may be still leave more than noise, they follow the gap as terms of a series do, and
+    none is exchanged.
 
     Returns
     -------
@@ -36,7 +36,7 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         smaller = s.trial(less[key], start.candidate)
         made.append(smaller)
         better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
-        hopeless = best.left.far or (len(best.solution.effects) >= SERIES and not best.adequate)
+        hopeless = best.left.far or (len(best.solution.effects) >= MOST and not best.adequate)
         if better is None and not (smaller.adequate or hopeless):
             tried = s.step(smaller.candidate, s.ready(smaller.solution))
             made += tried

@@ -122,15 +122,11 @@ def starts_of(effect: Effect, score: Score) -> list[dict[str, float]]:
     What is not linear in its amplitude (a delay, a play, a compliance) may score nothing though it is large.
     """
     scored = start_values(effect, score.point, no_larger(score.amplitude, 1.0))
-    if not (largest := largest_of(effect)):
+    amplitudes = [q.id for q in effect.parameters[: effect.amplitudes]]
+    largest = {id: grid[-1] for id, grid in effect.shapes if id in amplitudes}
+    if not largest:
         return [scored]
     return [*([scored] if score.T > 0.0 else []), scored | largest]
-
-
-def largest_of(effect: Effect) -> dict[str, float]:
-    """Return the largest amplitudes of the grid; nothing where it holds none, the effect being linear in them."""
-    amplitudes = [q.id for q in effect.parameters[: effect.amplitudes]]
-    return {id: grid[-1] for id, grid in effect.shapes if id in amplitudes}
 
 
 def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:

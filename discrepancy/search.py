@@ -18,11 +18,9 @@ from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
-from discrepancy.trial import BETTER, FEW, HOPELESS, PROMISING, Searcher, Trial, chosen
+from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen
 from model.scales import Scales
 
-MOST = 3
-"""Most effects at once."""
 RIVAL = 10.0
 """Candidates whose criterion is this close cannot be told apart."""
 LEADS = 3

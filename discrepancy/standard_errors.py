@@ -16,6 +16,7 @@ from scipy.stats import chi2
 
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
+from identification.covariance import flat_information
 from measurement.run import Array
 
 SMOOTH = (1 / 3, 3.0)
@@ -31,11 +32,7 @@ LEVEL = float(chi2.ppf(0.95, 1))
 
 def of_curvature(solution: Solution) -> Array:
     """Return the standard error of every parameter (n_p,), 0 where fixed, as the curvature at the minimum says."""
-    problem = solution.problem
-    std = np.sqrt(np.diag(covariance(solution)))[: problem.n_parameters]
-    result = np.zeros(solution.theta.size)
-    result[list(problem.scaling.free)] = problem.scaling.slope(solution.theta) * std
-    return result
+    return _physical(solution, covariance(solution))
 
 
 def standard_errors(study: Study, solution: Solution) -> Array:
@@ -44,7 +41,7 @@ def standard_errors(study: Study, solution: Solution) -> Array:
     Where the likelihood is rough, it is the distance to the farther end of the 95 % interval, over √χ²₁(0.95).
     """
     C = covariance(solution)
-    std = of_curvature(solution)
+    std = _physical(solution, C)
     valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)]
     valleys = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
     if not any(rough(solution, valley) for valley in valleys):
@@ -59,18 +56,10 @@ def covariance(solution: Solution) -> Array:
     Each parameter has the information of a uniform distribution between its bounds besides, 12/width²: of what the data
     say nothing (a stop that no run reaches), no more is known than that.
     """
-    J = np.vstack((solution.blocks.jacobian, np.diag(np.sqrt(_flat(solution)))))
+    J = np.vstack((solution.blocks.jacobian, np.diag(np.sqrt(flat_information(solution.problem)))))
     size = np.linalg.norm(J, axis=0)
     inverse = solve_triangular(np.linalg.qr(J / size, mode="r"), np.eye(size.size))
     return np.asarray(inverse @ inverse.T / np.outer(size, size))
-
-
-def _flat(solution: Solution) -> Array:
-    lower, upper = solution.problem.scaling.bounds
-    width = np.where(np.isfinite(upper - lower), upper - lower, 1e6)
-    information = np.full(solution.x.size, 1e-12)
-    information[: solution.problem.n_parameters] = 12.0 / np.maximum(width, 1e-12) ** 2
-    return information
 
 
 def rough(solution: Solution, valley: Array) -> bool:
@@ -103,6 +92,15 @@ def _reach(solution: Solution, minima: Sequence[Solution], std: Array) -> Array:
         if room > 0.0:
             reach = np.maximum(reach, np.abs(m.theta - solution.theta) / np.sqrt(LEVEL) + std * np.sqrt(room))
     return np.where(std > 0.0, reach, 0.0)
+
+
+def _physical(solution: Solution, C: Array) -> Array:
+    """Return the standard error of every parameter (n_p,) from the covariance of the scaled unknowns."""
+    problem = solution.problem
+    result = np.zeros(solution.theta.size)
+    scaled = np.sqrt(np.diag(C))[: problem.n_parameters]
+    result[list(problem.scaling.free)] = problem.scaling.slope(solution.theta) * scaled
+    return result
 
 
 def _of_effects(solution: Solution) -> list[int]:

@@ -35,6 +35,8 @@ FINISHED, HOPELESS, FEW = 8, 4, 2
 """Most fits to the end of one step, how many of them where none leaves only noise, and where all are far from it."""
 EXCESS = 0.02
 """Largest share of a run's mean square over the stated noise, beyond chance, where effects leave nothing but noise."""
+MOST = 3
+"""Most effects at once."""
 CLOSE = 40.0
 """Log-likelihood from the best within which a begun fit is finished as a rival."""
 BETTER = 6.0

@@ -59,7 +59,7 @@ def judge(study: Study, found: Search) -> Judgement:
     """Turn a search into a verdict with one sentence that an engineer reads first."""
     verdict, solution = verdict_of(found), found.best.solution
     if verdict in ("named", "ambiguous"):
-        fine, solution = _finer(study, solution)
+        fine, solution = finer(study, solution)
         effects = named_effects(found, solution, standard_errors(fine, solution))
     else:
         effects = named_effects(found, solution, of_curvature(solution))
@@ -108,7 +108,7 @@ def _powers(found: Search) -> list[str]:
     return [e.id for e in found.best.solution.effects if e.polynomial]
 
 
-def _finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
+def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
     """Fit at a finer inner step: an error of time, invisible in the readings, is no small share of a lag of a step."""
     fine = at_step(study, study.factory.step / FINER)
     again = solve(fine, solution.effects, solution.noise, solution.values, x0=solution.x0)

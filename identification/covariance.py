@@ -37,7 +37,7 @@ def curvature(problem: Problem, x: Array) -> Curvature:
     n = problem.size
     data = sum((J.reshape(-1, n).T @ J.reshape(-1, n) for J in blocks.jacobians or ()), np.zeros((n, n)))
     prior = blocks.prior_jacobian.T @ blocks.prior_jacobian
-    flat = np.diag(_flat_information(problem))
+    flat = np.diag(flat_information(problem))
     meat, tau = _meat(problem, blocks)
     covariance = sandwich(data + prior + flat, meat + prior + flat)
     alone = data + _start_priors(problem, blocks)
@@ -52,7 +52,7 @@ def _start_priors(problem: Problem, blocks: Blocks) -> Array:
     return result
 
 
-def _flat_information(problem: Problem) -> Array:
+def flat_information(problem: Problem) -> Array:
     """1/variance of a uniform distribution between the bounds, scaled; 0 for initial states and where unbounded."""
     lower, upper = problem.scaling.bounds
     result = np.full(problem.size, 1e-12)

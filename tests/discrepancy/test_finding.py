@@ -8,7 +8,7 @@ import pytest
 from fmpy import simulate_fmu
 
 from discrepancy.finding import Finding, as_json, find
-from discrepancy.study import study_of
+from discrepancy.study import Study, study_of
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
 from model.effect import Effect
@@ -29,14 +29,22 @@ INPUTS = tuple(
 )
 
 
+def study_with(
+    folder: Path,
+    effects: dict[str, dict[str, float]],
+    entries: dict[str, Effect],
+    sensor: Sensor = Sensor(noise=2e-4, resolution=0.0),  # noqa: B008 - frozen
+) -> Study:
+    """Return the study of a joint of the virtual device in which ``effects`` are hidden."""
+    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
+    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=known, seed=5)
+    return study_of(prepare(read_campaign(folder)), 3, entries)
+
+
 def found(
     tmp_path: Path, effects: dict[str, dict[str, float]], without: str = "", known_entries: dict[str, Effect] = ENTRIES
 ) -> Finding:
-    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
-    sensor = Sensor(noise=2e-4, resolution=0.0)
-    make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=known, seed=5)
-    entries = {key: e for key, e in known_entries.items() if e.id != without}
-    study = study_of(prepare(read_campaign(tmp_path / "c")), 3, entries)
+    study = study_with(tmp_path / "c", effects, {key: e for key, e in known_entries.items() if e.id != without})
     return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
 
 

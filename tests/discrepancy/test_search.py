@@ -19,15 +19,12 @@ from discrepancy.scan import scan
 from discrepancy.scatter import relinearised
 from discrepancy.signatures import signatures
 from discrepancy.solution import solve
-from discrepancy.study import scales_of, study_of
+from discrepancy.study import scales_of
 from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial
 from discrepancy.verdict import at_their_bounds
 from identification.starting import MOVING, first_slopes, start_of
-from measurement.prepare import prepare
-from measurement.reading import read_campaign
 from model.effects import catalogue
-from tests.discrepancy.test_finding import ENTRIES, INPUTS, TRUTH
-from virtual_device.campaign import make_joint_campaign
+from tests.discrepancy.test_finding import ENTRIES, study_with
 from virtual_device.sensor import Sensor
 
 
@@ -35,10 +32,7 @@ from virtual_device.sensor import Sensor
 def begun(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial]:
     """Return the tools of the search on a joint with a hidden cubic spring, and the base."""
     folder: Path = tmp_path_factory.mktemp("search") / "c"
-    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
-    hidden = {"cubic_spring": {"spring_cubic": 0.02}}
-    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=hidden, sensor=Sensor(noise=2e-4), known=known, seed=5)
-    study = study_of(prepare(read_campaign(folder)), 3, ENTRIES)
+    study = study_with(folder, {"cubic_spring": {"spring_cubic": 0.02}}, ENTRIES, Sensor(noise=2e-4))
     base = fit_base(study, starts=4).solution
     entries = {key: e.at(scales_of(study, base.values)) for key, e in study.entries.items() if not e.random}
     found = signatures(study, base, list(entries.values()))
@@ -62,9 +56,7 @@ def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tupl
 
 def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_it_loses(tmp_path: Path):
     hidden = {"cubic_spring": {"spring_cubic": 0.02}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
-    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
-    make_joint_campaign(tmp_path, 3, TRUTH, INPUTS, effects=hidden, sensor=Sensor(noise=2e-4), known=known, seed=5)
-    study = study_of(prepare(read_campaign(tmp_path)), 3, {key: catalogue()[key] for key in hidden})
+    study = study_with(tmp_path, hidden, {key: catalogue()[key] for key in hidden}, Sensor(noise=2e-4))
     base = fit_base(study, starts=2, seed=0).solution
     effects = [e.at(scales_of(study, base.values)) for e in study.entries.values()]
     s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, lambda _: None)

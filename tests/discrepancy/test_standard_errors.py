@@ -11,13 +11,11 @@ from discrepancy.noise import Noise
 from discrepancy.refit import sharpened
 from discrepancy.solution import Solution, solve
 from discrepancy.standard_errors import covariance, of_curvature, standard_errors
-from discrepancy.study import Study, scales_of, study_of
-from measurement.prepare import prepare
-from measurement.reading import read_campaign
+from discrepancy.study import Study, scales_of
+from discrepancy.verdict import finer
 from measurement.run import Array
 from model.effects import catalogue
-from tests.discrepancy.test_finding import INPUTS, TRUTH
-from virtual_device.campaign import make_joint_campaign
+from tests.discrepancy.test_finding import TRUTH, study_with
 from virtual_device.sensor import Sensor
 
 SLACK = {
@@ -29,10 +27,7 @@ AS_FITTED = {
 
 
 def fitted(tmp_path: Path, key: str, hidden: dict[str, float], start: dict[str, float]) -> tuple[Study, Solution]:
-    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
-    sensor = Sensor(noise=2e-4, resolution=0.0)
-    make_joint_campaign(tmp_path / "c", 3, TRUTH, INPUTS, effects={key: hidden}, sensor=sensor, known=known, seed=5)
-    study = study_of(prepare(read_campaign(tmp_path / "c")), 3, {key: catalogue()[key]})
+    study = study_with(tmp_path / "c", {key: hidden}, {key: catalogue()[key]})
     base = fit_base(study, starts=2, seed=0).solution
     effect = catalogue()[key].at(scales_of(study, base.values))
     first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
@@ -78,3 +73,14 @@ def test_of_a_stop_that_no_run_reaches_no_more_is_known_than_its_bounds(tmp_path
     assert np.sqrt(covariance(unseen)[k, k]) * solution.problem.scaling.slope(solution.theta)[k] == pytest.approx(
         width / np.sqrt(12.0)
     )
+
+
+def test_a_lag_of_a_fifth_of_the_inner_step_is_told_from_a_finer_one(tmp_path: Path):
+    lag = 4.5e-4
+    entries = {"amplifier_lag:rest": catalogue()["amplifier_lag:rest"]}
+    sensor = Sensor(noise=2e-5, resolution=0.0)
+    study = study_with(tmp_path, {"amplifier_lag": {"amplifier_lag": lag}}, entries, sensor)
+    coarse = solve(study, tuple(entries.values()), Noise(), TRUTH | {"lag_time": lag})
+    fine = finer(study, coarse)[1]
+    assert coarse.values["lag_time"] < 0.9 * lag
+    assert fine.values["lag_time"] == pytest.approx(lag, rel=0.02)
