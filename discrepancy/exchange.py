@@ -23,13 +23,13 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         The model that is left, that model without each of its effects by key, and what was tried.
     """
     made: list[Trial] = []
-    less = _without_each(s, best, start)
+    less = without_each(s, best, start)
     if best.solution.effects and SCATTER in less:
         smaller = s.trial(less[SCATTER], start.candidate)
         made.append(smaller)
         if smaller.adequate and _costs(smaller, best) < BETTER:
             best = smaller
-            less = _without_each(s, best, start)
+            less = without_each(s, best, start)
     for key in [e.key for e in best.solution.effects[:-1]]:
         if len(less) < 2 or key not in less:
             break
@@ -44,7 +44,7 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
             better = winner if winner is not None and _improves(winner, best) else None
         if better is not None:
             best = better
-            less = _without_each(s, best, start)
+            less = without_each(s, best, start)
     return best, less, made
 
 
@@ -83,7 +83,7 @@ def _improves(winner: Trial, best: Trial) -> bool:
     return _costs(winner, best) < 0.0
 
 
-def _without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate]:
+def without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate]:
     """Refit the best model without each of its effects, the scatter among them."""
     full = best.solution
     if len(full.keys) == 1 and full.effects:

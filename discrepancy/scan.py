@@ -7,7 +7,7 @@ shapes is judged against its distribution under white noise, which depends on th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,9 +88,14 @@ def movable(solution: Solution) -> NDArray[np.bool_]:
     return free
 
 
-def tangent_space(solution: Solution) -> Array:
-    """Orthonormal basis (n_r, k) of what parameters and initial states can move, rows of the priors included."""
-    J = solution.blocks.jacobian[:, movable(solution)]
+def tangent_space(solution: Solution, without: Collection[str] = ()) -> Array:
+    """Orthonormal basis (n_r, k) of what parameters and initial states can move, rows of the priors included.
+
+    The parameters ``without`` stand still.
+    """
+    free = movable(solution)
+    free[: solution.problem.n_parameters] &= [id not in without for id in solution.problem.scaling.ids]
+    J = solution.blocks.jacobian[:, free]
     J = J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     Q, R, _ = qr(J, mode="economic", pivoting=True)
     kept = np.abs(np.diag(R)) > 1e-9 * abs(R[0, 0]) if R.size else np.zeros(0, dtype=bool)

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from discrepancy.base import Base, fit_base
-from discrepancy.exchange import exchanged, pruned
+from discrepancy.closer import closer
+from discrepancy.exchange import exchanged, pruned, without_each
 from discrepancy.noise import Colour, Noise
 from discrepancy.refit import Candidate, judged, settle
 from discrepancy.scan import Scan, scan
@@ -122,8 +123,14 @@ def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Sear
         made, best = _forward(s, start, white, first)
         best, less, more = exchanged(s, best, start)
         trials = (*made, *more)
+    if (finer := closer(s, start, best, trials)) is not None:
+        s, start, trials = finer.searcher, finer.start, finer.trials
+        if finer.best is None or finer.best.adequate < best.adequate:
+            return _searched(s.study, base, tell)
+        best = finer.best
+        less = without_each(s, best, start)
     return Search(
-        study=study, base=base, plain=start, scan=first, scales=scales, trials=trials, best=best, less=less,
+        study=s.study, base=base, plain=start, scan=first, scales=scales, trials=trials, best=best, less=less,
         simulations=s.simulations,
     )  # fmt: skip
 

@@ -3,6 +3,10 @@
 Halving a step h changes the readings by e = (y_h − y_{h/2})/σ. What the parameters cannot make good of it, ‖P·e‖² with
 P off the tangent space of the fitted model, is added to the residual's χ² whatever the data; it has to stay well below
 the spread of every test: below one square of the noise over all rows, not per row.
+
+An error of time is a lag. At a step near a lag, the lag's own parameter makes good of that error, and so may a rival's:
+a delay of half a step looks like a lag there and nowhere else. So effects are compared where P leaves their parameters
+out.
 """
 
 from __future__ import annotations
@@ -38,8 +42,8 @@ def readings(study: Study, solution: Solution, step: float) -> Array:
 
 
 def visible(study: Study, solution: Solution, step: float) -> float:
-    """Return ‖P·(y_h − y_{h/2})/σ‖² at the step h."""
-    Q = tangent_space(solution)
+    """Return ‖P·(y_h − y_{h/2})/σ‖² at the step h, P off the tangent space of base and initial states alone."""
+    Q = tangent_space(solution, without={q.id for e in solution.effects for q in e.parameters})
     e = np.zeros(Q.shape[0])
     change = readings(study, solution, step) - readings(study, solution, step / 2)
     e[: change.size] = change
