@@ -10,16 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from discrepancy.refit import settle
-from discrepancy.steps import at_step, step_for
+from discrepancy.steps import INVISIBLE, at_step, step_for, visible
 from discrepancy.trial import FINISHED, Searcher, Trial, chosen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Closer:
-    """What a finer step makes of the models near the best: the search's tools there, the base, and the models."""
+    """What a finer step makes of the models near the best, and the search's tools there."""
 
     searcher: Searcher
-    start: Trial
     trials: tuple[Trial, ...]
 
     @property
@@ -28,33 +27,38 @@ class Closer:
         return chosen(self.trials)
 
 
-def closer(s: Searcher, start: Trial, best: Trial, trials: Sequence[Trial]) -> Closer | None:
-    """Fit base, best model and what is near it again at the step that they all need; None where it is no finer.
+def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
+    """Fit the best model and what is near it again at the step that they all need; None where it is no finer.
 
-    What is far from noise is so at any step.
+    What is far from noise is so at any step; and where contacts make the likelihood rough, none is fine enough.
     """
     if not best.solution.effects or best.left.far:
         return None
     close = _near(best, trials)
     step = min(step_for(s.study, t.solution, s.study.factory.step) for t in close)
-    if step == s.study.factory.step:
+    if step == s.study.factory.step or any(visible(s.study, t.solution, step) > INVISIBLE for t in close):
         return None
     s.tell(f"inner step of {1e3 * step:.3g} ms: the best {len(close)} again")
-    fine = replace(s, study=at_step(s.study, step), finished={})
-    base = fine.trial(settle(fine.study, (), start.solution))
-    return Closer(searcher=fine, start=base, trials=tuple(_again(fine, t, base) for t in close))
+    fine = replace(s, study=at_step(s.study, step), finished={}, simulations=0)
+    return Closer(searcher=fine, trials=tuple(_again(fine, t) for t in close))
 
 
 def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:
     """Return the best model and others that leave as little as it does, one per set of effects, the better first."""
-    first = {frozenset(best.solution.keys): best}
+    first = {best.solution.keys: best}
     for t in sorted(trials, key=lambda t: t.candidate.criterion):
         if t.acceptable and (t.adequate or not best.adequate):
-            first.setdefault(frozenset(t.solution.keys), t)
+            first.setdefault(t.solution.keys, t)
     return list(first.values())[:FINISHED]
 
 
-def _again(s: Searcher, trial: Trial, start: Trial) -> Trial:
-    """Fit one model to the end at the searcher's step and judge it against the base; its effects keep their worth."""
-    judged = s.trial(settle(s.study, trial.solution.effects, trial.solution), start.candidate)
-    return replace(judged, worth=max(judged.worth, trial.worth))
+def _again(s: Searcher, trial: Trial) -> Trial:
+    """Fit one model to the end at the searcher's step; what it gains changes by as much as criterion and score do."""
+    judged = s.trial(settle(s.study, trial.solution.effects, trial.solution))
+    now, then = judged.candidate, trial.candidate
+    return replace(
+        judged,
+        gain=trial.gain + then.criterion - now.criterion,
+        held_out=trial.held_out + 2.0 * (now.prediction.score - then.prediction.score),
+        worth=max(judged.worth, trial.worth),
+    )

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
 from discrepancy.base import Base, fit_base
-from discrepancy.closer import closer
+from discrepancy.closer import Closer, closer
 from discrepancy.exchange import exchanged, pruned, without_each
 from discrepancy.noise import Colour, Noise
 from discrepancy.refit import Candidate, judged, settle
@@ -96,15 +96,22 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
     tell("base fit")
     base = fit_base(study, starts=starts, seed=seed)
     study = at_step(study, step_for(study, base.solution))
-    found = _searched(study, base, tell)
+    found, s = _searched(study, base, tell)
     if found.best.solution.effects and (better := _rebased(found)) is not None:
         tell("the base fit was stuck: again from the better minimum")
-        again = _searched(study, replace(base, solution=better), tell, known=found)
-        found = replace(again, simulations=found.simulations + again.simulations)
-    return found
+        base = replace(base, solution=better)
+        again, s = _searched(study, base, tell, known=found)
+        found = _with_cost_of(found, again)
+    if (finer := closer(s, found.best, found.trials)) is None:
+        return found
+    if finer.best is None or finer.best.adequate < found.best.adequate:
+        return _with_cost_of(found, _searched(finer.searcher.study, base, tell)[0])
+    return _with_cost_of(found, _at_finer_step(found, finer, finer.best))
 
 
-def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None) -> Search:
+def _searched(
+    study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None
+) -> tuple[Search, Searcher]:
     """Search from one minimum of the base; keep what is ``known`` where it still gains over a base that lacks."""
     white = solve(study, (), Noise(), base.solution.values, x0=base.solution.x0)
     plain = settle(study, (), white).solution
@@ -123,15 +130,26 @@ def _searched(study: Study, base: Base, tell: Callable[[str], None], known: Sear
         made, best = _forward(s, start, white, first)
         best, less, more = exchanged(s, best, start)
         trials = (*made, *more)
-    if (finer := closer(s, start, best, trials)) is not None:
-        s, start, trials = finer.searcher, finer.start, finer.trials
-        if finer.best is None or finer.best.adequate < best.adequate:
-            return _searched(s.study, base, tell)
-        best = finer.best
-        less = without_each(s, best, start)
-    return Search(
-        study=s.study, base=base, plain=start, scan=first, scales=scales, trials=trials, best=best, less=less,
+    result = Search(
+        study=study, base=base, plain=start, scan=first, scales=scales, trials=trials, best=best, less=less,
         simulations=s.simulations,
+    )  # fmt: skip
+    return result, s
+
+
+def _with_cost_of(earlier: Search, found: Search) -> Search:
+    return replace(found, simulations=earlier.simulations + found.simulations)
+
+
+def _at_finer_step(found: Search, finer: Closer, best: Trial) -> Search:
+    """Take over what a finer step makes of the models near the best; base and the others are as good at the old one."""
+    fitted = {t.solution.keys for t in finer.trials}
+    others = [t for t in found.trials if t.solution.keys not in fitted]
+    same = best.solution.keys == found.best.solution.keys
+    less = found.less if same else without_each(finer.searcher, best, found.plain)
+    return replace(
+        found, study=finer.searcher.study, trials=(*finer.trials, *others), best=best, less=less,
+        simulations=finer.searcher.simulations,
     )  # fmt: skip
 
 

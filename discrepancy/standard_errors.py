@@ -9,6 +9,8 @@ with a parabola of the same C about each.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -18,15 +20,18 @@ from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
 from identification.covariance import flat_information
 from measurement.run import Array
+from support.threads import mapped
 
 SMOOTH = (1 / 3, 3.0)
 """Rise of ‖r‖² one standard error away within which the curvature is believed."""
 SEEN = 0.5
 """Least rise that the data alone let expect: a parameter that they do not determine has no minimum to leave."""
 OUT = (-6.0, -2.0, 2.0, 6.0)
-"""Standard errors from the minimum at which fits begin again, along the valley of each parameter of an effect."""
+"""Standard errors from the minimum at which fits begin again, along the valley of a parameter."""
 AGAIN = 30
 """Most simulations of all runs in one of these fits."""
+CLOSE = 0.1
+"""Their tolerance in squares over the noise: little beside the `LEVEL` that makes the interval."""
 LEVEL = float(chi2.ppf(0.95, 1))
 
 
@@ -43,10 +48,11 @@ def standard_errors(study: Study, solution: Solution) -> Array:
     C = covariance(solution)
     std = _physical(solution, C)
     valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)]
-    valleys = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
-    if not any(rough(solution, valley) for valley in valleys):
+    seen = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
+    moves = [k * valley for valley in seen if rough(solution, valley) for k in OUT]
+    if not moves:
         return std
-    minima = [_again(study, solution, k * valley) for valley in valleys for k in OUT]
+    minima = mapped(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
     return np.maximum(std, _reach(solution, minima, std))
 
 
@@ -80,7 +86,7 @@ def _again(study: Study, solution: Solution, move: Array) -> Solution:
     problem, x = solution.problem, solution.x + move
     x[: problem.n_parameters] = np.clip(x[: problem.n_parameters], *problem.scaling.bounds)
     values = {q.id: float(p) for q, p in zip(solution.equations.parameters, problem.theta(x), strict=True)}
-    return solve(study, solution.effects, solution.noise, values, x0=problem.x0(x), iterations=AGAIN)
+    return solve(study, solution.effects, solution.noise, values, x0=problem.x0(x), iterations=AGAIN, tolerance=CLOSE)
 
 
 def _reach(solution: Solution, minima: Sequence[Solution], std: Array) -> Array:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -20,6 +21,10 @@ from discrepancy.steps import at_step
 from discrepancy.study import Study
 from model.effect import Effect, renamed
 from support.threads import mapped
+
+T = TypeVar("T")
+Tried = tuple[tuple[Effect, ...], Guided]
+"""Effects with their fit under the observer."""
 
 FAMILY = 0.002
 """p over the whole catalogue below which a score counts."""
@@ -239,15 +244,15 @@ class Searcher:
         By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect.
         """
         most = most or (LATER if solution.effects else len(self.entries))
-        rough = at_step(self.study, COARSE)
+        rough = self.side_by_side(COARSE)
         fresh = {s.key: s for s in self.beside(solution, self.scan(solution))[:most]}
-        both = [(*solution.effects, self.entries[key]) for key in fresh]
-        mapped(self.study.simulator, both, threads=self.study.threads)  # the compiler runs side by side
-        begun = [begin(rough, solution, self.entries[key], score) for key, score in fresh.items()]
+        tried = [self.entries[key] for key in fresh]
+        begun = self.mapped(partial(begin, rough, solution), tried, fresh.values())
         begun = sorted((s for s in begun if np.isfinite(s.log_likelihood)), key=self.rank)
         named = {rival for s in begun[:1] for rival in s.effects[-1].rivals}
         promising = begun[:PROMISING] + [s for s in begun[PROMISING:] if s.effects[-1].id in named]
-        done = [continued(rough, solution, s, fresh[s.effects[-1].key]) for s in promising]
+        scores = [fresh[s.effects[-1].key] for s in promising]
+        done = self.mapped(partial(continued, rough, solution), promising, scores)
         for found in sorted(done, key=lambda pair: self.rank(pair[0])):
             self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
@@ -265,7 +270,7 @@ class Searcher:
         The observer holds the simulation near the readings: there entries are compared, and ever fewer go on. Beside
         another effect those are tried that score best: what is missing there scores first, as long as that one is real.
         """
-        rough = at_step(self.study, COARSE)
+        rough = self.side_by_side(COARSE)
         values = {q.id: q.initial for q in self.study.base.parameters}
         values |= {q.id: onto.values[q.id] for e in onto.effects for q in e.parameters}
         chosen: list[tuple[Effect, ...]] = []
@@ -275,13 +280,20 @@ class Searcher:
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))
                 starts.append(values | own)
-        laid_out = mapped(partial(guided, at_step(self.study, SKETCH)), chosen, starts, threads=self.study.threads)
-        begun = [(both, low.down_to(SIEVED, BRIEF, WIDE)) for both, low in zip(chosen, laid_out, strict=True)]
-        sieved = [(both, at_fine(rough, both, low).down_to(APART)) for both, low in best_first(begun)[:PROMISING]]
-        done = [released(rough, both, low, ROUGH) for both, low in best_first(sieved)[:AHEAD]]
+        begun = self.mapped(partial(_sketched, self.side_by_side(SKETCH)), chosen, starts)
+        sieved = self.mapped(partial(_sieved, rough), best_first(begun)[:PROMISING])
+        done = self.mapped(partial(_released, rough), best_first(sieved)[:AHEAD])
         calls = sum(low.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
         self.simulations += calls * len(self.study.fitted)
         return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
+
+    def side_by_side(self, step: float) -> Study:
+        """Return the study at an inner step [s] with one thread a fit: for fits of several entries side by side."""
+        return replace(at_step(self.study, step), threads=1)
+
+    def mapped(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
+        """Return ``function`` of every tuple of arguments, side by side on the study's threads."""
+        return mapped(function, *arguments, threads=self.study.threads)
 
     def rank(self, solution: Solution) -> float:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""
@@ -312,7 +324,23 @@ class Searcher:
         return turned if turned.adequate else made
 
 
-def best_first(found: Sequence[tuple[tuple[Effect, ...], Guided]]) -> list[tuple[tuple[Effect, ...], Guided]]:
+def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
+    """Fit under the highest gains, briefly."""
+    return effects, guided(study, effects, values).down_to(SIEVED, BRIEF, WIDE)
+
+
+def _sieved(study: Study, tried: Tried) -> Tried:
+    """Go on at the step of ``study``, down to where entries are told apart."""
+    effects, low = tried
+    return effects, at_fine(study, effects, low).down_to(APART)
+
+
+def _released(study: Study, tried: Tried) -> tuple[Solution, int]:
+    """Go on to the end, roughly."""
+    return released(study, *tried, ROUGH)
+
+
+def best_first(found: Sequence[Tried]) -> list[Tried]:
     """Return the guided fit of least cost of every last entry, the least first."""
     best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].cost)}
     return sorted(best.values(), key=lambda pair: pair[1].cost)

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from discrepancy.jump import around, torques
+from discrepancy.kernels import COARSE
 from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.search import Search
@@ -26,7 +27,7 @@ Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 EVIDENT = 30.0
 """Least evidence of each of several names: weak ones together mend what one unknown effect leaves."""
 FINER = 4
-"""By how much the inner step is divided for the parameters that are told."""
+"""Least division of the coarse inner step for the parameters that are told."""
 SHOWN = 3
 """Alternatives that are listed where none is a rival."""
 
@@ -110,7 +111,7 @@ def _powers(found: Search) -> list[str]:
 
 def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
     """Fit at a finer inner step: an error of time, invisible in the readings, is no small share of a lag of a step."""
-    fine = at_step(study, study.factory.step / FINER)
+    fine = at_step(study, min(study.factory.step, COARSE / FINER))
     again = solve(fine, solution.effects, solution.noise, solution.values, x0=solution.x0)
     return (fine, again) if again.finite else (study, solution)
 
