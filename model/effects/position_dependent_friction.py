@@ -6,7 +6,7 @@ import sympy as sp
 
 from model.effect import Effect, parameter, q
 from model.effects.waves import COARSE, wave, wave_number
-from model.scales import POSITION
+from model.scales import CENTRE, POSITION
 
 slope = sp.Symbol("friction_slope", real=True)
 _effect = partial(
@@ -36,7 +36,7 @@ EFFECTS = (
         variant="slope",
         formula="Fc, Fs times (1 + a·q)",
         parameters=(parameter("friction_slope", "1/rad", "relative slope of dry friction", 0.02, -0.95, 0.95),),
-        relative={"friction_slope": 1 / POSITION},
+        relative={"friction_slope": 1 / (POSITION + sp.Abs(CENTRE))},
         coulomb_level=1 + slope * q,
     ),
 )

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import re
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import cache
-from itertools import combinations
+from itertools import combinations, product
 from pathlib import Path
 
 import numpy as np
 import pytest
 import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from fmu_build.build import Kind, build_fmu
-from model.effect import renamed, w
+from model.effect import q as position_symbol
+from model.effect import renamed, t, v, w
 from model.effects import catalogue, load_folder
 from model.equations import Equations
 from model.joint import joint_equations
@@ -237,3 +240,24 @@ def test_a_delay_of_any_length_turns_a_wave_by_its_phase_and_no_more(delay: floa
     C, D = (np.array(out.jacobian(v), dtype=float) for v in (states, [w]))
     response = (C @ np.linalg.solve(1j * omega * np.eye(3) - A, B) + D).item()
     assert response == pytest.approx(np.exp(-1j * omega * delay), abs=2e-3 * max(omega * delay, 4e-3 * omega) ** 3)
+
+
+LEVELS = [key for key, e in ENTRIES.items() if e.coulomb_level is not None or e.viscous_level is not None]
+
+
+@pytest.mark.parametrize("key", LEVELS)
+@given(position=st.floats(0.02, 3.0), centre=st.floats(-3.0, 3.0))
+@settings(max_examples=20, deadline=None)
+def test_friction_stays_positive_within_bounds_and_travel(key: str, position: float, centre: float):
+    scales = replace(SCALES, position=position, centre=centre)
+    effect = ENTRIES[key].at(scales)
+    where = {
+        position_symbol: tuple(np.linspace(centre - position, centre + position, 9)), v: (-scales.speed, scales.speed),
+        w: (-scales.torque, scales.torque), t: (0.0, scales.duration),
+    }  # fmt: skip
+    ends = {x.symbol: (x.initial,) if x.fixed else (x.lower, x.upper) for x in effect.parameters} | where
+    for level in (effect.coulomb_level, effect.viscous_level):
+        if level is not None:
+            ids = sorted(level.free_symbols, key=str)
+            value = sp.lambdify(ids, level)
+            assert min(float(value(*corner)) for corner in product(*(ends[id] for id in ids))) >= 0.0
