@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from discrepancy.refit import settle
 from discrepancy.steps import INVISIBLE, at_step, step_for, visible
-from discrepancy.trial import FINISHED, Searcher, Trial, chosen
+from discrepancy.trial import FEW, FINISHED, Searcher, Trial, chosen
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,12 +44,15 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
 
 
 def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:
-    """Return the best model and others that leave as little as it does, one per set of effects, the better first."""
+    """Return the best model and others that leave as little as it does, one per set of effects, the better first.
+
+    They are few where none leaves only noise.
+    """
     first = {best.solution.keys: best}
     for t in sorted(trials, key=lambda t: t.candidate.criterion):
         if t.acceptable and (t.adequate or not best.adequate):
             first.setdefault(t.solution.keys, t)
-    return list(first.values())[:FINISHED]
+    return list(first.values())[: FINISHED if best.adequate else FEW]
 
 
 def _again(s: Searcher, trial: Trial) -> Trial:

@@ -12,7 +12,8 @@ import numpy as np
 
 from discrepancy.held_out import Prediction, predict
 from discrepancy.rebuilt import Rebuilt, rebuild
-from discrepancy.search import Search, search
+from discrepancy.search import search
+from discrepancy.search_result import Search
 from discrepancy.study import Study
 from discrepancy.trial import Trial
 from discrepancy.verdict import Judgement, NamedEffect, judge

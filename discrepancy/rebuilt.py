@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from discrepancy.search import Search
+from discrepancy.search_result import Search
 from discrepancy.study import Study
 from fmu_build.build import Fmu, Kind, build_fmu
 from fmu_build.cached import identification_fmu

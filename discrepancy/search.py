@@ -7,88 +7,28 @@ from the winner's optimum starts it again; with several effects, each is exchang
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 from discrepancy.base import Base, fit_base
 from discrepancy.closer import Closer, closer
+from discrepancy.contest import contested
 from discrepancy.exchange import exchanged, pruned, without_each
 from discrepancy.noise import Colour, Noise
-from discrepancy.refit import Candidate, judged, settle
+from discrepancy.refit import judged, settle
 from discrepancy.scan import Scan, scan
+from discrepancy.search_result import Search
 from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
 from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen
-from model.scales import Scales
 
-RIVAL = 10.0
-"""Candidates whose criterion is this close cannot be told apart."""
 LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
 PART = 0.2
 """Least share of the gap, or of the gain of the effect before, for which a third effect is looked for."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Search:
-    """Everything that the search found out.
-
-    Parameters
-    ----------
-    study
-        The study at the inner step that was chosen.
-    base
-        The base fit with its starts, under white noise.
-    plain
-        The base under the noise model estimated from it.
-    scan
-        Scores of the whole catalogue at the base.
-    trials
-        Every candidate that was fitted to the end, in the order of the steps.
-    best
-        Where the search ended.
-    less
-        For each effect of the best trial, by key, that trial without it.
-    simulations
-        Simulated runs.
-    """
-
-    study: Study
-    base: Base
-    plain: Trial
-    scan: Scan
-    scales: Scales
-    trials: tuple[Trial, ...]
-    best: Trial
-    less: dict[str, Candidate] = field(default_factory=dict)
-    simulations: int = 0
-
-    @property
-    def rivals(self) -> tuple[Trial, ...]:
-        """Other trials with other effects that predict as well as the best one, the better first, one per set."""
-        best = self.best.candidate
-        close: dict[frozenset[str], Trial] = {}
-        for t in sorted(self.trials, key=lambda t: t.candidate.criterion):
-            ids = frozenset(t.candidate.ids)
-            if (
-                ids != frozenset(best.ids)
-                and t.acceptable
-                and len(ids) <= len(best.ids)
-                and t.candidate.criterion - best.criterion < RIVAL
-                and (t.adequate or not self.best.adequate)
-            ):
-                close.setdefault(ids, t)
-        return tuple(close.values())
-
-    def evidence(self, key: str) -> float:
-        """Twice the gain in held-out log predictive score by one effect; in BIC where every run was fitted."""
-        with_it, without = self.best.candidate, self.less[key]
-        if self.study.unseen:
-            return 2.0 * (with_it.prediction.score - without.prediction.score)
-        return without.bic - with_it.bic
 
 
 def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
@@ -102,11 +42,16 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
         base = replace(base, solution=better)
         again, s = _searched(study, base, tell, known=found)
         found = _with_cost_of(found, again)
-    if (finer := closer(s, found.best, found.trials)) is None:
-        return found
-    if finer.best is None or finer.best.adequate < found.best.adequate:
-        return _with_cost_of(found, _searched(finer.searcher.study, base, tell)[0])
-    return _with_cost_of(found, _at_finer_step(found, finer, finer.best))
+    if (finer := closer(s, found.best, found.trials)) is not None:
+        if finer.best is None or finer.best.adequate < found.best.adequate:
+            again, s = _searched(finer.searcher.study, base, tell)
+        else:
+            again, s = _at_finer_step(found, finer, finer.best), finer.searcher
+        found = _with_cost_of(found, again)
+    before = s.simulations
+    contenders = contested(s, found.best, found.plain)
+    simulations = found.simulations + s.simulations - before
+    return replace(found, contenders=tuple(contenders), simulations=simulations)
 
 
 def _searched(

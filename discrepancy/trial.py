@@ -53,6 +53,8 @@ BESIDE = 12
 """Entries that are fitted anew beside another one: those that score best there."""
 APART, AHEAD = 3, 4
 """Gains of the homotopy that tell entries well apart, and how many are gone on with then."""
+RIVAL = 10.0
+"""Candidates whose criterion is this close cannot be told apart."""
 NEWS = 0.05
 """Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
 SIGNIFICANT = 9.0

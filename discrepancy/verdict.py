@@ -12,7 +12,7 @@ from discrepancy.jump import around, torques
 from discrepancy.kernels import COARSE
 from discrepancy.next_experiment import Proposal, propose
 from discrepancy.noise_estimate import SCATTER
-from discrepancy.search import Search
+from discrepancy.search_result import Search
 from discrepancy.shape import Shape, missing
 from discrepancy.solution import Solution, solve
 from discrepancy.standard_errors import of_curvature, standard_errors
@@ -72,7 +72,7 @@ def judge(study: Study, found: Search) -> Judgement:
         alternatives=rivals or _considered(found),
         next_experiment=proposal,
         shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
-        sentence=_sentence(verdict, effects, rivals, proposal, at_their_bounds(found.trials), _powers(found)),
+        sentence=_sentence(verdict, effects, rivals, proposal, found),
     )
 
 
@@ -81,7 +81,7 @@ def verdict_of(found: Search) -> Verdict:
 
     Where even the winner leaves a gap, something real is missing that no entry explains; its names are surrogates. So
     are several names where one of them has little to speak for it, and two powers of one variable: they are terms of a
-    series that follows any smooth curve.
+    series that follows any smooth curve. So is a name that an element of its kind beats which has none.
     """
     if not found.best.adequate:
         return "unlisted"
@@ -90,7 +90,7 @@ def verdict_of(found: Search) -> Verdict:
         return "nothing_missing"
     if len(keys) > 1 and min(found.evidence(key) for key in keys) < EVIDENT:
         return "unlisted"
-    if len(_powers(found)) > 1:
+    if len(_powers(found)) > 1 or found.beaten_by is not None:
         return "unlisted"
     return "ambiguous" if found.rivals else "named"
 
@@ -182,8 +182,7 @@ def _sentence(
     effects: tuple[NamedEffect, ...],
     rivals: tuple[Trial, ...],
     proposal: Proposal | None,
-    like: Sequence[str],
-    powers: Sequence[str],
+    found: Search,
 ) -> str:
     names = " and ".join(f"{e.id} ({e.title})" for e in effects)
     if verdict == "nothing_missing":
@@ -191,14 +190,25 @@ def _sentence(
     if verdict == "named":
         return f"Missing in the model: {names}."
     if verdict == "ambiguous":
-        others = ", or ".join(" with ".join(r.candidate.ids) for r in rivals)
+        unnamed = {t.candidate.ids for t in found.contenders}
+        others = ", or ".join(
+            " with ".join(r.candidate.ids) + " (no entry of the catalogue)" * (r.candidate.ids in unnamed)
+            for r in rivals
+        )
         told = proposal is not None and proposal.tells
         more = "the proposed run would" if told else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
-    nothing = "Something is missing that no entry of the catalogue explains."
-    if like:
-        return f"{nothing} It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."
+    return f"Something is missing that no entry of the catalogue explains.{_nearest(found, names)}"
+
+
+def _nearest(found: Search, names: str) -> str:
+    """Say what an effect without a name is like."""
+    powers = _powers(found)
+    if like := at_their_bounds(found.trials):
+        return f" It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."
     if len(powers) > 1:
-        return f"{nothing} It bends with position: {' and '.join(powers)} follow it as powers follow any curve."
-    tried = f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if effects else ""
-    return nothing + tried
+        return f" It bends with position: {' and '.join(powers)} follow it as powers follow any curve."
+    if (other := found.beaten_by) is not None:
+        titles = " and ".join(e.title for e in other.solution.effects if e.key not in found.study.entries)
+        return f" It is of the kind of {names}, but not that: {titles} would follow it better."
+    return f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if names else ""

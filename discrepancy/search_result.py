@@ -1,0 +1,81 @@
+"""What a search found out about one joint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from discrepancy.base import Base
+from discrepancy.refit import Candidate
+from discrepancy.scan import Scan
+from discrepancy.study import Study
+from discrepancy.trial import RIVAL, Trial
+from model.scales import Scales
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """Everything that the search found out.
+
+    Parameters
+    ----------
+    study
+        The study at the inner step that was chosen.
+    base
+        The base fit with its starts, under white noise.
+    plain
+        The base under the noise model estimated from it.
+    scan
+        Scores of the whole catalogue at the base.
+    trials
+        Every candidate that was fitted to the end, in the order of the steps.
+    best
+        Where the search ended.
+    less
+        For each effect of the best trial, by key, that trial without it.
+    contenders
+        The best model with an effect in place of its own that is no entry of the catalogue.
+    simulations
+        Simulated runs.
+    """
+
+    study: Study
+    base: Base
+    plain: Trial
+    scan: Scan
+    scales: Scales
+    trials: tuple[Trial, ...]
+    best: Trial
+    less: dict[str, Candidate] = field(default_factory=dict)
+    contenders: tuple[Trial, ...] = ()
+    simulations: int = 0
+
+    @property
+    def rivals(self) -> tuple[Trial, ...]:
+        """Other trials with other effects that predict as well as the best one, the better first, one per set."""
+        best = self.best.candidate
+        close: dict[frozenset[str], Trial] = {}
+        for t in sorted((*self.trials, *self.contenders), key=lambda t: t.candidate.criterion):
+            ids = frozenset(t.candidate.ids)
+            if (
+                ids != frozenset(best.ids)
+                and t.acceptable
+                and len(ids) <= len(best.ids)
+                and t.candidate.criterion - best.criterion < RIVAL
+                and (t.adequate or not self.best.adequate)
+            ):
+                close.setdefault(ids, t)
+        return tuple(close.values())
+
+    @property
+    def beaten_by(self) -> Trial | None:
+        """Return the best contender where it predicts better than the best model by more than rivals differ."""
+        least = self.best.candidate.criterion - RIVAL
+        better = [t for t in self.contenders if t.adequate and t.candidate.criterion < least]
+        return min(better, key=lambda t: t.candidate.criterion, default=None)
+
+    def evidence(self, key: str) -> float:
+        """Twice the gain in held-out log predictive score by one effect; in BIC where every run was fitted."""
+        with_it, without = self.best.candidate, self.less[key]
+        if self.study.unseen:
+            return 2.0 * (with_it.prediction.score - without.prediction.score)
+        return without.bic - with_it.bic

@@ -1,0 +1,63 @@
+"""A name against an element of its kind that has none, where the catalogue holds one kind of late torque only."""
+
+from collections.abc import Collection
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.integrate import solve_ivp
+
+from discrepancy.finding import Finding, as_json, find
+from model.effect import w
+from model.effects import catalogue
+from model.effects.cascade import cascade
+from tests.discrepancy.test_finding import study_with
+from virtual_device.sensor import Sensor
+
+LATE = {"amplifier_lag": ("amplifier_lag", "amplifier_lag:rest"), "time_delay": ("delay", "time_delay")}
+
+
+def found(tmp_path: Path, hidden: str, seconds: float, without: Collection[str], noise: float = 2e-4) -> Finding:
+    entries = {key: catalogue()[key] for id, (_, key) in LATE.items() if id not in without}
+    sensor = Sensor(noise=noise, resolution=0.0)
+    study = study_with(tmp_path / "c", {hidden: {LATE[hidden][0]: seconds}}, entries, sensor)
+    return find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None)
+
+
+@pytest.mark.parametrize("hidden", LATE)
+def test_the_only_late_entry_of_a_catalogue_is_not_named_where_another_one_is_as_likely(tmp_path: Path, hidden: str):
+    data = as_json(found(tmp_path, hidden, 3e-3, without=[hidden]), measured=False, seed=0)
+    assert data["verdict"] == "ambiguous"
+    (other,) = set(LATE) - {hidden}
+    assert [e["id"] for e in data["effects"]] == [other]
+    assert [a["ids"] for a in data["alternatives"]] == [["lag_cascade"]]
+    assert "no entry of the catalogue" in data["sentence"]
+
+
+def test_the_only_late_entry_is_unlisted_where_another_one_follows_better(tmp_path: Path):
+    finding = found(tmp_path, "amplifier_lag", 3e-3, without=["amplifier_lag"], noise=1e-4)
+    assert finding.search.best.adequate
+    assert finding.judgement.verdict == "unlisted"
+    assert "two lags in a row would follow it better" in finding.judgement.sentence
+
+
+def test_with_both_in_the_catalogue_they_contest_each_other(tmp_path: Path):
+    finding = found(tmp_path, "amplifier_lag", 6e-3, without=[])
+    assert finding.search.contenders == ()
+    assert finding.judgement.verdict == "named"
+    assert finding.search.best.solution.ids == ("amplifier_lag",)
+
+
+def test_the_cascade_answers_a_step_as_two_equal_lags_do():
+    """1 − (1 + 2t/T)·e^(−2t/T), Laplace transform of 1/(s·(1 + sT/2)²)."""
+    T, t = 0.05, np.linspace(0.0, 0.3, 61)
+    effect = cascade(sp.Float(1e-4))
+    states = [x.state.symbol for x in effect.states]
+    symbols = (w, effect.parameters[0].symbol, *states)
+    rates = sp.lambdify(symbols, [x.rhs for x in effect.states])
+    late = sp.lambdify(symbols, effect.input)
+    x = solve_ivp(lambda _, x: rates(1.0, T, *x), (0.0, t[-1]), (0.0, 0.0), t_eval=t, rtol=1e-9, atol=1e-12).y
+    expected = 1.0 - (1.0 + 2.0 * t / T) * np.exp(-2.0 * t / T)
+    np.testing.assert_allclose(late(1.0, T, *x), expected, atol=1e-7)
+    assert late(1.0, 0.0, 0.3, 0.2) == 1.0
