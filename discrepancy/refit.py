@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -25,6 +25,8 @@ SETTLING = 5
 LARGE, SMALL, ALIKE = 10.0, 0.01, 0.5
 """Largest factor on an effect's typical size to start at, the same where it has no shape, and the share of T from which
 another shape is tried too."""
+LOST, LESS = 40.0, 0.1
+"""Loss of log-likelihood by a first try that shows its amplitude to be too large, and the share to begin again at."""
 EDGE, NEAR = 1e-3, 0.5
 """Relative distance from the lower bound at which a wave number or time constant counts as lying there, and the largest
 one at which it does because two of its standard errors reach the bound."""
@@ -130,8 +132,22 @@ def starts_of(effect: Effect, score: Score) -> list[dict[str, float]]:
 
 
 def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:
-    """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more."""
-    values = current.values | start_values(effect, score.point, near(effect, score.amplitude))
+    """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more.
+
+    Where that leads away from the readings, it begins again at a tenth of the amplitude: the base may have gone where
+    what its gap asks for, by a linear estimate, makes the joint stick and slip.
+    """
+    amplitude = np.array(near(effect, score.amplitude))
+    begun = _begun(study, current, effect, score, amplitude)
+    if begun.log_likelihood > current.log_likelihood - LOST:
+        return begun
+    again = _begun(study, current, effect, score, LESS * amplitude)
+    best = max(begun, again, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
+    return replace(best, calls=begun.calls + again.calls)
+
+
+def _begun(study: Study, current: Solution, effect: Effect, score: Score, amplitude: Array) -> Solution:
+    values = current.values | start_values(effect, score.point, amplitude.tolist())
     return _roughly(study, (*current.effects, effect), current.noise, values, current.x0, FIRST)
 
 

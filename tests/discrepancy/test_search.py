@@ -14,11 +14,11 @@ from discrepancy.held_out import predict
 from discrepancy.homotopy import through_homotopy
 from discrepancy.noise import Noise
 from discrepancy.omnibus import Omnibus
-from discrepancy.refit import begin, judged, settle, significance, starts_of
+from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
 from discrepancy.scan import scan
 from discrepancy.scatter import relinearised
 from discrepancy.signatures import signatures
-from discrepancy.solution import solve
+from discrepancy.solution import ROUGH, solve
 from discrepancy.study import scales_of
 from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial
 from discrepancy.verdict import at_their_bounds
@@ -69,6 +69,19 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     (kept,) = pruned(s, [doubtful], start)
     assert kept.solution is full.solution
     assert kept.worth > 100.0
+
+
+def test_an_effect_that_begins_too_large_begins_again_smaller(tmp_path: Path):
+    entries = {"friction_lag": catalogue()["friction_lag"]}
+    study = study_with(tmp_path, {"friction_lag": {"stribeck_lag": 0.017}}, entries, Sensor(noise=2e-4))
+    base = fit_base(study, starts=2, seed=0).solution
+    effect = entries["friction_lag"].at(scales_of(study, base.values))
+    score = scan(study, base, signatures(study, base, [effect]), {effect.key: effect}).scores[0]
+    large = replace(score, amplitude=(5.0,))
+    values = base.values | start_values(effect, score.point, large.amplitude)
+    lost = solve(study, (effect,), Noise(), values, x0=base.x0, iterations=FIRST, tolerance=ROUGH)
+    assert lost.log_likelihood < base.log_likelihood - LOST
+    assert begin(study, base, effect, large).log_likelihood > base.log_likelihood
 
 
 def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_better(
