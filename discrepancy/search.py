@@ -27,6 +27,8 @@ LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
 PART = 0.2
 """Least share of the gap, or of the gain of the effect before, for which a third effect is looked for."""
+SCATTERED = 0.1
+"""Largest share of the base's squares that scatter leaves where entries are tried under it, though much is left."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
@@ -170,16 +172,18 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[T
 
 
 def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[list[Solution]]:
-    """Yield fits of single entries: from the base under white noise, from the first guesses, and under scatter alone.
+    """Yield fits of single entries: from the base under white noise, under scatter alone, and from the first guesses.
 
-    Each way is gone when it is asked for, the last one where the base has scatter that makes up for most of the gap.
+    Each way is gone when it is asked for, that under scatter where the base's makes up for most of the gap: there a gap
+    under white noise says nothing of the entries.
     """
     yield s.ready(white, PROMISING if start.adequate else None)
+    noise = start.solution.noise.but(colour=Colour())
+    if noise.scatter > 0.0 and (not start.left.far or start.solution.chi2 < SCATTERED * white.chi2):
+        s.tell("entries under scatter")
+        yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
     s.tell("entries anew from the first guesses")
     yield s.anew(first, white)
-    noise = start.solution.noise.but(colour=Colour())
-    if noise.scatter > 0.0 and not start.left.far:
-        yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
 
 
 def beats(now: Trial, start: Trial) -> bool:

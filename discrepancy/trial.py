@@ -226,9 +226,10 @@ class Searcher:
         """Fit the best trial again through homotopy from the first guesses, where it is near noise alone but not there.
 
         The base fit may have taken friction into a corner to make up for what is missing (Fs = Fc, where vs means
-        nothing); a fit that starts there can stay there.
+        nothing); a fit that starts there can stay there. What leaves only noise with one effect too many is there.
         """
-        if any(t.adequate and t.acceptable for t in trials) or all(t.left.far for t in trials):
+        there = any(t.adequate and (t.acceptable or len(t.solution.effects) > 1) for t in trials)
+        if there or all(t.left.far for t in trials):
             return trials
         best = chosen(trials) or min(trials, key=lambda t: t.candidate.criterion)
         effects = best.solution.effects

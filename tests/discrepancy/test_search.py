@@ -17,6 +17,7 @@ from discrepancy.omnibus import Omnibus
 from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
 from discrepancy.scan import scan
 from discrepancy.scatter import relinearised
+from discrepancy.search import _ways
 from discrepancy.signatures import signatures
 from discrepancy.solution import ROUGH, solve
 from discrepancy.study import scales_of
@@ -109,6 +110,26 @@ def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searche
     assert replace(base, refuted=True).adequate
     assert not replace(base, refuted=True, left_p=0.5 * REFUTABLE).adequate
     assert not replace(base, refuted=True, left=replace(clean, p=1e-6)).adequate
+
+
+@pytest.mark.parametrize(("scatter", "left", "tried"), [(0.03, 0.05, True), (0.03, 0.5, False), (0.0, 0.05, False)])
+def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_gap(
+    begun: tuple[Searcher, Trial], scatter: float, left: float, tried: bool
+):
+    s, start = begun
+    base = start.solution
+    noise = Noise(scatter=scatter, path="torque")
+    far = Omnibus(energy=1e5, dof=100.0, p=0.0, parts={}, total=1e5, rows=100)
+    residual = replace(base.blocks, rows=tuple(np.sqrt(left) * r for r in base.blocks.rows), prior=np.zeros(0))
+    scattered = replace(base, noise=noise, blocks=residual)
+    bare = replace(base, blocks=replace(base.blocks, prior=np.zeros(0)))
+    seen: list[Noise] = []
+    fake = SimpleNamespace(
+        study=s.study, tell=lambda _: None, ready=lambda fit, *_: seen.append(fit.noise), anew=lambda *_: None
+    )
+    none = SimpleNamespace(scores=())
+    list(_ways(fake, replace(start, left=far, candidate=replace(start.candidate, solution=scattered)), bare, none))
+    assert seen == [Noise(), *([noise] if tried else [])]
 
 
 def test_minima_count_as_one_by_the_noise_or_by_their_share_of_a_large_gap():
