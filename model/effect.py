@@ -198,6 +198,13 @@ class Effect:
         return replace(self, **changes)
 
 
+def in_time(effect: Effect, now: sp.Expr) -> Effect:
+    """Return the effect with ``now`` for the time in all its formulas."""
+    formulas = {name: e.xreplace({t: now}) for name in FORMULAS if (e := getattr(effect, name)) is not None}
+    states = tuple(replace(s, rhs=s.rhs.xreplace({t: now})) for s in effect.states)
+    return replace(effect, states=states, **formulas)
+
+
 def renamed(one: Effect, other: Effect) -> dict[str, str] | None:
     """Return the parameters of ``other`` by those of ``one`` where both are the same equations under other names."""
     if (one.side, len(one.parameters), len(one.states)) != (other.side, len(other.parameters), len(other.states)):

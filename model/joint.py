@@ -67,9 +67,11 @@ def _gravity(q: sp.Expr, parameters: dict[str, sp.Symbol], prismatic: bool) -> s
 
 
 def _with_effects(effects: Sequence[Effect], kp: sp.Symbol) -> _Terms:
+    """Fill all slots; where the positions' clock is off, every other effect lives by the machine's own time."""
     terms = _Terms(w=kp * sym.tau, y=sym.q)
+    rate = sp.prod(effect.time_rate for effect in effects if effect.time_rate is not None)
     for effect in sorted(effects, key=lambda effect: effect.place):
-        terms = _add(terms, effect)
+        terms = _add(terms, effect if effect.time_rate is not None else sym.in_time(effect, rate * sym.t))
     return terms
 
 

@@ -2,6 +2,7 @@
 
 In the positions' time the whole machine runs at (1 + ε), and is driven by τ((1 + ε)·t) = e^(δs)·τ with δ = ε·t. With
 g = 1 − 1/(1 + sT), three lags in a row, s = (g + g² + g³ + …)/T, and the exponential is taken to the third power of g.
+All other effects live by the machine's time (1 + ε)·t.
 """
 
 import sympy as sp

@@ -136,6 +136,25 @@ def test_the_stated_units_of_time_are_those_of_the_formula(key: str):
     np.testing.assert_allclose(other, simulated(key, point(key)), rtol=0, atol=FIXED_RATE.get(key, 1e-7))
 
 
+def test_beside_a_clock_that_is_off_the_others_live_by_the_machines_time():
+    """Readings at the clock's rate 1 + ε are those of the machine at the stretched times."""
+    rate, frequency = 1.02, 30.0
+    own = {"disturbance_sin": 2e-3, "disturbance_cos": 1e-3, "disturbance_frequency": frequency}
+    pair = joint_equations(4, effects=[ENTRIES["clock_error"], ENTRIES["periodic_disturbance"]])
+    alone = joint_equations(4, effects=[ENTRIES["periodic_disturbance"]])
+    values = TENDON | own | {"clock_rate": rate - 1.0}
+    still = np.zeros_like(U)
+    y = {
+        e: CompiledKernel.of(e).simulate(
+            t, still, np.array([values[q.id] for q in e.parameters]),
+            np.array([*START, *(s.start for s in e.states[3:])]), step=STEP,
+        )[:, 0]
+        for e, t in ((pair, T), (alone, rate * T))
+    }  # fmt: skip
+    np.testing.assert_allclose(y[pair], y[alone], rtol=0, atol=1e-6)
+    assert np.ptp(y[alone]) > 1e-3
+
+
 def test_effects_take_their_place_in_the_chain_whatever_the_order():
     dead_band, ripple, payload = (
         ENTRIES[key].at(SCALES) for key in ("amplifier_dead_band:jump", "torque_ripple", "payload_gravity")
