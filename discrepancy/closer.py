@@ -13,6 +13,9 @@ from discrepancy.refit import settle
 from discrepancy.steps import INVISIBLE, at_step, step_for, visible
 from discrepancy.trial import FEW, FINISHED, Searcher, Trial, chosen
 
+BEYOND = 10.0
+"""Multiple of the step's visible error that is not of the step."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Closer:
@@ -30,9 +33,10 @@ class Closer:
 def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
     """Fit the best model and what is near it again at the step that they all need; None where it is no finer.
 
-    What is far from noise is so at any step; and where contacts make the likelihood rough, none is fine enough.
+    What leaves more than the step's error can account for does so at any step; and where contacts make the likelihood
+    rough, none is fine enough.
     """
-    if not best.solution.effects or best.left.far:
+    if not best.solution.effects or best.left.far or _beyond(s, best):
         return None
     close = _near(best, trials)
     step = min(step_for(s.study, t.solution, s.study.factory.step) for t in close)
@@ -41,6 +45,12 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
     s.tell(f"inner step of {1e3 * step:.3g} ms: the best {len(close)} again")
     fine = replace(s, study=at_step(s.study, step), finished={}, simulations=0)
     return Closer(searcher=fine, trials=tuple(_again(fine, t) for t in close))
+
+
+def _beyond(s: Searcher, best: Trial) -> bool:
+    """Whether the best model leaves many times as much, beyond chance, as the step's error is in squares."""
+    excess = best.left.energy - best.left.dof
+    return not best.adequate and excess > BEYOND * visible(s.study, best.solution, s.study.factory.step)
 
 
 def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:

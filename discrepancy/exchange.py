@@ -8,14 +8,15 @@ from dataclasses import replace
 from discrepancy.noise_estimate import SCATTER
 from discrepancy.refit import Candidate, judged, refit_with
 from discrepancy.solution import Solution, solve
-from discrepancy.trial import BETTER, MOST, PROMISING, Searcher, Trial, chosen
+from discrepancy.trial import BETTER, MOST, PROMISING, Searcher, Trial, chosen, keys_of
 
 
 def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
     """Leave every effect out where the others do as well, exchange it where another does better.
 
     Where as many effects as there may be still leave more than noise, they follow the gap as terms of a series do, and
-    none is exchanged. Beside an effect that is real, what is missing scores first: few are tried.
+    none is exchanged; nor is one beside effects on top of which the catalogue has been tried. Beside an effect that is
+    real, what is missing scores first: few are tried.
 
     Returns
     -------
@@ -37,7 +38,8 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         made.append(smaller)
         better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
         hopeless = best.left.far or (len(best.solution.effects) >= MOST and not best.adequate)
-        if better is None and not (smaller.adequate or hopeless):
+        tried_before = keys_of(smaller.solution) in s.extended
+        if better is None and not (smaller.adequate or hopeless or tried_before):
             tried = s.step(smaller.candidate, s.ready(smaller.solution, PROMISING))
             made += tried
             winner = chosen(tried)

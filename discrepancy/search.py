@@ -164,7 +164,7 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[T
         first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
         s.tell(f"{'+'.join(first.keys)} and another")
         s.simulations += first.calls * len(s.study.fitted)
-        both = s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first), FEW)
+        both = s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
         made += [*both, *pruned(s, both, start)]
         if any(t.adequate and t.acceptable for t in made):
             break

@@ -145,6 +145,8 @@ class Searcher:
         Simulated runs so far.
     finished
         Fits to the end by the keys of their effects.
+    extended
+        Keys of the effects on top of which the catalogue has been tried.
     """
 
     study: Study
@@ -154,6 +156,7 @@ class Searcher:
     tell: Callable[[str], None]
     simulations: int = 0
     finished: dict[frozenset[str], list[Trial]] = field(default_factory=dict)
+    extended: set[frozenset[str]] = field(default_factory=set)
 
     def scan(self, solution: Solution) -> Scan:
         """Score the catalogue about ``solution``."""
@@ -169,8 +172,13 @@ class Searcher:
             judged = replace(judged, left_p=self.scan(solution).family_p)
         return judged if before is None else judged.against(before)
 
-    def step(self, current: Candidate, begun: Sequence[Solution], most: int = HOPELESS) -> list[Trial]:
-        """Extend ``current``: of what was begun on top of it, finish the best, ``most`` if none leaves only noise."""
+    def step(
+        self, current: Candidate, begun: Sequence[Solution], most: int = HOPELESS, *, freed: bool = False
+    ) -> list[Trial]:
+        """Extend ``current``: of what was begun on top of it, finish the best, ``most`` if none leaves only noise.
+
+        What was begun from the first guesses is ``freed`` already.
+        """
         trials: list[Trial] = []
         ready = self.best_of_each(begun)
         while ready and len(trials) < FINISHED:
@@ -182,7 +190,8 @@ class Searcher:
             if ready:
                 best = ready.pop(0)
                 trials.append(self.known(current, best) or self.finish(current, best))
-        return self.with_best_freed(current, self.with_twins(current, trials))
+        trials = self.with_twins(current, trials)
+        return trials if freed else self.with_best_freed(current, trials)
 
     def with_twins(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
         """Begin entries with the same equations as one that leaves only noise at its optimum: neither is the better."""
@@ -204,7 +213,7 @@ class Searcher:
 
         Both are compared under the noise of the new start, the finished one after a few steps under it.
         """
-        before = self.finished.get(frozenset(e.key for e in begun.effects), ())
+        before = self.finished.get(keys_of(begun), ())
         for trial in sorted(before, key=lambda t: t.candidate.criterion)[:1]:
             effects, values = trial.solution.effects, trial.solution.values
             rough = at_step(self.study, COARSE)
@@ -233,7 +242,7 @@ class Searcher:
             return trials
         best = chosen(trials) or min(trials, key=lambda t: t.candidate.criterion)
         effects = best.solution.effects
-        if len(self.finished.get(frozenset(e.key for e in effects), ())) > 1:
+        if len(self.finished.get(keys_of(best.solution), ())) > 1:
             return trials
         own = {q.id: best.solution.values[q.id] for e in effects for q in e.parameters}
         freed, calls = through_homotopy(at_step(self.study, COARSE), effects, own, tolerance=ROUGH)
@@ -246,6 +255,7 @@ class Searcher:
 
         By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect.
         """
+        self.extended.add(keys_of(solution))
         most = most or (LATER if solution.effects else len(self.entries))
         rough = self.side_by_side(COARSE)
         fresh = {s.key: s for s in self.beside(solution, self.scan(solution))[:most]}
@@ -273,6 +283,7 @@ class Searcher:
         The observer holds the simulation near the readings: there entries are compared, and ever fewer go on. Beside
         another effect those are tried that score best: what is missing there scores first, as long as that one is real.
         """
+        self.extended.add(keys_of(onto))
         rough = self.side_by_side(COARSE)
         values = {q.id: q.initial for q in self.study.base.parameters}
         values |= {q.id: onto.values[q.id] for e in onto.effects for q in e.parameters}
@@ -306,7 +317,7 @@ class Searcher:
         """Fit to the end what was begun on top of ``current``, judge it and tell of it."""
         made = self.trial(settle(self.study, begun.effects, begun), current)
         made = self.on_its_path(made, current)
-        self.finished.setdefault(frozenset(e.key for e in begun.effects), []).append(made)
+        self.finished.setdefault(keys_of(begun), []).append(made)
         self.tell(
             f"{'+'.join(made.solution.keys)}: gain {made.gain:.0f}, unseen {made.held_out:.0f}, "
             f"left over {made.left.energy:.0f}/{made.left.dof:.0f}"
@@ -347,6 +358,11 @@ def best_first(found: Sequence[Tried]) -> list[Tried]:
     """Return the guided fit of least cost of every last entry, the least first."""
     best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].cost)}
     return sorted(best.values(), key=lambda pair: pair[1].cost)
+
+
+def keys_of(solution: Solution) -> frozenset[str]:
+    """Keys of the effects in the equations, in no order."""
+    return frozenset(e.key for e in solution.effects)
 
 
 def effect_parameters(solution: Solution) -> int:

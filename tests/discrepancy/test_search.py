@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from discrepancy.base import agreeing, fit_base
-from discrepancy.exchange import pruned
+from discrepancy.closer import BEYOND, closer
+from discrepancy.exchange import exchanged, pruned
 from discrepancy.held_out import predict
 from discrepancy.homotopy import through_homotopy
+from discrepancy.kernels import SKETCH
 from discrepancy.noise import Noise
 from discrepancy.omnibus import Omnibus
 from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
@@ -20,26 +22,31 @@ from discrepancy.scatter import relinearised
 from discrepancy.search import _ways
 from discrepancy.signatures import signatures
 from discrepancy.solution import ROUGH, solve
+from discrepancy.steps import INVISIBLE, at_step, visible
 from discrepancy.study import scales_of
-from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial
+from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial, keys_of
 from discrepancy.verdict import at_their_bounds
 from identification.starting import MOVING, first_slopes, start_of
+from model.effect import Effect
 from model.effects import catalogue
 from tests.discrepancy.test_finding import ENTRIES, study_with
 from virtual_device.sensor import Sensor
 
 
-@pytest.fixture(scope="module")
-def begun(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial]:
+def tools(folder: Path, sensor: Sensor) -> tuple[Searcher, Trial]:
     """Return the tools of the search on a joint with a hidden cubic spring, and the base."""
-    folder: Path = tmp_path_factory.mktemp("search") / "c"
-    study = study_with(folder, {"cubic_spring": {"spring_cubic": 0.02}}, ENTRIES, Sensor(noise=2e-4))
+    study = study_with(folder / "c", {"cubic_spring": {"spring_cubic": 0.02}}, ENTRIES, sensor)
     base = fit_base(study, starts=4).solution
     entries = {key: e.at(scales_of(study, base.values)) for key, e in study.entries.items() if not e.random}
     found = signatures(study, base, list(entries.values()))
     said: Callable[[str], None] = lambda _text: None  # noqa: E731 - a field of the searcher
     searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, said)
     return searcher, searcher.trial(judged(study, base, 0))
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial]:
+    return tools(tmp_path_factory.mktemp("search"), Sensor(noise=2e-4))
 
 
 def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tuple[Searcher, Trial]) -> None:
@@ -53,6 +60,46 @@ def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tupl
     assert left.solution.ids == ("cubic_spring",)
     assert left.adequate
     assert pruned(s, [left], start) == []
+
+
+def stand_in(s: Searcher, start: Trial, key: str) -> Effect:
+    """An entry that the searcher's catalogue lacks."""
+    return catalogue()[key].at(scales_of(s.study, start.solution.values))
+
+
+def test_beside_effects_that_the_catalogue_was_tried_on_nothing_is_exchanged(
+    begun: tuple[Searcher, Trial], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    s, start = begun
+    effects = [stand_in(s, start, key) for key in ("quadratic_drag", "asymmetric_viscous")]
+    both = solve(s.study, effects, Noise(), start.solution.values, x0=start.solution.x0)
+    best = s.trial(settle(s.study, effects, both), start.candidate)
+    assert not best.adequate
+    asked: list[frozenset[str]] = []
+    monkeypatch.setattr(Searcher, "ready", lambda _, solution, __: asked.append(keys_of(solution)) or [])
+    monkeypatch.setattr(Omnibus, "far", False)
+    exchanged(s, best, start)
+    assert asked == [{"asymmetric_viscous"}]
+    tried = replace(s, extended={frozenset({"asymmetric_viscous"})})
+    exchanged(tried, best, start)
+    assert len(asked) == 1
+
+
+def test_what_leaves_more_than_the_steps_error_is_not_fitted_again_at_a_finer_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    s, start = tools(tmp_path, Sensor(noise=2e-5, resolution=0.0))
+    rough = replace(s, study=at_step(s.study, SKETCH))
+    other = stand_in(s, start, "asymmetric_viscous")
+    wrong = solve(rough.study, [other], Noise(), start.solution.values, x0=start.solution.x0)
+    trial = rough.trial(judged(rough.study, wrong, wrong.calls), start.candidate)
+    monkeypatch.setattr(Omnibus, "far", False)
+    assert not trial.adequate
+    error = visible(rough.study, trial.solution, SKETCH)
+    assert trial.left.energy - trial.left.dof > BEYOND * error > BEYOND * INVISIBLE
+    assert closer(rough, trial, [trial]) is None
+    near = replace(trial, left=replace(trial.left, energy=trial.left.dof + error))
+    assert closer(rough, near, [near]) is not None
 
 
 def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_it_loses(tmp_path: Path):
