@@ -21,7 +21,7 @@ from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study, scales_of
-from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen
+from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen, keys_of
 
 LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
@@ -131,6 +131,8 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
 def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], list[Solution]]:
     """Try single entries, two at once where all of them leave far more than noise.
 
+    A second effect on top of the best one costs less than single entries from the first guesses, and comes before them.
+
     Returns
     -------
     trials, leads
@@ -139,17 +141,39 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     few = start.adequate
     begun: list[Solution] = []
     trials: list[Trial] = []
-    for fits in _ways(s, start, white, first):
+    for fits in _ways(s, start, white):
         if fits and fits[0].noise == Noise():
             begun = s.best_of_each(begun, fits)
         trials += s.step(start.candidate, fits[:1] if few else fits)
-        if few or any(t.adequate and t.acceptable for t in trials):
+        if few or found_in(trials):
             return trials, []
+    pairs = _two_at_once(s, leads_of(begun, 1), start) if all_far(trials) else []
+    if found_in(pairs):
+        return trials + pairs, []
+    s.tell("entries anew from the first guesses")
+    fits = s.anew(first, white)
+    begun = s.best_of_each(begun, fits)
+    trials += s.step(start.candidate, fits)
+    leads = [lead for lead in leads_of(begun, LEADS) if keys_of(lead) not in s.extended]
+    if not found_in(trials) and all_far(trials):
+        pairs, leads = pairs + _two_at_once(s, leads, start), []
+    return trials + pairs, leads
+
+
+def found_in(trials: Sequence[Trial]) -> bool:
+    """Whether one leaves nothing but noise and has earned its effects."""
+    return any(t.adequate and t.acceptable for t in trials)
+
+
+def all_far(trials: Sequence[Trial]) -> bool:
+    """Whether something was tried, and all of it leaves far more than noise."""
+    return bool(trials) and all(t.left.far for t in trials)
+
+
+def leads_of(begun: Sequence[Solution], most: int) -> list[Solution]:
+    """Return the leading fits, the best of every last entry in whatever variant."""
     first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
-    leads = [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:LEADS]
-    if trials and all(t.left.far for t in trials):
-        return trials + _two_at_once(s, leads, start), []
-    return trials, leads
+    return [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:most]
 
 
 def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[Trial]:
@@ -166,13 +190,13 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[T
         s.simulations += first.calls * len(s.study.fitted)
         both = s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
         made += [*both, *pruned(s, both, start)]
-        if any(t.adequate and t.acceptable for t in made):
+        if found_in(made):
             break
     return made
 
 
-def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[list[Solution]]:
-    """Yield fits of single entries: from the base under white noise, under scatter alone, and from the first guesses.
+def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]]:
+    """Yield fits of single entries from the base: under white noise, then under scatter alone.
 
     Each way is gone when it is asked for, that under scatter where the base's makes up for most of the gap: there a gap
     under white noise says nothing of the entries.
@@ -182,8 +206,6 @@ def _ways(s: Searcher, start: Trial, white: Solution, first: Scan) -> Iterator[l
     if noise.scatter > 0.0 and (not start.left.far or start.solution.chi2 < SCATTERED * white.chi2):
         s.tell("entries under scatter")
         yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
-    s.tell("entries anew from the first guesses")
-    yield s.anew(first, white)
 
 
 def beats(now: Trial, start: Trial) -> bool:

@@ -171,11 +171,8 @@ def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_g
     scattered = replace(base, noise=noise, blocks=residual)
     bare = replace(base, blocks=replace(base.blocks, prior=np.zeros(0)))
     seen: list[Noise] = []
-    fake = SimpleNamespace(
-        study=s.study, tell=lambda _: None, ready=lambda fit, *_: seen.append(fit.noise), anew=lambda *_: None
-    )
-    none = SimpleNamespace(scores=())
-    list(_ways(fake, replace(start, left=far, candidate=replace(start.candidate, solution=scattered)), bare, none))
+    fake = SimpleNamespace(study=s.study, tell=lambda _: None, ready=lambda fit, *_: seen.append(fit.noise))
+    list(_ways(fake, replace(start, left=far, candidate=replace(start.candidate, solution=scattered)), bare))
     assert seen == [Noise(), *([noise] if tried else [])]
 
 
