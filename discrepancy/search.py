@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from discrepancy.base import Base, fit_base
 from discrepancy.closer import Closer, closer
 from discrepancy.contest import contested
@@ -28,7 +30,7 @@ LEADS = 3
 PART = 0.2
 """Least share of the gap, or of the gain of the effect before, for which a third effect is looked for."""
 SCATTERED = 0.1
-"""Largest share of the base's squares that scatter leaves where entries are tried under it, though much is left."""
+"""Largest share of the base's squares that is left where scatter, or an entry, makes up for most of a large gap."""
 STUCK = 10.0
 """Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
 
@@ -198,12 +200,14 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[T
 def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]]:
     """Yield fits of single entries from the base: under white noise, then under scatter alone.
 
-    Each way is gone when it is asked for, that under scatter where the base's makes up for most of the gap: there a gap
-    under white noise says nothing of the entries.
+    Each way is gone when it is asked for, that under scatter where the base's makes up for most of the gap and no entry
+    does: there a gap under white noise says nothing of the entries.
     """
-    yield s.ready(white, PROMISING if start.adequate else None)
+    yield (fits := s.ready(white, PROMISING if start.adequate else None))
     noise = start.solution.noise.but(colour=Colour())
-    if noise.scatter > 0.0 and (not start.left.far or start.solution.chi2 < SCATTERED * white.chi2):
+    most = SCATTERED * white.chi2
+    instead = start.solution.chi2 < most < min((fit.chi2 for fit in fits), default=np.inf)
+    if noise.scatter > 0.0 and (not start.left.far or instead):
         s.tell("entries under scatter")
         yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
 

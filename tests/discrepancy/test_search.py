@@ -26,6 +26,7 @@ from discrepancy.steps import INVISIBLE, at_step, visible
 from discrepancy.study import scales_of
 from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial, keys_of
 from discrepancy.verdict import at_their_bounds
+from identification.problem import Blocks
 from identification.starting import MOVING, first_slopes, start_of
 from model.effect import Effect
 from model.effects import catalogue
@@ -159,19 +160,28 @@ def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searche
     assert not replace(base, refuted=True, left=replace(clean, p=1e-6)).adequate
 
 
-@pytest.mark.parametrize(("scatter", "left", "tried"), [(0.03, 0.05, True), (0.03, 0.5, False), (0.0, 0.05, False)])
-def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_gap(
-    begun: tuple[Searcher, Trial], scatter: float, left: float, tried: bool
+@pytest.mark.parametrize(
+    ("scatter", "left", "entry", "tried"),
+    [(0.03, 0.05, 0.5, True), (0.03, 0.5, 0.5, False), (0.0, 0.05, 0.5, False), (0.03, 0.05, 0.05, False)],
+)
+def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_gap_and_none_of_them_does(
+    begun: tuple[Searcher, Trial], scatter: float, left: float, entry: float, tried: bool
 ):
     s, start = begun
     base = start.solution
     noise = Noise(scatter=scatter, path="torque")
     far = Omnibus(energy=1e5, dof=100.0, p=0.0, parts={}, total=1e5, rows=100)
-    residual = replace(base.blocks, rows=tuple(np.sqrt(left) * r for r in base.blocks.rows), prior=np.zeros(0))
-    scattered = replace(base, noise=noise, blocks=residual)
+
+    def with_share(share: float) -> Blocks:
+        return replace(base.blocks, rows=tuple(np.sqrt(share) * r for r in base.blocks.rows), prior=np.zeros(0))
+
+    scattered = replace(base, noise=noise, blocks=with_share(left))
+    explained = replace(base, blocks=with_share(entry))
     bare = replace(base, blocks=replace(base.blocks, prior=np.zeros(0)))
     seen: list[Noise] = []
-    fake = SimpleNamespace(study=s.study, tell=lambda _: None, ready=lambda fit, *_: seen.append(fit.noise))
+    fake = SimpleNamespace(
+        study=s.study, tell=lambda _: None, ready=lambda fit, *_: seen.append(fit.noise) or [explained]
+    )
     list(_ways(fake, replace(start, left=far, candidate=replace(start.candidate, solution=scattered)), bare))
     assert seen == [Noise(), *([noise] if tried else [])]
 
