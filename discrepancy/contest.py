@@ -24,7 +24,8 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         if contender is None or any(_of_its_kind(effect, e) for e in s.entries.values()):
             continue
         values = best.solution.values
-        pairs = zip(contender.parameters, effect.parameters, strict=True)
+        free = [q for q in contender.parameters if not q.fixed]
+        pairs = zip(free, (q for q in effect.parameters if not q.fixed), strict=True)
         values |= {other.id: min(max(values[own.id], other.lower), other.upper) for other, own in pairs}
         effects = [contender if e is effect else e for e in best.solution.effects]
         begun = solve(s.study, effects, best.solution.noise, values, x0=best.solution.x0, iterations=FIRST)

@@ -68,8 +68,8 @@ class Effect:
     rivals
         Ids of effects that are easily mistaken for this one.
     contender
-        An effect of the same kind with as many parameters that is no entry and stands for all that are none: the name
-        has to be told from it where the catalogue holds no other entry with this contender.
+        An effect of the same kind with as many free parameters, in the same order, that is no entry and stands for all
+        that are none: the name has to be told from it where the catalogue holds no other entry with this contender.
     torque
         Torque added to the right-hand side.
     input, output, acceleration

@@ -1,11 +1,25 @@
-"""A gain that drifts through a run."""
+"""A gain that drifts through a run; against it, a gain that settles while its cause warms up."""
 
 import sympy as sp
 
-from model.effect import Effect, parameter, t, w
+from model.effect import Effect, parameter, reference, t, w
 from model.scales import DURATION
 
-r = sp.Symbol("gain_drift_rate", real=True)
+r, T = sp.symbols("gain_drift_rate gain_settling_time", real=True)
+RATE = parameter("gain_drift_rate", "1/s", "relative drift of the gain at the start", 0.02, -0.7, 3.0)
+
+SETTLING = Effect(
+    id="gain_settling",
+    title="motor gain that settles within a run",
+    formula="w = τ·(1 + r·T·(1 − exp(−t/T))), T a third of the run",
+    lives_in="time",
+    place=1,
+    side="input",
+    parameters=(RATE, reference("gain_settling_time", "s", "time constant T")),
+    relative={"gain_drift_rate": 1 / DURATION, "gain_settling_time": DURATION / 3},
+    input=w * (1 + r * T * (1 - sp.exp(-t / T))),
+)
+"""No entry: it stands for every gain that does not drift by a constant rate."""
 
 EFFECT = Effect(
     id="gain_drift",
@@ -14,8 +28,9 @@ EFFECT = Effect(
     lives_in="time",
     place=1,
     side="input",
-    parameters=(parameter("gain_drift_rate", "1/s", "relative drift of the gain", 0.02, -0.7, 3.0),),
+    parameters=(RATE.but(description="relative drift of the gain"),),
     relative={"gain_drift_rate": 1 / DURATION},
     rivals=("viscous_drift", "coulomb_drift"),
+    contender=SETTLING,
     input=w * (1 + r * t),
 )

@@ -1,4 +1,4 @@
-"""A name against an element of its kind that has none, where the catalogue holds one kind of late torque only."""
+"""A name against an element of its kind that has none: the only late torque of a catalogue, a gain that drifts."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -47,6 +47,25 @@ def test_with_both_in_the_catalogue_they_contest_each_other(tmp_path: Path):
     assert finding.search.contenders == ()
     assert finding.judgement.verdict == "named"
     assert finding.search.best.solution.ids == ("amplifier_lag",)
+
+
+@pytest.mark.parametrize(
+    ("hidden", "values", "verdict"),
+    [
+        ("gain_drift", {"gain_rate": 1e-3}, "named"),
+        ("gain_drift", {"gain_rate": 2e-5}, "ambiguous"),
+        ("thermal_gain", {"heat_gain": 3e-3, "heat_reference": 0.02, "heat_time": 6.0}, "ambiguous"),
+        ("thermal_gain", {"heat_gain": 5e-2, "heat_reference": 0.02, "heat_time": 6.0}, "unlisted"),
+    ],
+)
+def test_a_gain_that_drifts_is_told_from_one_that_settles(
+    tmp_path: Path, hidden: str, values: dict[str, float], verdict: str
+):
+    study = study_with(tmp_path / "c", {hidden: values}, {"gain_drift": catalogue()["gain_drift"]}, Sensor(noise=2e-4))
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None)
+    assert finding.judgement.verdict == verdict
+    if verdict == "ambiguous":
+        assert [t.candidate.ids for t in finding.judgement.alternatives] == [("gain_settling",)]
 
 
 def test_the_cascade_answers_a_step_as_two_equal_lags_do():
