@@ -149,7 +149,7 @@ class Effect:
     @property
     def threshold(self) -> bool:
         """Whether it jumps where the torque passes its first parameter: only torques sent beside it tell where."""
-        return bool(self.edge) and self.parameters[0].unit == "N m"
+        return self.input is not None and self.edge in {x.name for x in self.input.free_symbols}
 
     @property
     def polynomial(self) -> bool:
