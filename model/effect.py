@@ -67,9 +67,9 @@ class Effect:
         Further numbers that a reader wants: tuples ``(id, unit, expression of the parameters)``.
     rivals
         Ids of effects that are easily mistaken for this one.
-    contender
-        An effect of the same kind with as many free parameters, in the same order, that is no entry and stands for all
-        that are none: the name has to be told from it where the catalogue holds no other entry with this contender.
+    contenders
+        Effects of the same kind with as many free parameters, in the same order, that are no entries and stand for all
+        that are none: the name has to be told from each where the catalogue holds no other entry with that contender.
     torque
         Torque added to the right-hand side.
     input, output, acceleration
@@ -104,7 +104,7 @@ class Effect:
     shapes: tuple[tuple[str, tuple[float, ...]], ...] = ()
     derived: tuple[tuple[str, str, sp.Expr], ...] = ()
     rivals: tuple[str, ...] = ()
-    contender: Effect | None = None
+    contenders: tuple[Effect, ...] = ()
     torque: sp.Expr | None = None
     input: sp.Expr | None = None
     output: sp.Expr | None = None
@@ -182,7 +182,7 @@ class Effect:
             shapes=tuple((id, tuple(si(id, value) for value in grid)) for id, grid in self.shapes),
             relative={},
             origin={},
-            contender=self.contender and self.contender.at(scales),
+            contenders=tuple(e.at(scales) for e in self.contenders),
         )
 
     @property

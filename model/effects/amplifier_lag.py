@@ -25,7 +25,7 @@ def _lag(variant: str, prefix: str, extra: sp.Expr) -> Effect:
         parameters=(parameter(f"{prefix}_time", "s", "time constant T", 0.005, 0.0, 1.0),),
         shapes=((f"{prefix}_time", (0.002, 0.01, 0.04, 0.15)),),
         rivals=("time_delay", "friction_lag"),
-        contender=cascade(LEAST, extra),
+        contenders=(cascade(LEAST, extra),),
         input=faded(T, LEAST, reached, w),
         states=(
             EffectState(

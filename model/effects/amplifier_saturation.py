@@ -5,16 +5,23 @@ from functools import partial
 import sympy as sp
 
 from model.effect import Effect, faded, parameter, reference, w
+from model.effects.compression import compression
 from model.scales import TORQUE
 
 kappa, least = sp.symbols("saturation_softness saturation_least", real=True)
 cut, top = sp.symbols("saturation_cut saturation_reference", real=True)
 _limit = top * (1 - cut)
+PLACE = 4
+SOFT = (
+    parameter("saturation_softness", "1/(N m)", "1/τ_max", 0.3, 0.0, 5.0),
+    reference("saturation_least", "1/(N m)", "softness below which the effect fades linearly"),
+)
+RELATIVE = {"saturation_softness": 1 / TORQUE, "saturation_least": sp.Float(0.1) / TORQUE}
 _effect = partial(
     Effect,
     id="amplifier_saturation",
     lives_in="torque",
-    place=4,
+    place=PLACE,
     side="input",
     rivals=("amplifier_nonlinear_gain", "end_stop", "cubic_spring"),
 )
@@ -24,12 +31,10 @@ EFFECTS = (
         variant="soft",
         title="amplifier that saturates gradually",
         formula="w = τ_max·tanh(τ/τ_max)",
-        parameters=(
-            parameter("saturation_softness", "1/(N m)", "1/τ_max", 0.3, 0.0, 5.0),
-            reference("saturation_least", "1/(N m)", "softness below which the effect fades linearly"),
-        ),
-        relative={"saturation_softness": 1 / TORQUE, "saturation_least": sp.Float(0.1) / TORQUE},
+        parameters=SOFT,
+        relative=RELATIVE,
         derived=(("saturation_torque", "N m", 1 / kappa),),
+        contenders=(compression(-((kappa * w) ** 2) / 3, "−(τ/τ_max)²/3", SOFT, RELATIVE, PLACE),),
         input=faded(kappa, least, sp.tanh(kappa * w) / kappa, w),
     ),
     _effect(

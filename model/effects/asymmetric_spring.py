@@ -3,6 +3,7 @@
 import sympy as sp
 
 from model.effect import Effect, parameter, q
+from model.effects.bend import OF_QUADRATIC
 from model.scales import POSITION, TORQUE
 
 k2, epos = sp.symbols("k2 epos", real=True)
@@ -16,5 +17,6 @@ EFFECT = Effect(
     parameters=(parameter("k2", "N m/rad^2", "quadratic stiffness", 0.02, -5.0, 5.0),),
     relative={"k2": TORQUE / POSITION**2},
     rivals=("encoder_eccentricity", "end_stop"),
+    contenders=(OF_QUADRATIC,),
     torque=-k2 * (q - epos) ** 2,
 )

@@ -3,6 +3,7 @@
 import sympy as sp
 
 from model.effect import Effect, parameter, q
+from model.effects.bend import OF_CUBIC
 from model.scales import POSITION, TORQUE
 
 k3, epos = sp.symbols("k3 epos", real=True)
@@ -16,5 +17,6 @@ EFFECT = Effect(
     parameters=(parameter("k3", "N m/rad^3", "cubic stiffness", 0.02, -5.0, 5.0),),
     relative={"k3": TORQUE / POSITION**3},
     rivals=("amplifier_nonlinear_gain", "end_stop", "amplifier_saturation"),
+    contenders=(OF_CUBIC,),
     torque=-k3 * (q - epos) ** 3,
 )

@@ -31,6 +31,6 @@ EFFECT = Effect(
     parameters=(RATE.but(description="relative drift of the gain"),),
     relative={"gain_drift_rate": 1 / DURATION},
     rivals=("viscous_drift", "coulomb_drift"),
-    contender=SETTLING,
+    contenders=(SETTLING,),
     input=w * (1 + r * t),
 )

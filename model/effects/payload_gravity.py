@@ -3,6 +3,7 @@
 import sympy as sp
 
 from model.effect import Effect, parameter, q
+from model.effects.bend import OF_WEIGHT
 from model.scales import TORQUE
 
 g1, g2 = sp.symbols("payload_cos payload_sin", real=True)
@@ -20,5 +21,6 @@ EFFECT = Effect(
     amplitudes=2,
     relative={"payload_cos": TORQUE, "payload_sin": TORQUE},
     rivals=("asymmetric_coulomb", "asymmetric_spring", "cubic_spring"),
+    contenders=OF_WEIGHT,
     torque=-g1 * sp.cos(q) - g2 * sp.sin(q),
 )

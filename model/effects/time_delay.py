@@ -47,7 +47,7 @@ def _delay() -> Effect:
         parameters=(parameter("delay_time", "s", "delay T", 0.005, 0.0, 0.5),),
         shapes=(("delay_time", (0.004, 0.01, 0.03, 0.1)),),
         rivals=("amplifier_lag", "friction_lag"),
-        contender=cascade(sp.Float(1e-4)),
+        contenders=(cascade(sp.Float(1e-4)),),
         input=through * w + share(real, "real") * x + 2 * (share(pair, "real") * c - share(pair, "imag") * s),
         states=tuple(
             EffectState(state=State(id=z.name, unit="N m", description=name), rhs=rhs, rate=rate)

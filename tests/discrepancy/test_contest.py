@@ -1,4 +1,4 @@
-"""A name against an element of its kind that has none: the only late torque of a catalogue, a gain that drifts."""
+"""A name against an element of its kind that is no entry, where the catalogue lacks what it looks like."""
 
 from collections.abc import Collection
 from pathlib import Path
@@ -66,6 +66,48 @@ def test_a_gain_that_drifts_is_told_from_one_that_settles(
     assert finding.judgement.verdict == verdict
     if verdict == "ambiguous":
         assert [t.candidate.ids for t in finding.judgement.alternatives] == [("gain_settling",)]
+
+
+SOFT, CURVED = "amplifier_saturation:soft", "amplifier_nonlinear_gain"
+
+
+@pytest.mark.parametrize(
+    ("hidden", "values", "entry", "contender"),
+    [
+        ("amplifier_saturation", {"saturation_soft": 0.04}, CURVED, "gain_compression"),
+        (CURVED, {"gain_cubic": -0.02, "gain_reference": 0.009}, SOFT, "gain_compression"),
+        ("asymmetric_spring", {"spring_quadratic": 2e-4}, "payload_gravity", "even_bend"),
+        ("cubic_spring", {"spring_cubic": 2e-4}, "payload_gravity", "odd_bend"),
+        ("payload_gravity", {"payload_cos": 1e-4, "payload_sin": 0.0}, "asymmetric_spring", "even_bend"),
+        ("payload_gravity", {"payload_cos": 0.0, "payload_sin": 2e-4}, "cubic_spring", "odd_bend"),
+    ],
+)
+def test_what_looks_like_an_entry_that_is_missing_is_not_named(
+    tmp_path: Path, hidden: str, values: dict[str, float], entry: str, contender: str
+):
+    study = study_with(tmp_path / "c", {hidden: values}, {entry: catalogue()[entry]}, Sensor(noise=2e-4))
+    judgement = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None).judgement
+    assert judgement.verdict == "ambiguous"
+    assert [e.key for e in judgement.effects] == [entry]
+    assert (contender,) in [t.candidate.ids for t in judgement.alternatives]
+
+
+@pytest.mark.parametrize(
+    ("hidden", "values", "entry"),
+    [
+        ("amplifier_saturation", {"saturation_soft": 0.02}, SOFT),
+        (CURVED, {"gain_cubic": -0.1, "gain_reference": 0.009}, CURVED),
+        ("asymmetric_spring", {"spring_quadratic": 4e-3}, "asymmetric_spring"),
+        ("cubic_spring", {"spring_cubic": 2e-2}, "cubic_spring"),
+        ("payload_gravity", {"payload_cos": 3e-3, "payload_sin": 1e-3}, "payload_gravity"),
+    ],
+)
+def test_an_entry_that_beats_its_contenders_is_named(tmp_path: Path, hidden: str, values: dict[str, float], entry: str):
+    study = study_with(tmp_path / "c", {hidden: values}, {entry: catalogue()[entry]}, Sensor(noise=2e-4))
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=2, tell=lambda _: None)
+    assert finding.search.contenders
+    assert finding.judgement.verdict == "named"
+    assert finding.search.best.solution.keys == (entry,)
 
 
 def test_the_cascade_answers_a_step_as_two_equal_lags_do():
