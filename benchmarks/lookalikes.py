@@ -1,0 +1,71 @@
+"""Which entries of the catalogue look alike at small size, on synthetic campaigns in which nothing is hidden.
+
+Signatures are the readings' derivatives with respect to an effect at its neutral value; base parameters and initial
+states move the readings too, and what they cannot reach of a signature is D (n_r, amplitudes). Of the part of an
+entry's D that another entry follows best, 1 − cos²φ is left over, φ being the least principal angle between both
+subspaces (Björck and Golub 1973), the least over all their shapes.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from collections import defaultdict
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from discrepancy.base import fit_base
+from discrepancy.scan import project
+from discrepancy.signatures import signatures
+from discrepancy.study import Study, scales_of, study_of
+from measurement.prepare import campaign_for_command
+from measurement.run import Array
+from model.effects import catalogue
+from virtual_device.blind import make_cases
+
+CASES, SEED = 8, 11
+SHOWN = 0.02
+"""Largest share left over that is printed."""
+SEEN = 1e-3
+"""Least share of a signature that base parameters must leave."""
+
+
+def subspaces(study: Study) -> dict[str, list[Array]]:
+    """Return orthonormal bases (n_r, amplitudes) of every entry's visible signatures, by id."""
+    base = fit_base(study, starts=4, seed=0).solution
+    entries = {k: e.at(scales_of(study, base.values)) for k, e in study.entries.items() if not e.random}
+    found = signatures(study, base, list(entries.values()))
+    _, D, survives = project(study, base, found)
+    bases = defaultdict(list)
+    for point in found.points:
+        if survives[point.columns].max() > SEEN:
+            U, s, _ = np.linalg.svd(D[:, point.columns], full_matrices=False)
+            bases[entries[point.key].id].append(U[:, s > 1e-6 * s[0]])
+    return bases
+
+
+def left_over(one: list[Array], other: list[Array]) -> float:
+    """Return the least 1 − cos²φ over all shapes of two entries."""
+    nearest = max(float(np.linalg.svd(A.T @ B, compute_uv=False)[0]) for A in one for B in other)
+    return max(0.0, 1.0 - nearest**2)
+
+
+def main() -> None:
+    """Print pairs of entries of which one follows the other but for a small share, case by case."""
+    shares: dict[tuple[str, str], list[float]] = defaultdict(list)
+    with tempfile.TemporaryDirectory() as folder:
+        make_cases(Path(folder), CASES, SEED, kinds=["none"], sizes=["nominal"], inputs="mixed", effects=[])
+        for case in sorted(Path(folder, "cases").iterdir()):
+            read = campaign_for_command(str(case))
+            bases = subspaces(study_of(read, read.joints[0], catalogue()))
+            for one, other in combinations(sorted(bases), 2):
+                shares[one, other].append(left_over(bases[one], bases[other]))
+    print(f"{'entries':56s}{'cases':>6s}{'least':>10s}{'median':>10s}")
+    for pair, each in sorted(shares.items(), key=lambda item: min(item[1])):
+        if min(each) < SHOWN:
+            print(f"{' and '.join(pair):56s}{len(each):6d}{min(each):10.1e}{np.median(each):10.1e}")
+
+
+if __name__ == "__main__":
+    main()
