@@ -98,11 +98,17 @@ def last_line(text: str) -> str:
     return lines[-1] if lines else "no message"
 
 
+def worked(job: Job, stamp: str) -> bool:
+    """Whether the result of the same code is there."""
+    done = job.out / STAMP
+    return done.exists() and json.loads(done.read_text(encoding="utf-8"))["code"] == stamp
+
+
 def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None:
     """Run the workflow on one campaign, unless its result of the same code is there; a failure is kept as such."""
-    done = job.out / STAMP
-    if done.exists() and json.loads(done.read_text(encoding="utf-8"))["code"] == stamp:
+    if worked(job, stamp):
         return
+    done = job.out / STAMP
     for old in (done, job.out / FAILED, *(job.out / "discrepancy").glob("joint*.json")):
         old.unlink(missing_ok=True)
     began, reason = time.perf_counter(), ""
@@ -128,12 +134,15 @@ def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None
 def work_all(
     jobs: Sequence[Job], *, seed: int, workers: int, limit: float, until: float, tell: Callable[[], None]
 ) -> tuple[Job, ...]:
-    """Work through the jobs, none begun after the time ``until`` (`time.monotonic`); return those that were done."""
+    """Work through the jobs, none begun after the time ``until`` (`time.monotonic`); return those that were done.
+
+    Results of the same code that are there already count whatever the time.
+    """
     stamp, finished = digest(), []
     threads = max(1, (os.cpu_count() or 1) // workers)
 
     def one(job: Job) -> Job | None:
-        if time.monotonic() > until:
+        if time.monotonic() > until and not worked(job, stamp):
             return None
         work(job, seed=seed, limit=limit, stamp=stamp, threads=threads)
         return job

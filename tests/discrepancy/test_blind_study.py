@@ -107,6 +107,10 @@ def test_no_case_is_begun_after_the_time_is_up(tmp_path):
     jobs = [job("writes", tmp_path)]
     assert work_all(jobs, seed=0, workers=1, limit=9.0, until=0.0, tell=lambda: told.append(1)) == ()
     assert told == [1]
+    done = job("writes", tmp_path)
+    work(done, seed=0, limit=30.0, stamp=digest(), threads=1)
+    again = work_all([done, job("silent", tmp_path)], seed=0, workers=1, limit=30.0, until=-1.0, tell=lambda: None)
+    assert [each.case for each in again] == ["writes"]
 
 
 def test_a_proposed_run_is_simulated_and_added(study):
