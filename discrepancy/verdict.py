@@ -190,15 +190,17 @@ def _sentence(
     if verdict == "named":
         return f"Missing in the model: {names}."
     if verdict == "ambiguous":
-        unnamed = {t.candidate.ids for t in found.contenders}
-        others = ", or ".join(
-            " with ".join(r.candidate.ids) + " (no entry of the catalogue)" * (r.candidate.ids in unnamed)
-            for r in rivals
-        )
+        others = ", or ".join(" with ".join(_with_title(id, r, found) for id in r.candidate.ids) for r in rivals)
         told = proposal is not None and proposal.tells
         more = "the proposed run would" if told else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
     return f"Something is missing that no entry of the catalogue explains.{_nearest(found, names)}"
+
+
+def _with_title(id: str, trial: Trial, found: Search) -> str:
+    """Return the id of one of a trial's effects; what is no entry of the catalogue with its title."""
+    listed = {e.id for e in found.study.entries.values()}
+    return next((f"{id} ({e.title}, no entry)" for e in trial.solution.effects if e.id == id and id not in listed), id)
 
 
 def _nearest(found: Search, names: str) -> str:

@@ -32,7 +32,7 @@ def test_the_only_late_entry_of_a_catalogue_is_not_named_where_another_one_is_as
     (other,) = set(LATE) - {hidden}
     assert [e["id"] for e in data["effects"]] == [other]
     assert [a["ids"] for a in data["alternatives"]] == [["lag_cascade"]]
-    assert "no entry of the catalogue" in data["sentence"]
+    assert "or else lag_cascade (torque that arrives late by two lags in a row, no entry)" in data["sentence"]
 
 
 def test_the_only_late_entry_is_unlisted_where_another_one_follows_better(tmp_path: Path):
