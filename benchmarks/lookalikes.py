@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from discrepancy.base import fit_base
-from discrepancy.scan import project
+from discrepancy.scan import SEEN, project
 from discrepancy.signatures import signatures
 from discrepancy.study import Study, scales_of, study_of
 from measurement.prepare import campaign_for_command
@@ -27,14 +27,13 @@ from virtual_device.blind import make_cases
 CASES, SEED = 8, 11
 SHOWN = 0.02
 """Largest share left over that is printed."""
-SEEN = 1e-3
-"""Least share of a signature that base parameters must leave."""
 
 
 def subspaces(study: Study) -> dict[str, list[Array]]:
     """Return orthonormal bases (n_r, amplitudes) of every entry's visible signatures, by id."""
     base = fit_base(study, starts=4, seed=0).solution
-    entries = {k: e.at(scales_of(study, base.values)) for k, e in study.entries.items() if not e.random}
+    scales = scales_of(study, base.values)
+    entries = {k: e.at(scales) for k, e in study.entries.items() if not e.random}
     found = signatures(study, base, list(entries.values()))
     _, D, survives = project(study, base, found)
     bases = defaultdict(list)

@@ -5,6 +5,8 @@ A name that had nothing of its kind to beat is no finding: all that is late look
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 from discrepancy.refit import FIRST
 from discrepancy.solution import solve
 from discrepancy.trial import Searcher, Trial
@@ -19,21 +21,20 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
     if not best.adequate:
         return []
     made = []
-    for effect in best.solution.effects:
-        for contender in effect.contenders:
-            if any(_of_its_kind(contender, effect, e) for e in s.entries.values()):
-                continue
-            free = [q for q in contender.parameters if not q.fixed]
-            pairs = zip(free, (q for q in effect.parameters if not q.fixed), strict=True)
-            values = dict(best.solution.values)
-            values |= {other.id: min(max(values[own.id], other.lower), other.upper) for other, own in pairs}
-            effects = [contender if e is effect else e for e in best.solution.effects]
-            begun = solve(s.study, effects, best.solution.noise, values, x0=best.solution.x0, iterations=FIRST)
-            s.simulations += begun.calls * len(s.study.fitted)
-            made.append(s.finish(start.candidate, begun))
+    for effect, contender in _uncontested(s, best.solution.effects):
+        free = [q for q in contender.parameters if not q.fixed]
+        pairs = zip(free, (q for q in effect.parameters if not q.fixed), strict=True)
+        values = best.solution.values
+        values |= {other.id: values[own.id] for other, own in pairs}
+        effects = [contender if e is effect else e for e in best.solution.effects]
+        begun = solve(s.study, effects, best.solution.noise, values, x0=best.solution.x0, iterations=FIRST)
+        s.simulations += begun.calls * len(s.study.fitted)
+        made.append(s.finish(start.candidate, begun))
     return made
 
 
-def _of_its_kind(contender: Effect, effect: Effect, other: Effect) -> bool:
-    """Whether another entry has the same contender."""
-    return effect.id != other.id and contender.id in {e.id for e in other.contenders}
+def _uncontested(s: Searcher, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Effect]]:
+    """Yield effects with each of their contenders that no other entry of the catalogue has."""
+    for effect in effects:
+        theirs = {c.id for e in s.entries.values() if e.id != effect.id for c in e.contenders}
+        yield from ((effect, contender) for contender in effect.contenders if contender.id not in theirs)

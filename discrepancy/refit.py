@@ -142,8 +142,12 @@ def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solu
     if begun.log_likelihood > current.log_likelihood - LOST:
         return begun
     again = _begun(study, current, effect, score, LESS * amplitude)
-    best = max(begun, again, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
-    return replace(best, calls=begun.calls + again.calls)
+    return replace(likeliest(begun, again), calls=begun.calls + again.calls)
+
+
+def likeliest(*fits: Solution) -> Solution:
+    """Return the fit of the largest log-likelihood; one that has left the numbers comes last."""
+    return max(fits, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
 
 
 def _begun(study: Study, current: Solution, effect: Effect, score: Score, amplitude: Array) -> Solution:
@@ -158,7 +162,7 @@ def continued(study: Study, current: Solution, begun: Solution, score: Score) ->
         point, _, amplitude = score.others[-1]
         values = current.values | start_values(begun.effects[-1], point, near(begun.effects[-1], amplitude))
         further.append(_roughly(study, begun.effects, begun.noise, values, current.x0, MORE))
-    best = max(further, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
+    best = likeliest(*further)
     return best, sum(s.calls for s in further)
 
 

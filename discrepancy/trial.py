@@ -261,7 +261,7 @@ class Searcher:
         fresh = {s.key: s for s in self.beside(solution, self.scan(solution))[:most]}
         tried = [self.entries[key] for key in fresh]
         begun = self.mapped(partial(begin, rough, solution), tried, fresh.values())
-        begun = sorted((s for s in begun if np.isfinite(s.log_likelihood)), key=self.rank)
+        begun = self.ranked(begun)
         named = {rival for s in begun[:1] for rival in s.effects[-1].rivals}
         promising = begun[:PROMISING] + [s for s in begun[PROMISING:] if s.effects[-1].id in named]
         scores = [fresh[s.effects[-1].key] for s in promising]
@@ -269,7 +269,7 @@ class Searcher:
         for found in sorted(done, key=lambda pair: self.rank(pair[0])):
             self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
-        return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
+        return self.ranked(s for s, _ in done)
 
     def beside(self, solution: Solution, scored: Scan) -> list[Score]:
         """Return the scores of entries that are not in ``solution`` yet, in any variant, the best first."""
@@ -299,7 +299,7 @@ class Searcher:
         done = self.mapped(partial(_released, rough), best_first(sieved)[:AHEAD])
         calls = sum(low.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
         self.simulations += calls * len(self.study.fitted)
-        return sorted((s for s, _ in done if np.isfinite(s.log_likelihood)), key=self.rank)
+        return self.ranked(s for s, _ in done)
 
     def side_by_side(self, step: float) -> Study:
         """Return the study at an inner step [s] with one thread a fit: for fits of several entries side by side."""
@@ -308,6 +308,10 @@ class Searcher:
     def mapped(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
         """Return ``function`` of every tuple of arguments, side by side on the study's threads."""
         return mapped(function, *arguments, threads=self.study.threads)
+
+    def ranked(self, fits: Iterable[Solution]) -> list[Solution]:
+        """Return those of the fits that did not leave the numbers, the one to look at first before the others."""
+        return sorted((s for s in fits if np.isfinite(s.log_likelihood)), key=self.rank)
 
     def rank(self, solution: Solution) -> float:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""

@@ -201,8 +201,8 @@ class Effect:
 def in_time(effect: Effect, now: sp.Expr) -> Effect:
     """Return the effect with ``now`` for the time in all its formulas."""
     formulas = {name: e.xreplace({t: now}) for name in FORMULAS if (e := getattr(effect, name)) is not None}
-    states = tuple(replace(s, rhs=s.rhs.xreplace({t: now})) for s in effect.states)
-    return replace(effect, states=states, **formulas)
+    states = (replace(s, rhs=s.rhs.xreplace({t: now}), rate=s.rate.xreplace({t: now})) for s in effect.states)
+    return effect.but(states=tuple(states), **formulas)
 
 
 def renamed(one: Effect, other: Effect) -> dict[str, str] | None:

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.effect import Effect, q
+from model.effect import Effect, parameter, q
 from model.quantity import Quantity
 from model.scales import POSITION, TORQUE
 
@@ -17,10 +17,7 @@ x = q - sp.Symbol("epos", real=True)
 
 
 def _coefficient(power: int) -> Quantity:
-    return Quantity(
-        id=f"bend_{power}", unit=f"N m/rad^{power}", description=f"coefficient of power {power}",
-        initial=0.02, lower=-5.0, upper=5.0,
-    )  # fmt: skip
+    return parameter(f"bend_{power}", f"N m/rad^{power}", f"coefficient of power {power}", 0.02, -5.0, 5.0)
 
 
 SECOND, THIRD = _coefficient(2), _coefficient(3)
