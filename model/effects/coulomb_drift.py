@@ -1,12 +1,15 @@
 """Dry friction that settles while the joint warms up: both its levels, or that in motion alone."""
 
-import sympy as sp
-
-from model.effect import Effect, parameter, t
+from model.effect import Effect, parameter
+from model.effects.warming import settling, warming
 from model.scales import DURATION
 
-a1, T = sp.symbols("coulomb_excess coulomb_warm_up", real=True)
-_settling = 1 + a1 * sp.exp(-t / T)
+_parameters = (
+    parameter("coulomb_excess", "1", "relative excess of dry friction at the start", 0.02, -0.9, 5.0),
+    parameter("coulomb_warm_up", "s", "time constant of the drift", 0.4, 0.02, 10.0, scale="log"),
+)
+_relative = {"coulomb_warm_up": DURATION}
+_level = settling(_parameters)
 
 _BOTH = Effect(
     id="coulomb_drift",
@@ -14,14 +17,12 @@ _BOTH = Effect(
     formula="Fc, Fs times (1 + a·exp(−t/T))",
     lives_in="time",
     side="friction",
-    parameters=(
-        parameter("coulomb_excess", "1", "relative excess of dry friction at the start", 0.02, -0.9, 5.0),
-        parameter("coulomb_warm_up", "s", "time constant of the drift", 0.4, 0.02, 10.0, scale="log"),
-    ),
-    relative={"coulomb_warm_up": DURATION},
+    parameters=_parameters,
+    relative=_relative,
     shapes=(("coulomb_warm_up", (0.08, 0.2, 0.5, 1.5)),),
     rivals=("viscous_drift", "gain_drift"),
-    coulomb_level=_settling,
+    contenders=(warming(_parameters, _relative),),
+    coulomb_level=_level,
 )
 
 EFFECTS = (
@@ -31,6 +32,6 @@ EFFECTS = (
         title="dry friction of a moving joint that settles during a run",
         formula="Fc times (1 + a·exp(−t/T))",
         coulomb_level=None,
-        kinetic_level=_settling,
+        kinetic_level=_level,
     ),
 )

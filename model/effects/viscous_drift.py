@@ -1,11 +1,14 @@
 """Viscous friction that settles while the joint warms up."""
 
-import sympy as sp
-
-from model.effect import Effect, parameter, t
+from model.effect import Effect, parameter
+from model.effects.warming import settling, warming
 from model.scales import DURATION
 
-a1, T = sp.symbols("viscous_excess viscous_warm_up", real=True)
+_parameters = (
+    parameter("viscous_excess", "1", "relative excess of viscous friction at the start", 0.02, -0.9, 5.0),
+    parameter("viscous_warm_up", "s", "time constant of the drift", 0.4, 0.02, 10.0, scale="log"),
+)
+_relative = {"viscous_warm_up": DURATION}
 
 EFFECT = Effect(
     id="viscous_drift",
@@ -13,12 +16,10 @@ EFFECT = Effect(
     formula="σ2 times (1 + a·exp(−t/T))",
     lives_in="time",
     side="friction",
-    parameters=(
-        parameter("viscous_excess", "1", "relative excess of viscous friction at the start", 0.02, -0.9, 5.0),
-        parameter("viscous_warm_up", "s", "time constant of the drift", 0.4, 0.02, 10.0, scale="log"),
-    ),
-    relative={"viscous_warm_up": DURATION},
+    parameters=_parameters,
+    relative=_relative,
     shapes=(("viscous_warm_up", (0.08, 0.2, 0.5, 1.5)),),
     rivals=("coulomb_drift", "gain_drift"),
-    viscous_level=1 + a1 * sp.exp(-t / T),
+    contenders=(warming(_parameters, _relative),),
+    viscous_level=settling(_parameters),
 )

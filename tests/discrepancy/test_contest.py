@@ -68,7 +68,7 @@ def test_a_gain_that_drifts_is_told_from_one_that_settles(
         assert [t.candidate.ids for t in finding.judgement.alternatives] == [("gain_settling",)]
 
 
-SOFT, CURVED = "amplifier_saturation:soft", "amplifier_nonlinear_gain"
+SOFT, CURVED, DRY = "amplifier_saturation:soft", "amplifier_nonlinear_gain", "coulomb_drift:kinetic"
 
 
 @pytest.mark.parametrize(
@@ -80,6 +80,8 @@ SOFT, CURVED = "amplifier_saturation:soft", "amplifier_nonlinear_gain"
         ("cubic_spring", {"spring_cubic": 2e-4}, "payload_gravity", "odd_bend"),
         ("payload_gravity", {"payload_cos": 1e-4, "payload_sin": 0.0}, "asymmetric_spring", "even_bend"),
         ("payload_gravity", {"payload_cos": 0.0, "payload_sin": 2e-4}, "cubic_spring", "odd_bend"),
+        ("coulomb_drift", {"coulomb_warmup": 1.5e-3, "coulomb_warmup_time": 1.5}, "viscous_drift", "friction_warming"),
+        ("viscous_drift", {"viscous_warmup": 1e-3, "viscous_warmup_time": 1.5}, DRY, "friction_warming"),
     ],
 )
 def test_what_looks_like_an_entry_that_is_missing_is_not_named(
@@ -100,6 +102,8 @@ def test_what_looks_like_an_entry_that_is_missing_is_not_named(
         ("asymmetric_spring", {"spring_quadratic": 4e-3}, "asymmetric_spring"),
         ("cubic_spring", {"spring_cubic": 2e-2}, "cubic_spring"),
         ("payload_gravity", {"payload_cos": 3e-3, "payload_sin": 1e-3}, "payload_gravity"),
+        ("coulomb_drift", {"coulomb_warmup": 1e-2, "coulomb_warmup_time": 1.5}, DRY),
+        ("viscous_drift", {"viscous_warmup": 1e-2, "viscous_warmup_time": 1.5}, "viscous_drift"),
     ],
 )
 def test_an_entry_that_beats_its_contenders_is_named(tmp_path: Path, hidden: str, values: dict[str, float], entry: str):
