@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import click
 
 from fmu_build.build import Fmu, Kind, build_fmu
+from fmu_build.findings import Finding, by_joint, finding_of
 from fmu_build.identified import check_schema, entries_of, of_device, of_joint
 from fmu_build.ssv import write_ssv
 from model.device import Device
 from model.device_file import load_device
+from model.effects import with_folder
 from model.joint import joint_equations
 from model.parameters import joint_parameters
 from model.quantity import Quantity
@@ -25,11 +28,23 @@ SINGLE = "single_joint"
 """The name of the device that is any one joint of any machine."""
 
 
-def export_full(device: Device, identification: Mapping[str, Any], out: Path, kind: Kind = "python") -> Fmu:
-    """Build the FMU of the whole device with the values of ``identification`` (the content of identification.json)."""
-    equations = full_equations(device)
+def export_full(
+    device: Device,
+    identification: Mapping[str, Any],
+    out: Path,
+    kind: Kind = "python",
+    findings: Sequence[Finding] = (),
+) -> Fmu:
+    """Build the FMU of the whole device with the values of ``identification`` (the content of identification.json).
+
+    ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified.
+    """
+    equations = full_equations(device, by_joint(findings))
     found = of_device(identification).among(equations)
-    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
+    values, provenance = found.values, found.provenance
+    for finding in findings:
+        values, provenance = values | finding.values, provenance | finding.provenance
+    return build_fmu(equations, out, kind=kind, values=values, provenance=provenance)
 
 
 def export_joint(identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python") -> Fmu:
@@ -55,7 +70,7 @@ def _bounded(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:
     return q.but(initial=value, lower=min(lower, value), upper=max(upper, value))
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _read(path: Path, wanted: str) -> dict[str, Any]:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
     except json.JSONDecodeError as error:
@@ -64,8 +79,7 @@ def _read(path: Path) -> dict[str, Any]:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(str(path), expected="a text file that can be read", got=str(error)) from None
     if not isinstance(data, dict):
-        raise InputError(str(path), expected="an identification.json", got=type(data).__name__)
-    check_schema(data, str(path))
+        raise InputError(str(path), expected=wanted, got=type(data).__name__)
     return data
 
 
@@ -91,17 +105,53 @@ def _packaging(kind: Kind, fmi: str) -> Kind:
 @click.option("--kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
 @click.option("--fmi", type=click.Choice(["2.0", "3.0"]), default="2.0", show_default=True, help="3.0: native alone.")
 @click.option("--joints", default=None, metavar="4", help="This joint alone instead of the whole device.")
+@click.option(
+    "--with", "named", type=click.Path(path_type=Path), multiple=True, metavar="joint3.json",
+    help="A discrepancy/joint<j>.json whose effects the whole device takes along; may be given several times.",
+)  # fmt: skip
+@click.option("--effects", type=click.Path(path_type=Path), default=None, help="Folder with the effects of your own.")
 @exit_codes
-def main(source: Path, out: Path, kind: Kind, fmi: str, joints: str | None) -> None:
-    """Package the model that an identification.json holds."""
+def main(
+    source: Path,
+    out: Path,
+    kind: Kind,
+    fmi: str,
+    joints: str | None,
+    named: tuple[Path, ...],
+    effects: Path | None,
+) -> None:
+    """Package the model that an identification.json holds.
+
+    --with takes along what `discrepancy.run` named, at the values of its refit: into the 6-DOF FMU of all joints.
+    """
     kind = _packaging(kind, fmi)
-    data, wanted = _read(source), parse_joints(joints)
+    data, wanted = _read(source, "an identification.json"), parse_joints(joints)
+    check_schema(data, str(source))
     if data["device"] == SINGLE or wanted:
+        if named:
+            todo = "discrepancy.run has written the FMU of a joint with its effects already"
+            raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
         fmu = export_joint(data, _only_joint(data, wanted), out, kind)
     else:
-        fmu = export_full(load_device(data["device"], source.parent), data, out, kind)
+        entries = with_folder(effects)
+        findings = [finding_of(_read(path, "a discrepancy/joint<j>.json"), str(path), entries) for path in named]
+        told = list(_taken(findings, data))
+        fmu = export_full(load_device(data["device"], source.parent), data, out, kind, findings)
+        for line in told:
+            click.echo(line)
     size = fmu.path.stat().st_size / 1024
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
+
+
+def _taken(findings: Sequence[Finding], data: Mapping[str, Any]) -> Iterator[str]:
+    """Say what of each finding went into the FMU, what stayed behind, and how far the joint's inertia had moved."""
+    for f in findings:
+        taken = ", ".join(e.id for e in f.effects) or "nothing"
+        before = entries_of(data, f.joint)["inertia"]["value"] if f.effects else math.nan
+        moved = 100 * (f.inertia / before - 1)
+        links = f"; its inertia moved by {moved:+.2g} % in the refit, links stay as identified" if f.effects else ""
+        yield f"joint {f.joint}: {taken}{links}"
+        yield from (f"  without {id}: {reason}" for id, reason in f.left)
 
 
 if __name__ == "__main__":

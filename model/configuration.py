@@ -11,18 +11,20 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.algebra import velocity_symbol
 from model.device import Device
 from model.equations import Equations
 from model.joint import joint_equations
 from model.joint_parts import (
     INERTIAL,
-    joint_friction,
+    Effects,
     joint_inputs,
     joint_outputs,
+    joint_part,
     joint_quantities,
+    joint_rates,
+    joint_rows,
     joint_states,
-    net_torque,
+    names_of,
 )
 from model.locked import Coefficient, LockedDynamics, locked_motion
 from model.quantity import Normal, Quantity
@@ -34,16 +36,18 @@ RATIO = 20.0
 
 
 def configuration_equations(
-    device: Device, free_joints: Sequence[int], posture: Sequence[float] | None = None
+    device: Device, free_joints: Sequence[int], posture: Sequence[float] | None = None, effects: Effects | None = None
 ) -> Equations:
     """Return the equations of `free_joints` with all others locked at `posture` [rad] or [m] (default all 0).
+
+    ``effects`` are added where several joints are free, by joint (`model.joint_parts.joint_part`).
 
     First guesses, bounds and priors are the device's: of the inertial coefficients those that its link guesses imply.
     """
     motion = locked_motion(device, free_joints, posture)
     if len(motion.joints) == 1 and {c.id for c in motion.coefficients} <= set(INERTIAL):
         return _single(device, motion)
-    return coupled_equations(device, motion)
+    return coupled_equations(device, motion, effects or {})
 
 
 def _single(device: Device, motion: LockedDynamics) -> Equations:
@@ -78,30 +82,31 @@ def _diagonal(id: str) -> bool:
     return len(digits) % 2 == 0 and digits[:half] == digits[half:]
 
 
-def coupled_equations(device: Device, motion: LockedDynamics) -> Equations:
-    """Return the equations of several free joints, solved for the accelerations."""
-    joints, M = motion.joints, sp.Matrix(motion.mass_matrix)
+def coupled_equations(device: Device, motion: LockedDynamics, effects: Effects) -> Equations:
+    """Return the equations of several free joints, solved for the accelerations, with ``effects`` by joint."""
+    joints = motion.joints
+    parts = {j: joint_part(device, j, effects.get(j, ())) for j in joints}
+    M = sp.Matrix(motion.mass_matrix) + sp.diag(*(part.inertia for part in parts.values()))
     load = [sp.expand(sp.expand(c) + g) for c, g in zip(motion.christoffel_force, motion.gravity_force, strict=True)]
-    h = sp.Matrix([net_torque(j) - bias for j, bias in zip(joints, load, strict=True)])
+    h = sp.Matrix([part.torque - bias for part, bias in zip(parts.values(), load, strict=True)])
     inverse_det, adjugate = 1 / M.det(method="berkowitz"), M.adjugate()
     acceleration = [(adjugate[i, :] * h)[0] * inverse_det for i in range(len(joints))]
-    friction = [joint_friction(j) for j in joints]
-    damping = [
-        (sp.Symbol(f"sigma1_{j}", real=True) + sp.Symbol(f"sigma2_{j}", real=True)) * adjugate[i, i] * inverse_det
-        for i, j in enumerate(joints)
-    ]
-    quantities = [inertial_quantity(c) for c in motion.coefficients]
-    for j in joints:
-        quantities += joint_quantities(device, j, suffix=f"_{j}", prefix=f"joint{j}.")
+    damping = [part.damping * adjugate[i, i] * inverse_det for i, part in enumerate(parts.values())]
+    added = names_of(effects)
     return Equations(
-        name=f"joints{''.join(map(str, joints))}",
-        title=f"joints {', '.join(map(str, joints))}, all others locked",
+        name="_".join((f"joints{''.join(map(str, joints))}", *added)),
+        title=f"joints {', '.join(map(str, joints))}, all others locked"
+        + (f", with {', '.join(added)}" if added else ""),
         joints=joints,
-        states=joint_states(device, joints),
+        states=joint_states(device, parts),
         inputs=joint_inputs(device, joints),
-        outputs=joint_outputs(device, joints),
-        parameters=tuple(quantities),
-        rhs=(*(velocity_symbol(j) for j in joints), *acceleration, *(f.bristle for f in friction)),
-        rates=(*(sp.S.Zero for _ in joints), *damping, *(f.rate for f in friction)),
+        outputs=joint_outputs(device, parts),
+        parameters=(
+            *map(inertial_quantity, motion.coefficients),
+            *(q for part in parts.values() for q in part.quantities),
+        ),
+        rhs=joint_rows(parts, acceleration),
+        rates=joint_rates(parts, damping),
         orderings=tuple((f"Fs_{j}", f"Fc_{j}") for j in joints),
+        effects=added,
     )

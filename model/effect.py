@@ -13,6 +13,7 @@ from typing import Any
 import sympy as sp
 
 from model.equations import TIME, State
+from model.parameters import sliding
 from model.quantity import Quantity
 from model.scales import Scales
 
@@ -192,6 +193,11 @@ class Effect:
             return None
         parameters = tuple(x.but(initial=self.edges[0]) if x.id == self.edge else x for x in self.parameters)
         return self.but(parameters=parameters, edges=self.edges[1:])
+
+    def row(self, x: Quantity, *, prismatic: bool) -> Quantity:
+        """Place one of the parameters in a joint's table, in the units of a sliding joint where it slides."""
+        unit = sliding(x.unit) if prismatic else x.unit
+        return x.but(unit=unit, structured=x.structured or f"{self.id}.{x.id}")
 
     def but(self, **changes: Any) -> Effect:
         """Return a copy with ``changes``."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import sympy as sp
 
 from model.algebra import velocity_symbol
@@ -9,45 +11,45 @@ from model.device import Device
 from model.equations import Equations, Input, Output
 from model.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, ForwardDynamics, forward_dynamics
 from model.joint_parts import (
-    joint_friction,
+    Effects,
+    JointPart,
     joint_inputs,
     joint_outputs,
-    joint_quantities,
+    joint_part,
+    joint_rates,
+    joint_rows,
     joint_states,
-    net_torque,
+    names_of,
 )
 
 
-def full_equations(device: Device) -> Equations:
+def full_equations(device: Device, effects: Effects | None = None) -> Equations:
     """Return M(q)·v̇ = Kp·τ − C·v − φ − springs − friction + Jᵀ·(handle force, handle torque) of all joints.
 
     Outputs: positions, velocities, torques at the joints Kp·τ, control point in the base frame [m], orientation of the
     handle as a unit quaternion. Parameters: mass, centroid and inertia of each link, rotors, then those of each joint.
+    ``effects`` by joint are added as in `model.joint_parts.joint_part`.
     """
     joints = tuple(range(len(device.joints)))
+    parts = {j: joint_part(device, j, (effects or {}).get(j, ())) for j in joints}
     body = forward_dynamics(device)
-    rows = [net_torque(j) - body.bias[j] + body.handle_torque[j] for j in joints]
-    friction = [joint_friction(j) for j in joints]
-    damping = [
-        (sp.Symbol(f"sigma1_{j}", real=True) + sp.Symbol(f"sigma2_{j}", real=True)) / body.mass_matrix[j][j]
-        for j in joints
-    ]
+    M = sp.Matrix(body.mass_matrix) + sp.diag(*(part.inertia for part in parts.values()))
+    rows = [part.torque - body.bias[j] + body.handle_torque[j] for j, part in parts.items()]
+    added = names_of(effects or {})
     return Equations(
-        name=device.name,
-        title=f"{device.title}: all joints free",
+        name="_".join((device.name, *added)),
+        title=f"{device.title}: all joints free" + (f", with {', '.join(added)}" if added else ""),
         joints=joints,
-        states=joint_states(device, joints),
+        states=joint_states(device, parts),
         inputs=(*joint_inputs(device, joints), *_handle_inputs()),
-        outputs=(*joint_outputs(device, joints), *_motion_outputs(device), *_pose_outputs(body)),
-        parameters=(
-            *body.parameters,
-            *(q for j in joints for q in joint_quantities(device, j, suffix=f"_{j}", prefix=f"joint{j}.")),
-        ),
-        rhs=(*(velocity_symbol(j) for j in joints), *rows, *(f.bristle for f in friction)),
-        rates=(*(sp.S.Zero for _ in joints), *damping, *(f.rate for f in friction)),
+        outputs=(*joint_outputs(device, parts), *_motion_outputs(device, parts), *_pose_outputs(body)),
+        parameters=(*body.parameters, *(q for part in parts.values() for q in part.quantities)),
+        rhs=joint_rows(parts, rows),
+        rates=joint_rates(parts, [part.damping / M[j, j] for j, part in parts.items()]),
         definitions=body.definitions,
-        mass_matrix=body.mass_matrix,
+        mass_matrix=tuple(tuple(M[i, :]) for i in joints),
         orderings=tuple((f"Fs_{j}", f"Fc_{j}") for j in joints),
+        effects=added,
     )
 
 
@@ -64,7 +66,7 @@ def _handle_inputs() -> tuple[Input, ...]:
     )
 
 
-def _motion_outputs(device: Device) -> tuple[Output, ...]:
+def _motion_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Output, ...]:
     slides = [joint.prismatic for joint in device.joints]
     velocities = [
         Output(
@@ -81,10 +83,10 @@ def _motion_outputs(device: Device) -> tuple[Output, ...]:
             id=f"motor{j}",
             unit="N" if slides[j] else "N m",
             description=f"motor-side {'force' if slides[j] else 'torque'} of joint {j}, Kp times the command",
-            expression=sp.Symbol(f"Kp_{j}", real=True) * sp.Symbol(f"tau{j}", real=True),
+            expression=part.motor,
             structured=f"joint{j}.actuator.torque",
         )
-        for j in range(len(slides))
+        for j, part in parts.items()
     ]
     return (*velocities, *torques)
 
