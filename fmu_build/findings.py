@@ -40,7 +40,7 @@ class Finding:
     joint: int
     effects: tuple[Effect, ...]
     values: dict[str, float]
-    provenance: dict[str, Provenance]
+    provenance: dict[str, Provenance | str]
     left: tuple[tuple[str, str], ...]
     inertia: float = math.nan
 
