@@ -18,7 +18,7 @@ import numpy as np
 from discrepancy.base import fit_base
 from discrepancy.scan import SEEN, project
 from discrepancy.signatures import signatures
-from discrepancy.study import Study, scales_of, study_of
+from discrepancy.study import Study, study_of
 from measurement.prepare import campaign_for_command
 from measurement.run import Array
 from model.effects import catalogue
@@ -32,8 +32,7 @@ SHOWN = 0.02
 def subspaces(study: Study) -> dict[str, list[Array]]:
     """Return orthonormal bases (n_r, amplitudes) of every entry's visible signatures, by id."""
     base = fit_base(study, starts=4, seed=0).solution
-    scales = scales_of(study, base.values)
-    entries = {k: e.at(scales) for k, e in study.entries.items() if not e.random}
+    entries = study.in_si(base.values)
     found = signatures(study, base, list(entries.values()))
     _, D, survives = project(study, base, found)
     bases = defaultdict(list)

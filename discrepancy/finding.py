@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from discrepancy.channels import channels
 from discrepancy.held_out import Prediction, predict
 from discrepancy.rebuilt import Rebuilt, rebuild
 from discrepancy.search import search
@@ -17,7 +18,7 @@ from discrepancy.search_result import Search
 from discrepancy.study import Study
 from discrepancy.trial import Trial
 from discrepancy.verdict import Judgement, NamedEffect, judge
-from discrepancy.where import Map, Region, maps, regions
+from discrepancy.where import Map, Region, excess, maps, regions
 from fmu_build.build import Kind
 from measurement.run import Array, Run
 from support.threads import on_one_thread
@@ -106,19 +107,32 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         if study.unseen
         else (study.fitted, before_fit.y, after_fit.y)
     )
-    runs, simulated = (*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y)
-    energy = maps(runs, simulated)
+    everywhere = [maps(*one) for one in _by_joint((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))]
+    energy = max(everywhere, key=excess)
     return Finding(
         joint=study.joint,
         search=found,
         judgement=judgement,
         rebuilt=rebuilt,
         gaps={name: _gap(*group, rebuilt, _beside(study, found, group[0], group[2])) for name, group in groups.items()},
-        curves=tuple(Curve(run=r, before=b, after=a) for r, b, a in zip(*shown, strict=True)),
+        curves=tuple(
+            Curve(run=c.run, before=shown[1][c.number][:, c.column], after=shown[2][c.number][:, c.column])
+            for c in channels(shown[0])
+        ),
         maps=energy,
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
         wall_s=time.perf_counter() - began,
     )
+
+
+def _by_joint(runs: Sequence[Run], y: Sequence[Array]) -> list[tuple[list[Run], list[Array]]]:
+    """Return runs and simulated readings of every joint."""
+    each = channels(runs)
+    found = []
+    for k in sorted({c.column for c in each}):
+        own = [c for c in each if c.column == k]
+        found.append(([c.run for c in own], [y[c.number][:, k] for c in own]))
+    return found
 
 
 def _beside(study: Study, found: Search, runs: tuple[Run, ...], after: Prediction) -> tuple[float, float] | None:
@@ -142,7 +156,7 @@ def _gap(
     if rebuilt is not None:
         scores = {s.file: s.rmse_rad for s in rebuilt.fit.runs}
         final = [scores.get(run.file, a) for run, a in zip(runs, after.rms, strict=True)]
-    noise = _rms([float(run.sensor_std[0]) for run in runs])
+    noise = _rms([run.sensor_std for run in runs])
     return Gap(before=_rms(before.rms), after=_rms(final), noise=noise, beside=beside)
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import logsumexp
 
+from discrepancy.channels import scored_rows
 from discrepancy.jump import places
 from discrepancy.levenberg import minimise
 from discrepancy.noise import Noise
@@ -30,7 +31,7 @@ class Prediction:
     rms
         RMS of measured − simulated over the scored rows of every run [rad].
     y
-        Simulated readings of every run.
+        Simulated readings of every run, shape (n_t, n_joints).
     chi2, rows
         ‖r‖² over all runs, and how many rows count.
     excess
@@ -86,16 +87,17 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
         x0 = problem.x0(x)
     found = problem.blocks(x, jacobian=False)
     chi2 = float(found.residual @ found.residual)
-    y = tuple(simulator.simulate(theta, run, x0=start).y[:, 0] for run, start in zip(runs, x0, strict=True))
-    rms = tuple(float(np.sqrt(np.mean((run.y[:, 0] - s)[run.scored] ** 2))) for run, s in zip(runs, y, strict=True))
-    rows = sum(run.t.size - run.score_from for run in runs)
-    excess = _excess(runs, rms) if study.noise_given and model.scatter == 0.0 else 0.0
+    y = tuple(simulator.simulate(theta, run, x0=start).y for run, start in zip(runs, x0, strict=True))
+    left = [(run.y - s)[run.scored] for run, s in zip(runs, y, strict=True)]
+    rms = tuple(float(np.sqrt(np.mean(e**2))) for e in left)
+    rows = sum(scored_rows(run) for run in runs)
+    excess = _excess(runs, left) if study.noise_given and model.scatter == 0.0 else 0.0
     score = -0.5 * (chi2 + problem.log_determinant)
     return Prediction(score=score, rms=rms, y=y, chi2=chi2, rows=rows, excess=excess)
 
 
-def _excess(runs: Sequence[Run], rms: Sequence[float]) -> float:
+def _excess(runs: Sequence[Run], left: Sequence[Array]) -> float:
     """Return the largest excess of a run's mean square over the sensor's noise, beyond chance."""
-    powers = [(e / run.sensor_std[0]) ** 2 - 1.0 for e, run in zip(rms, runs, strict=True)]
-    chance = [SPREAD * np.sqrt(2.0 / (run.t.size - run.score_from)) for run in runs]
+    powers = [float(np.mean((e / run.sensor_std) ** 2)) - 1.0 for e, run in zip(left, runs, strict=True)]
+    chance = [SPREAD * np.sqrt(2.0 / scored_rows(run)) for run in runs]
     return max(0.0, *(float(p - c) for p, c in zip(powers, chance, strict=True)))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from discrepancy.channels import channels
 from discrepancy.colour import estimate_colour
 from discrepancy.noise import Colour, Noise, Path
 from discrepancy.scan import movable
@@ -27,8 +28,8 @@ WORTH = 4.0
 
 def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) -> Noise:
     """Estimate colour and scatter (where the catalogue has it) from the unwhitened residuals of ``solution``."""
-    rows = [r[:, 0] for r in solution.raw.rows]
-    colour = estimate_colour(rows, study.fitted)
+    each = channels(study.fitted)
+    colour = estimate_colour([solution.raw.rows[c.number][:, c.column] for c in each], tuple(c.run for c in each))
     if SCATTER not in study.entries:
         return Noise(colour=colour)
     found = [scatter_along(study, solution, path, Colour()) for path in paths]

@@ -13,7 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import dct
 
+from discrepancy.channels import channels
 from discrepancy.chi_squared import log_tail
+from discrepancy.cycles import whole_cycles
 from discrepancy.harmonics import harmonics
 from discrepancy.scan import tangent_space
 from discrepancy.solution import Solution
@@ -68,18 +70,17 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
     """Test the whitened residual of all fitted runs."""
     Q = tangent_space(solution)
     r = solution.residual - Q @ (Q.T @ solution.residual)
-    edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
-    cycles = study.cycles()
     both = np.column_stack((r, Q))
     names = ("repeating", "drifting", "band")
     found: dict[str, list[Array]] = {name: [] for name in names}
-    for run, whiten, a, b in zip(study.fitted, solution.problem.whiteners, edges[:-1], edges[1:], strict=True):
+    for channel in channels(study.fitted):
+        run, whiten, mine = channel.run, solution.problem.whiteners[channel.number], both[channel.rows]
         for name, drifting in (("repeating", False), ("drifting", True)):
-            H = whiten(harmonics(run, cycles[run.file], drifting=drifting))
+            H = whiten(harmonics(run, whole_cycles(run), drifting=drifting))
             H[1 : run.score_from] = 0.0
-            found[name].append(np.linalg.qr(H)[0].T @ both[a:b])
+            found[name].append(np.linalg.qr(H)[0].T @ mine)
         lines = 1 + int(BAND * run.t[-1] / np.pi)
-        found["band"].append(dct(both[a:b], axis=0, norm="ortho")[:lines])
+        found["band"].append(dct(mine, axis=0, norm="ortho")[:lines])
     freedom = solution.noise.colour.freedom
     tests = {name: _tested(np.concatenate(rows), freedom) for name, rows in found.items()}
     parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]), freedom)}

@@ -22,7 +22,7 @@ from discrepancy.search_result import Search
 from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
-from discrepancy.study import Study, scales_of
+from discrepancy.study import Study
 from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen, keys_of
 
 LEADS = 3
@@ -65,8 +65,7 @@ def _searched(
     white = solve(study, (), Noise(), base.solution.values, x0=base.solution.x0)
     plain = settle(study, (), white).solution
     tell("signatures of the catalogue")
-    scales = scales_of(study, plain.values)
-    entries = {key: e.at(scales) for key, e in study.entries.items() if not e.random}
+    entries = study.in_si(plain.values)
     found = signatures(study, plain, list(entries.values()))
     first = scan(study, plain, found, entries)
     tell(f"{len(found.points)} signatures, {first.tests:.0f} independent tests")
@@ -80,7 +79,7 @@ def _searched(
         best, less, more = exchanged(s, best, start)
         trials = (*made, *more)
     result = Search(
-        study=study, base=base, plain=start, scan=first, scales=scales, trials=trials, best=best, less=less,
+        study=study, base=base, plain=start, scan=first, trials=trials, best=best, less=less,
         simulations=s.simulations,
     )  # fmt: skip
     return result, s

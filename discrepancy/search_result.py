@@ -9,7 +9,6 @@ from discrepancy.refit import Candidate
 from discrepancy.scan import Scan
 from discrepancy.study import Study
 from discrepancy.trial import RIVAL, Trial
-from model.scales import Scales
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +41,6 @@ class Search:
     base: Base
     plain: Trial
     scan: Scan
-    scales: Scales
     trials: tuple[Trial, ...]
     best: Trial
     less: dict[str, Candidate] = field(default_factory=dict)

@@ -63,10 +63,11 @@ class Signatures:
 
     def whitened(self, study: Study, solution: Solution) -> Array:
         """Whiten as the residuals of ``solution`` are; shape (n_rows, n_columns)."""
-        edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
+        edges = np.cumsum([0, *(run.y.size for run in study.fitted)])
         D = np.empty_like(self.raw)
         for w, run, a, b in zip(solution.problem.whiteners, study.fitted, edges[:-1], edges[1:], strict=True):
-            D[a:b] = w(_scored(self.raw[a:b], run.score_from))
+            readings = self.raw[a:b].reshape(run.t.size, -1)
+            D[a:b] = w(_scored(readings, run.score_from)).reshape(b - a, -1)
         return D
 
 
@@ -96,8 +97,8 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
     for run, x0 in zip(study.fitted, solution.x0, strict=True):
         start = np.array(initial_state(simulator.equations, run))
         start[: x0.size] = x0
-        y = simulator.simulate_many(theta, run, x0=start)[:, :, 0]
-        stacked.append((y[1:] - y[0]).T / run.sensor_std[0])
+        y = simulator.simulate_many(theta, run, x0=start) / run.sensor_std
+        stacked.append((y[1:] - y[0]).reshape(len(sets) - 1, -1).T)
     return grid, np.concatenate(stacked)
 
 

@@ -35,7 +35,7 @@ def readings(study: Study, solution: Solution, step: float) -> Array:
     """Whitened simulated readings of all fitted runs at the optimum of ``solution``, over the noise, shape (n_r,)."""
     simulator = Factory(step)(solution.equations)
     rows = [
-        whiten(simulator.simulate(solution.theta, run, x0=x0).y[:, 0] / run.sensor_std[0])
+        whiten(simulator.simulate(solution.theta, run, x0=x0).y / run.sensor_std).ravel()
         for run, x0, whiten in zip(study.fitted, solution.x0, solution.problem.whiteners, strict=True)
     ]
     return np.concatenate(rows)

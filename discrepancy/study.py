@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from discrepancy.channels import scored_rows
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory, TwoStep
 from identification.equations_for import device_of, equations_for
@@ -61,11 +62,16 @@ class Study:
     @property
     def rows(self) -> int:
         """Rows of all fitted runs that count."""
-        return sum(run.t.size - run.score_from for run in self.fitted)
+        return sum(scored_rows(run) for run in self.fitted)
 
     def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
         """Return the base with ``effects``, by default under the number 0: then all joints share their kernels."""
         return joint_equations(joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic)
+
+    def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
+        """Return the catalogue in SI units at fitted base parameters ``theta``, without what is random."""
+        scales = scales_of(self, theta)
+        return {key: e.at(scales) for key, e in self.entries.items() if not e.random}
 
     def simulator(self, effects: Sequence[Effect] = ()) -> TwoStep:
         """Return a simulator of the base with ``effects``."""

@@ -69,6 +69,11 @@ def _map(name: str, values: Array, energy: Array) -> Map:
     return Map(variable=name, edges=edges, excess=excess, rows=rows)
 
 
+def excess(found: Sequence[Map]) -> float:
+    """Return all of the energy above the noise."""
+    return float(found[0].excess.sum())
+
+
 def regions(found: Sequence[Map]) -> tuple[Region, ...]:
     """Return for every variable the narrowest run of bins with at least half of the gap; the most telling first."""
     regions = [r for m in found if (r := _narrowest(m)) is not None]

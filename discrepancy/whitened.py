@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from discrepancy.channels import scored_rows
 from discrepancy.noise import Whitener
 from identification.options import FitOptions
 from identification.problem import Blocks, Problem
@@ -18,7 +19,7 @@ OPTIONS = FitOptions(method="gauss_newton", weights=(1.0, 1.0))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whitened(Problem):
-    """A problem whose residuals have covariance 1 under the noise model; runs of one joint only."""
+    """A problem whose residuals have covariance 1 under the noise model; scatter where one joint alone moves."""
 
     whiteners: tuple[Whitener, ...] = ()
 
@@ -37,10 +38,13 @@ class Whitened(Problem):
 
     def whitened(self, found: Blocks) -> Blocks:
         """Whiten the residuals and Jacobians of every run."""
-        rows = tuple(w(r[:, 0])[:, None] for w, r in zip(self.whiteners, found.rows, strict=True))
+        rows = tuple(w(r) for w, r in zip(self.whiteners, found.rows, strict=True))
         slopes = None
         if found.jacobians is not None:
-            slopes = tuple(w(J[:, 0])[:, None] for w, J in zip(self.whiteners, found.jacobians, strict=True))
+            slopes = tuple(
+                w(J.reshape(J.shape[0], -1)).reshape(J.shape)
+                for w, J in zip(self.whiteners, found.jacobians, strict=True)
+            )
         return Blocks(rows=rows, jacobians=slopes, prior=found.prior, prior_jacobian=found.prior_jacobian)
 
     def constraints(self) -> tuple[Array, Array]:
@@ -53,4 +57,4 @@ class Whitened(Problem):
     def log_determinant(self) -> float:
         """Sum of ln det C over the runs."""
         pairs = zip(self.whiteners, self.runs, strict=True)
-        return sum(w.log_determinant(run.t.size - run.score_from) for w, run in pairs)
+        return sum(w.log_determinant(scored_rows(run)) for w, run in pairs)
