@@ -65,7 +65,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
         if agreeing([s.chi2 for s in found], study.rows) >= AGREE:
             break
     if not found:
-        msg = f"joint {study.joint}: no start gave a finite simulation; check units, bounds and first guesses"
+        msg = f"{study.title}: no start gave a finite simulation; check units, bounds and first guesses"
         raise NumericalError(msg)
     costs = tuple(s.chi2 for s in found)
     best = min(found, key=lambda s: s.chi2)

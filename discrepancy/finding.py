@@ -72,9 +72,9 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """Everything that the page and the JSON show of one joint."""
+    """Everything that the page and the JSON show of one joint, or of several that move together."""
 
-    joint: int
+    joints: tuple[int, ...]
     search: Search
     judgement: Judgement
     rebuilt: Rebuilt | None
@@ -87,7 +87,7 @@ class Finding:
 
 @on_one_thread
 def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: Callable[[str], None]) -> Finding:
-    """Run all stages for one joint; FMUs go below ``out``."""
+    """Run all stages of one study; FMUs go below ``out``."""
     began = time.perf_counter()
     found = search(study, seed=seed, starts=starts, tell=tell)
     study = found.study
@@ -110,7 +110,7 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     everywhere = [maps(*one) for one in _by_joint((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))]
     energy = max(everywhere, key=excess)
     return Finding(
-        joint=study.joint,
+        joints=study.fitted[0].free_joints,
         search=found,
         judgement=judgement,
         rebuilt=rebuilt,
@@ -170,7 +170,8 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
     shape, proposal = judgement.shape, judgement.next_experiment
     return {
         "schema": SCHEMA,
-        "joint": finding.joint,
+        "joint": finding.joints[0] if len(finding.joints) == 1 else None,
+        "joints": list(finding.joints),
         "measured": measured,
         "seed": seed,
         "verdict": judgement.verdict,

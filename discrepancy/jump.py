@@ -9,14 +9,16 @@ import numpy as np
 
 from discrepancy.solution import Solution
 from measurement.run import Array, Run
+from model.effect import Effect
 
 MOST = 8
 """Most places of the jump between two fitted torques that are told apart by torques of other runs."""
 
 
-def torques(runs: Sequence[Run]) -> Array:
-    """Sizes of the torques that were sent, each once, ascending."""
-    return np.unique(np.abs(np.concatenate([run.u[:, 0] for run in runs])))
+def torques(runs: Sequence[Run], effect: Effect) -> Array:
+    """Sizes of the torques that were sent to the joint of an effect, each once, ascending."""
+    sent = [run.u[:, 0 if effect.joint is None else run.free_joints.index(effect.joint)] for run in runs]
+    return np.unique(np.abs(np.concatenate(sent)))
 
 
 def around(value: float, sent: Array) -> tuple[float, float]:
@@ -32,11 +34,11 @@ def places(solution: Solution, fitted: Sequence[Run], others: Sequence[Run]) -> 
     """
     found = [solution.theta]
     ids = [q.id for q in solution.equations.parameters]
-    sent = torques(others)
     for effect in [e for e in solution.effects if e.threshold]:
+        sent = torques(others, effect)
         at = ids.index(effect.parameters[0].id)
         value = float(solution.theta[at])
-        low, high = around(value, torques(fitted))
+        low, high = around(value, torques(fitted, effect))
         ends = np.concatenate(([low], sent[(sent > low) & (sent < high)], [high]))
         middles = [float(a + b) / 2 for a, b in itertools.pairwise(ends) if not a <= value <= b]
         for middle in sorted(middles, key=lambda d: abs(d - value))[:MOST]:

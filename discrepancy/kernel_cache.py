@@ -28,16 +28,19 @@ def generator() -> str:
     return found.hexdigest()[:16]
 
 
-def cached_kernel(equations: Equations, *, many: bool) -> CompiledKernel:
-    """Return the kernel of ``equations``, from disk where it was compiled before; it runs ``many`` sets if asked."""
-    record = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"
-    alone = record.with_name(f"{record.stem}-one.json")
-    known = _recorded(equations, record) or (None if many else _recorded(equations, alone))
+def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> CompiledKernel:
+    """Return the kernel of ``equations``, from disk where it was compiled before; it runs ``many`` sets if asked.
+
+    One of many sets may do without sensitivities (``tangent``); one that has both serves all.
+    """
+    both = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"
+    own = both.with_name(f"{both.stem}-{'one' if not many else 'flat'}.json")
+    known = _recorded(equations, both) or (None if many and tangent else _recorded(equations, own))
     if known is not None:
         return known
-    made = CompiledKernel.of(equations, many=many, substeps=SUBSTEPS)
+    made = CompiledKernel.of(equations, many=many, substeps=SUBSTEPS, tangent=tangent or not many)
     write_json(
-        record if many else alone,
+        both if many and tangent else own,
         {"library": str(made.path), "digest": made.kernel.digest, "columns": list(made.kernel.columns)},
     )
     return made

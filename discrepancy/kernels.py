@@ -22,17 +22,17 @@ COARSE = 2.5e-3
 """Inner step of sensitivities and first tries [s]."""
 SKETCH = 5e-3
 """Inner step of signatures [s], which are differences of simulations at the same step, and of a first sieve."""
-_compiled: dict[tuple[str, bool], CompiledKernel] = {}
+_compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
 
 
-def compiled(equations: Equations, *, many: bool = False) -> CompiledKernel:
+def compiled(equations: Equations, *, many: bool = False, tangent: bool = True) -> CompiledKernel:
     """Return the kernel of ``equations`` with output injection; made once per process.
 
-    One that runs ``many`` sets at once takes longer to compile.
+    One that runs ``many`` sets at once takes longer to compile, and so does one with sensitivities.
     """
-    key = (equations.digest, many)
+    key = (equations.digest, many, tangent)
     if key not in _compiled:
-        _compiled[key] = cached_kernel(with_observer(equations), many=many)
+        _compiled[key] = cached_kernel(with_observer(equations), many=many, tangent=tangent)
     return _compiled[key]
 
 
@@ -76,7 +76,7 @@ class Factory:
 
     step: float = COARSE
 
-    def __call__(self, equations: Equations, *, many: bool = False) -> TwoStep:
-        """Build the simulator; it runs one set at a time unless asked for more."""
-        simulator = KernelSimulator(equations, compiled(equations, many=many))
+    def __call__(self, equations: Equations, *, many: bool = False, tangent: bool = True) -> TwoStep:
+        """Build the simulator; it runs one set at a time unless asked for more, and has sensitivities unless told."""
+        simulator = KernelSimulator(equations, compiled(equations, many=many, tangent=tangent))
         return TwoStep(simulator.with_step(self.step), simulator.with_step(max(self.step, COARSE)))

@@ -26,7 +26,7 @@ class Rebuilt:
 
 
 def rebuild(study: Study, found: Search, effects: tuple[Effect, ...], out: Path, kind: Kind) -> Rebuilt:
-    """Build ``joint<j>_<effects>.fmu`` below ``out`` with the parameters of an SLSQP fit through the FMU.
+    """Build ``joint<j>_<effects>.fmu`` (``joints01_…``) below ``out``, parameters from an SLSQP fit through the FMU.
 
     The fit starts from the search's optimum at observer gain 0; the search's minima were found by homotopy.
     """
@@ -44,6 +44,6 @@ def rebuild(study: Study, found: Search, effects: tuple[Effect, ...], out: Path,
         )
         for p in equations.parameters
     }
-    name = "_".join((f"joint{study.joint}", *(e.id for e in effects)))
+    name = "_".join((study.name, *(e.id for e in effects)))
     fmu = build_fmu(equations, out / f"{name}.fmu", kind=kind, values=refitted.values, provenance=provenance)
     return Rebuilt(fmu=fmu, fit=refitted)

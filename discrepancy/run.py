@@ -7,11 +7,17 @@ from typing import Any
 
 import click
 
+from discrepancy.coupled_study import coupled_study_of
 from discrepancy.finding import Finding, as_json, find
-from discrepancy.study import study_of
+from discrepancy.study import Study, study_of
 from discrepancy.torque_finding import find_torque, torque_json
 from discrepancy.torque_study import torque_study_of
+from discrepancy.whole import whole_finding
 from fmu_build.build import Kind
+from fmu_build.findings import VERDICTS, by_joint, finding_of
+from fmu_build.findings import Finding as JointFinding
+from fmu_build.identified import check_schema
+from identification.equations_for import device_of
 from identification.strategy import choose_for
 from measurement.campaign import Campaign
 from measurement.prepare import campaign_for_command
@@ -19,15 +25,17 @@ from model.effect import Effect
 from model.effects import with_folder
 from report.discrepancy_page import discrepancy_page
 from report.torque_gap_page import torque_gap_page
+from report.whole_gap_page import whole_gap_page
 from support.command import common_options, exit_codes, parse_joints, progress
 from support.errors import InputError
-from support.files import write_json, write_text
+from support.files import read_json, write_json, write_text
 
 
 @click.command()
 @click.argument("campaign", required=False)
 @common_options
-@click.option("--joint", type=int, default=None, help="The joint to study; --joints studies several, neither all.")
+@click.option("--joint", type=int, default=None, help="The joint to study; --joints studies several, each alone.")
+@click.option("--free", default=None, metavar="0,1", help="Runs in which exactly these joints move together.")
 @click.option(
     "--effects", type=click.Path(path_type=Path), default=None, help="Folder with effects of your own, one file each."
 )
@@ -41,33 +49,98 @@ def main(
     joints: str | None,
     *,
     joint: int | None,
+    free: str | None,
     effects: Path | None,
     without: str,
     **choices: Any,
 ) -> None:
     """Find what is missing in a joint's model, name it, add it and show the gap shrink.
 
-    CAMPAIGN is a folder with campaign.toml; the embedded Freedom 6S one where left out.
+    CAMPAIGN is a folder with campaign.toml; the embedded Freedom 6S one where left out. Without --joint, --joints or
+    --free: every joint alone, then the runs in which several move together, with what was named in each of them.
     """
     left_out = {part for part in without.split(",") if part}
     entries = {key: e for key, e in with_folder(effects).items() if not {key, e.id} & left_out}
     if unknown := left_out - {name for key, e in with_folder(effects).items() for name in (key, e.id)}:
         raise InputError("--without", expected="ids of the catalogue", got=", ".join(sorted(unknown)))
     read = campaign_for_command(campaign)
-    chosen = (joint,) if joint is not None else parse_joints(joints) or read.joints
-    if not chosen:
+    together = parse_joints(free, "--free")
+    chosen = (joint,) if joint is not None else parse_joints(joints)
+    if chosen is None:
+        chosen = () if together else read.joints
+        several = (tuple(sorted(together)),) if together else tuple(c for c in read.configurations if len(c) > 1)
+    else:
+        several = (tuple(sorted(together)),) if together else ()
+    if not chosen and not several:
         raise InputError("campaign.toml", expected="runs with one free joint", got="none")
     if choices["scheduler"]:
         click.echo("note: --scheduler is not used, the search runs here on --workers threads", err=True)
+    _alone(read, chosen, entries, out, choices)
+    for free_joints in several:
+        _together(read, free_joints, entries, out, choices, asked=together is not None)
+
+
+def _alone(
+    read: Campaign, chosen: tuple[int, ...], entries: dict[str, Effect], out: Path, choices: dict[str, Any]
+) -> None:
+    """Study joints, each in the runs in which it moves alone."""
     swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind == "torque"]
     for j in swept:
         _torque(read, j, entries, out, choices)
-    studies = [study_of(read, j, entries, threads=choices["workers"]) for j in chosen if j not in swept]
-    for study in studies:
-        bar: Any = progress(total=None, title=f"joint {study.joint}", quiet=choices["quiet"])
-        with bar:
-            finding = find(study, out, **_options(choices), tell=bar.set_description)
-        _written(finding, read, out, choices["seed"])
+    for study in [study_of(read, j, entries, threads=choices["workers"]) for j in chosen if j not in swept]:
+        _study(study, read, out, choices)
+
+
+def _together(
+    read: Campaign,
+    joints: tuple[int, ...],
+    entries: dict[str, Effect],
+    out: Path,
+    choices: dict[str, Any],
+    *,
+    asked: bool,
+) -> None:
+    """Study the runs in which several joints move: by a search where some are to be fitted and the joints are few."""
+    findings = [f for j in joints if (f := _found(out, j, entries)) is not None]
+    if read.runs_of(joints, "fit"):
+        known = by_joint(findings)
+        _study(coupled_study_of(read, joints, entries, known, threads=choices["workers"]), read, out, choices)
+        return
+    runs, device, source = read.runs_of(joints, "validate"), device_of(read), out / "identification.json"
+    if device is None or not runs or len(joints) < len(device.joints):
+        if asked:
+            where = f"--free {','.join(map(str, joints))}"
+            raise InputError(where, expected="runs in which these joints move together", got="none that tells")
+        return
+    if not source.exists():
+        note = f"runs with all joints free need {source}: python -m identification.run makes it"
+        if asked:
+            raise InputError("--free", expected=f"an identified model, {source}", got="no such file", todo=note)
+        click.echo(f"note: {note}", err=True)
+        return
+    identification = read_json(source, "an identification.json")
+    check_schema(identification, str(source))
+    finding = whole_finding(read, device, runs, identification, findings)
+    write_json(out / "discrepancy" / "whole.json", finding.as_json(measured=read.measured))
+    write_text(out / "discrepancy" / "whole.html", whole_gap_page(finding, read.title, measured=read.measured))
+    click.echo(f"all joints: {finding.verdict}. {finding.sentence}")
+    click.echo(f"  written below {out}: discrepancy/whole.json, .html")
+
+
+def _found(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | None:
+    """Return what was named of a joint tested alone, None where its test was not studied or has no name."""
+    path = out / "discrepancy" / f"joint{joint}.json"
+    if not path.exists():
+        return None
+    data = read_json(path, "a discrepancy/joint<j>.json")
+    return finding_of(data, str(path), entries) if data.get("verdict") in VERDICTS else None
+
+
+def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
+    bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
+    with bar:
+        finding = find(study, out, **_options(choices), tell=bar.set_description)
+    _written(finding, read, out, choices["seed"])
 
 
 def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:
@@ -92,19 +165,17 @@ def _options(choices: dict[str, Any]) -> dict[str, Any]:
 
 
 def _written(finding: Finding, campaign: Campaign, out: Path, seed: int) -> None:
-    data = as_json(finding, measured=campaign.measured, seed=seed)
+    data, study = as_json(finding, measured=campaign.measured, seed=seed), finding.search.study
     folder = out / "discrepancy"
-    write_json(folder / f"joint{finding.joint}.json", data)
-    write_text(
-        folder / f"joint{finding.joint}.html", discrepancy_page(finding, campaign.title, measured=campaign.measured)
-    )
-    click.echo(f"joint {finding.joint}: {data['verdict']}. {finding.judgement.sentence}")
+    write_json(folder / f"{study.name}.json", data)
+    write_text(folder / f"{study.name}.html", discrepancy_page(finding, campaign.title, measured=campaign.measured))
+    click.echo(f"{study.title.lower()}: {data['verdict']}. {finding.judgement.sentence}")
     for name, gap in finding.gaps.items():
         share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"
         closed = "" if share is None else f", {100 * share:.1f} % of the gap{beside} closed"
         click.echo(f"  {name}: RMS {gap.before:.3g} before, {gap.after:.3g} after, noise {gap.noise:.3g}{closed}")
     made = f", {data['fmu']}" if data["fmu"] else ""
-    click.echo(f"  written below {out}: discrepancy/joint{finding.joint}.json, .html{made}")
+    click.echo(f"  written below {out}: discrepancy/{study.name}.json, .html{made}")
 
 
 if __name__ == "__main__":

@@ -88,7 +88,7 @@ def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
 
 def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[list[tuple[dict[str, float], ...]], Array]:
     """Return the shapes of one entry and its raw columns over σ (n_rows, n_columns), rows of all runs stacked."""
-    simulator = study.factory(study.equations((*solution.effects, effect)), many=True)
+    simulator = study.sketcher((*solution.effects, effect))
     grid = shapes(effect)
     sets = [{}, *(values for point in grid for values in point)]
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
@@ -104,7 +104,7 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
 
 def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float]) -> list[float]:
     known = solution.values | extra
-    return [known[q.id] for q in simulator.equations.parameters]
+    return [known.get(q.id, q.initial) for q in simulator.equations.parameters]
 
 
 def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> Signatures:

@@ -47,6 +47,8 @@ class Study:
         Equations in, simulator out.
     threads
         Threads that simulate runs side by side; the results do not depend on it.
+    most
+        Most entries that are begun on top of a model; None for no limit.
     """
 
     joint: int
@@ -58,6 +60,22 @@ class Study:
     noise_given: bool = False
     factory: Factory = field(default_factory=Factory)
     threads: int = 1
+    most: int | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of the model: ``joint3``."""
+        return f"joint{self.joint}"
+
+    @property
+    def title(self) -> str:
+        """``Joint 3``."""
+        return f"Joint {self.joint}"
+
+    @property
+    def alone(self) -> bool:
+        """Whether one joint alone moves."""
+        return len(self.base.joints) == 1
 
     @property
     def rows(self) -> int:
@@ -76,6 +94,10 @@ class Study:
     def simulator(self, effects: Sequence[Effect] = ()) -> TwoStep:
         """Return a simulator of the base with ``effects``."""
         return self.factory(self.equations(effects))
+
+    def sketcher(self, effects: Sequence[Effect]) -> TwoStep:
+        """Return a simulator of many sets of parameters at once."""
+        return self.factory(self.equations(effects), many=True, tangent=self.alone)
 
     def cycles(self) -> dict[str, Cycles]:
         """Cycles of the torque of every fitted run, by file; a held-out end of a run bears its file's name too."""
@@ -114,33 +136,41 @@ def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
 
     A range of many orders of magnitude would set the scale of the step in a linear parameter, and drown the others.
     """
-    travel = max(float(np.ptp(np.concatenate([run.y[:, 0] for run in runs]))), 1e-9)
-    stiffest = REACH * max(float(np.abs(run.u[:, 0]).max()) for run in runs) / travel
-    Ks = base.parameter("Ks")
     changes: dict[str, dict[str, float]] = {
         q.id: {"lower": max(q.lower, q.initial / DECADES), "upper": min(q.upper, q.initial * DECADES)}
         for q in base.parameters
         if q.scale == "log" and not q.fixed
     }
-    changes["Ks"] = {"upper": min(Ks.upper, max(stiffest * base.parameter("Kp").initial, 10 * Ks.initial, Ks.lower))}
+    several = len(base.joints) > 1
+    for i, j in enumerate(base.joints):
+        suffix = f"_{j}" if several else ""
+        travel = max(float(np.ptp(np.concatenate([run.y[:, i] for run in runs]))), 1e-9)
+        stiffest = REACH * max(float(np.abs(run.u[:, i]).max()) for run in runs) / travel
+        Ks, Kp = base.parameter(f"Ks{suffix}"), base.parameter(f"Kp{suffix}")
+        changes[Ks.id] = {"upper": min(Ks.upper, max(stiffest * Kp.initial, 10 * Ks.initial, Ks.lower))}
     return base.with_parameters(changes)
 
 
 def scales_of(study: Study, theta: Mapping[str, float]) -> Scales:
     """Return the joint's scales over the fitted runs, at fitted base parameters ``theta``."""
-    y = np.concatenate([run.y[:, 0] for run in study.fitted])
-    torque = max(float(np.abs(run.u[:, 0]).max()) for run in study.fitted) * theta["Kp"]
+    return scales_over(study.fitted, theta)
+
+
+def scales_over(runs: Sequence[Run], theta: Mapping[str, float]) -> Scales:
+    """Return the scales over ``runs`` of a joint alone: ``theta`` has at least Kp, inertia, Fc, sigma2."""
+    y = np.concatenate([run.y[:, 0] for run in runs])
+    torque = max(float(np.abs(run.u[:, 0]).max()) for run in runs) * theta["Kp"]
     low, high = float(y.min()), float(y.max())
     span = max(high - low, 1e-9)
     return Scales(
         torque=max(torque, 1e-12),
         position=span / 2,
         centre=(high + low) / 2,
-        speed=max(1e-9, *(_speed(run) for run in study.fitted)),
+        speed=max(1e-9, *(_speed(run) for run in runs)),
         inertia=theta["inertia"],
         friction=theta["Fc"],
         viscous=theta["sigma2"],
-        duration=max(float(run.t[-1]) for run in study.fitted),
+        duration=max(float(run.t[-1]) for run in runs),
     )
 
 

@@ -253,10 +253,11 @@ class Searcher:
     def ready(self, solution: Solution, most: int | None = None) -> list[Solution]:
         """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end.
 
-        By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect.
+        By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect; no more
+        than the study says.
         """
         self.extended.add(keys_of(solution))
-        most = most or (LATER if solution.effects else len(self.entries))
+        most = min(most or (LATER if solution.effects else len(self.entries)), self.study.most or len(self.entries))
         rough = self.side_by_side(COARSE)
         fresh = {s.key: s for s in self.beside(solution, self.scan(solution))[:most]}
         tried = [self.entries[key] for key in fresh]
@@ -289,7 +290,7 @@ class Searcher:
         values |= {q.id: onto.values[q.id] for e in onto.effects for q in e.parameters}
         chosen: list[tuple[Effect, ...]] = []
         starts: list[dict[str, float]] = []
-        for score in self.beside(onto, scored)[: BESIDE if onto.effects else None]:
+        for score in self.beside(onto, scored)[: BESIDE if onto.effects else self.study.most]:
             effect = self.entries[score.key]
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))

@@ -19,7 +19,7 @@ from discrepancy.standard_errors import of_curvature, standard_errors
 from discrepancy.steps import at_step
 from discrepancy.study import Study
 from discrepancy.trial import Trial
-from measurement.run import Array
+from measurement.run import Array, Run
 from model.effect import Effect, renamed
 from model.quantity import Quantity
 
@@ -65,13 +65,13 @@ def judge(study: Study, found: Search) -> Judgement:
     else:
         effects = named_effects(found, solution, of_curvature(solution))
     rivals = found.rivals if verdict == "ambiguous" else ()
-    proposal = _proposal(study, found.best, rivals) if rivals else None
+    proposal = _proposal(study, found.best, rivals) if rivals and study.alone else None
     return Judgement(
         verdict=verdict,
         effects=effects,
         alternatives=rivals or _considered(found),
         next_experiment=proposal,
-        shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
+        shape=missing(study, found.plain.solution) if verdict == "unlisted" and study.alone else None,
         sentence=_sentence(verdict, effects, rivals, proposal, found),
     )
 
@@ -120,11 +120,10 @@ def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[Nam
     """Return the effects with their parameters at ``solution``, whose standard errors (n_p,) are ``errors``."""
     std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
     values = solution.values
-    sent = torques(found.study.fitted)
     named = [
         NamedEffect(
             id=e.id, key=e.key, title=e.title, formula=e.formula,
-            parameters={x.id: (values[x.id], _std(e, x, float(std[x.id]), values, sent), x.unit)
+            parameters={x.id: (values[x.id], _std(e, x, float(std[x.id]), values, found.study.fitted), x.unit)
                         for x in e.parameters if not x.fixed},
             evidence=found.evidence(e.key),
         )
@@ -145,7 +144,7 @@ def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[Nam
     return tuple(named)
 
 
-def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], sent: Array) -> float:
+def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], runs: Sequence[Run]) -> float:
     """Return the standard error; where a jump lies is known no better than its width, or than torques lie apart there.
 
     Between two torques that were sent, the place of the jump changes nothing: it may be anywhere (uniform, gap/√12).
@@ -153,7 +152,7 @@ def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, fl
     if not effect.threshold or quantity is not effect.parameters[0]:
         return std
     value = values[quantity.id]
-    low, high = around(value, sent)
+    low, high = around(value, torques(runs, effect))
     return float(np.linalg.norm([std, values[effect.edge] * value, (high - low) / np.sqrt(12.0)]))
 
 
@@ -191,8 +190,10 @@ def _sentence(
         return f"Missing in the model: {names}."
     if verdict == "ambiguous":
         others = ", or ".join(" with ".join(_with_title(id, r, found) for id in r.candidate.ids) for r in rivals)
-        told = proposal is not None and proposal.tells
-        more = "the proposed run would" if told else "nor would any other within their torque"
+        if proposal is None:
+            more = "tests of each joint alone may"
+        else:
+            more = "the proposed run would" if proposal.tells else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
     return f"Something is missing that no entry of the catalogue explains.{_nearest(found, names)}"
 

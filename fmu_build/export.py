@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -23,6 +22,7 @@ from model.quantity import Quantity
 from model.whole_device import full_equations
 from support.command import exit_codes, parse_joints
 from support.errors import InputError
+from support.files import read_json
 
 SINGLE = "single_joint"
 """The name of the device that is any one joint of any machine."""
@@ -70,19 +70,6 @@ def _bounded(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:
     return q.but(initial=value, lower=min(lower, value), upper=max(upper, value))
 
 
-def _read(path: Path, wanted: str) -> dict[str, Any]:
-    try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
-        where = f"{path}, line {error.lineno}"
-        raise InputError(where, expected="JSON", got=error.msg) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), expected="a text file that can be read", got=str(error)) from None
-    if not isinstance(data, dict):
-        raise InputError(str(path), expected=wanted, got=type(data).__name__)
-    return data
-
-
 def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
     joints = [c["free_joints"][0] for c in data["configurations"] if len(c["free_joints"]) == 1]
     chosen = [j for j in joints if wanted is None or j in wanted]
@@ -125,7 +112,7 @@ def main(
     --with takes along what `discrepancy.run` named, at the values of its refit: into the 6-DOF FMU of all joints.
     """
     kind = _packaging(kind, fmi)
-    data, wanted = _read(source, "an identification.json"), parse_joints(joints)
+    data, wanted = read_json(source, "an identification.json"), parse_joints(joints)
     check_schema(data, str(source))
     if data["device"] == SINGLE or wanted:
         if named:
@@ -134,7 +121,7 @@ def main(
         fmu = export_joint(data, _only_joint(data, wanted), out, kind)
     else:
         entries = with_folder(effects)
-        findings = [finding_of(_read(path, "a discrepancy/joint<j>.json"), str(path), entries) for path in named]
+        findings = [finding_of(read_json(path, "a discrepancy/joint<j>.json"), str(path), entries) for path in named]
         told = list(_taken(findings, data))
         fmu = export_full(load_device(data["device"], source.parent), data, out, kind, findings)
         for line in told:

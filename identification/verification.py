@@ -16,6 +16,7 @@ from identification.closed_loop import (
 from identification.verification_result import JointCheck, Mode, RunCheck, Verification
 from measurement.run import Array, Run
 from model.device import Device
+from model.joint_parts import Effects
 from model.kernel.compiled import CompiledKernel
 from model.whole_device import full_equations
 from support.errors import InputError
@@ -28,6 +29,7 @@ def verify(
     controller: Controller | Mapping[str, Any] | None,
     *,
     draws: Sequence[Mapping[str, float]] | None = None,
+    effects: Effects | None = None,
 ) -> Verification:
     """Simulate the runs with all joints free by the whole model.
 
@@ -42,13 +44,15 @@ def verify(
         The controller, or the ``[controller]`` table of the campaign; None where there is none.
     draws
         Values by id that say how well the parameters are known; what a draw leaves out is as in ``values``.
+    effects
+        Effects that are added to the model, by joint.
 
     Raises
     ------
     InputError
         For an id that the model does not have, or a controller table that does not fit the device.
     """
-    equations = full_equations(device)
+    equations = full_equations(device, effects)
     wanted = [run for run in runs if run.free_joints == equations.joints and run.use != "excluded"]
     if isinstance(controller, Mapping):
         controller = Controller.from_table(controller, len(equations.joints)) if controller else None

@@ -7,6 +7,7 @@ so far), and every parameter and state by its id.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -90,6 +91,8 @@ class Effect:
         does comes before what the motor does.
     edge, edges
         Id of a fixed parameter that rounds off a jump, and the smaller values to which a fit takes it, one by one.
+    joint
+        The joint in which it sits, where several move together.
     """
 
     id: str
@@ -121,6 +124,7 @@ class Effect:
     place: int = LAST
     edge: str = ""
     edges: tuple[float, ...] = ()
+    joint: int | None = None
 
     def __post_init__(self) -> None:
         """Refuse what cannot be placed or would hide a standard symbol."""
@@ -141,6 +145,11 @@ class Effect:
     def key(self) -> str:
         """Return the id, and the variant behind a colon where there is one."""
         return f"{self.id}:{self.variant}" if self.variant else self.id
+
+    @property
+    def own_names(self) -> tuple[str, ...]:
+        """Return the ids of its parameters and states."""
+        return (*(x.id for x in self.parameters), *(s.state.id for s in self.states))
 
     @property
     def random(self) -> bool:
@@ -209,6 +218,29 @@ def in_time(effect: Effect, now: sp.Expr) -> Effect:
     formulas = {name: e.xreplace({t: now}) for name in FORMULAS if (e := getattr(effect, name)) is not None}
     states = (replace(s, rhs=s.rhs.xreplace({t: now}), rate=s.rate.xreplace({t: now})) for s in effect.states)
     return effect.but(states=tuple(states), **formulas)
+
+
+def relabelled(effect: Effect, names: Mapping[str, str]) -> Effect:
+    """Return the same effect with other ids of parameters and states, by the old ones."""
+    symbols = {sp.Symbol(a, real=True): sp.Symbol(b, real=True) for a, b in names.items()}
+
+    def put(expression: sp.Expr) -> sp.Expr:
+        return sp.sympify(expression).xreplace(symbols)
+
+    formulas = {name: put(e) for name in FORMULAS if (e := getattr(effect, name)) is not None}
+    return effect.but(
+        parameters=tuple(x.but(id=names[x.id]) for x in effect.parameters),
+        states=tuple(
+            EffectState(state=replace(s.state, id=names[s.state.id]), rhs=put(s.rhs), rate=put(s.rate))
+            for s in effect.states
+        ),
+        relative={names[id]: e for id, e in effect.relative.items()},
+        origin={names[id]: e for id, e in effect.origin.items()},
+        shapes=tuple((names[id], grid) for id, grid in effect.shapes),
+        derived=tuple((id, unit, put(e)) for id, unit, e in effect.derived),
+        edge=names.get(effect.edge, ""),
+        **formulas,
+    )
 
 
 def renamed(one: Effect, other: Effect) -> dict[str, str] | None:

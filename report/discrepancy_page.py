@@ -241,7 +241,7 @@ def _region(r: Region) -> str:
 
 
 def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
-    """Render the page of one joint."""
+    """Render the page of one study."""
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
     where = [_region(r) for r in finding.regions[:2]]
@@ -271,7 +271,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
         f"{finding.search.simulations} simulations in {finding.wall_s:.0f} s."
     ]
     return render_page(
-        title=f"Joint {finding.joint}: {title}",
+        title=f"{finding.search.study.title}: {title}",
         lead=j.sentence,
         sections=[s for s in sections if s.paragraphs or s.pictures or any(t.rows for t in s.tables)],
         synthetic=not measured,

@@ -36,16 +36,14 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
     return wrapped
 
 
-def parse_joints(text: str | None) -> tuple[int, ...] | None:
+def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] | None:
     """Read ``--joints 4,5,3``; None where the option is absent."""
     if text is None:
         return None
     try:
         joints = tuple(int(part) for part in text.split(","))
     except ValueError:
-        raise InputError(
-            "--joints", expected="joint numbers separated by commas, as in 4,5,3", got=repr(text)
-        ) from None
+        raise InputError(option, expected="joint numbers separated by commas, as in 4,5,3", got=repr(text)) from None
     return joints
 
 

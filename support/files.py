@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all."""
+"""Files that are written whole or not at all, and JSON that is read with an error a user can act on."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import os
 import tempfile
 from pathlib import Path
 from typing import Any
+
+from support.errors import InputError
 
 
 def write_bytes(path: Path, data: bytes) -> Path:
@@ -32,6 +34,26 @@ def write_text(path: Path, text: str) -> Path:
 def write_json(path: Path, value: dict[str, Any]) -> Path:
     """Write ``value`` as indented JSON (NaN is refused), whole or not at all."""
     return write_text(path, json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+
+
+def read_json(path: Path, wanted: str) -> dict[str, Any]:
+    """Return the object that a JSON file holds; ``wanted`` says in words what it should be.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be read, is no JSON, or holds no object.
+    """
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except json.JSONDecodeError as error:
+        where = f"{path}, line {error.lineno}"
+        raise InputError(where, expected="JSON", got=error.msg) from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(str(path), expected="a text file that can be read", got=str(error)) from None
+    if not isinstance(data, dict):
+        raise InputError(str(path), expected=wanted, got=type(data).__name__)
+    return data
 
 
 def cache_folder(name: str) -> Path:

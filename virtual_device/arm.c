@@ -21,6 +21,11 @@ typedef struct {
   double Kp, Ks, epos, sigma0, sigma1, sigma2, vs, Fs, Fc;
 } Drive;
 
+/* What may be hidden in a joint: torques of position and speed, and a gain that falls with the torque squared. */
+typedef struct {
+  double cubic, cog, cog_number, cog_phase, drag_up, drag_down, drag_square, gain_fall;
+} Hidden;
+
 typedef struct {
   double upper, forearm, crank, handle, gravity;
   Link link[NL];
@@ -181,7 +186,13 @@ static void solve(const int *is_free, double A[NQ][NQ], double *b) {
 }
 
 /* x = (q, v, z), each (6,). */
-static void derivative(const Arm *arm, const int *is_free, const double *torque, const double *x, double *dx) {
+static double hidden_torque(const Hidden *d, double epos, double q, double v) {
+  double slope = v > 0 ? d->drag_up : d->drag_down, x = q - epos;
+  return d->cubic * x * x * x + d->cog * sin(d->cog_number * q + d->cog_phase) + slope * v + d->drag_square * fabs(v) * v;
+}
+
+static void derivative(const Arm *arm, const Hidden *hidden, const int *is_free, const double *torque, const double *x,
+                       double *dx) {
   double M[NQ][NQ], h[NQ], a[NQ];
   const double *q = x, *v = x + NQ, *z = x + 2 * NQ;
   arm_dynamics((const double *)arm, q, v, &M[0][0], h);
@@ -190,7 +201,8 @@ static void derivative(const Arm *arm, const int *is_free, const double *torque,
     double g = d->Fc + (d->Fs - d->Fc) * exp(-(v[j] / d->vs) * (v[j] / d->vs));
     double dz = v[j] - d->sigma0 * fabs(v[j]) / g * z[j];
     double friction = d->sigma0 * z[j] + d->sigma1 * dz + d->sigma2 * v[j];
-    a[j] = d->Kp * torque[j] - h[j] - d->Ks * (q[j] - d->epos) - friction;
+    double sent = torque[j] * (1 - hidden[j].gain_fall * torque[j] * torque[j]);
+    a[j] = d->Kp * sent - h[j] - d->Ks * (q[j] - d->epos) - friction - hidden_torque(&hidden[j], d->epos, q[j], v[j]);
     dx[j] = v[j];
     dx[2 * NQ + j] = dz;
   }
@@ -200,16 +212,17 @@ static void derivative(const Arm *arm, const int *is_free, const double *torque,
 
 /* Advance the state by `steps` Runge-Kutta steps over `duration`; the torque runs linearly from u0 to u1. Locked joints
  * must have zero velocity. Returns 0, or 1 when the state stopped being finite. */
-int arm_advance(const double *parameters, const int *is_free, const double *u0, const double *u1, double duration, int steps,
+int arm_advance(const double *parameters, const double *disturbances, const int *is_free, const double *u0, const double *u1, double duration, int steps,
                 double *x) {
   const Arm *arm = (const Arm *)parameters;
+  const Hidden *hidden = (const Hidden *)disturbances;
   double h = duration / steps, k[4][NS], y[NS], u[NQ];
   static const double node[4] = {0, 0.5, 0.5, 1}, weight[4] = {1. / 6, 1. / 3, 1. / 3, 1. / 6};
   for (int n = 0; n < steps; n++) {
     for (int s = 0; s < 4; s++) {
       for (int i = 0; i < NQ; i++) u[i] = u0[i] + (u1[i] - u0[i]) * (n + node[s]) / steps;
       for (int i = 0; i < NS; i++) y[i] = x[i] + (s ? h * node[s] * k[s - 1][i] : 0);
-      derivative(arm, is_free, u, y, k[s]);
+      derivative(arm, hidden, is_free, u, y, k[s]);
     }
     for (int i = 0; i < NS; i++)
       for (int s = 0; s < 4; s++) x[i] += h * weight[s] * k[s][i];

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import functools
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -12,6 +13,8 @@ from virtual_device.compiled import Array, Doubles, doubles, library
 from virtual_device.truth import DRIVE, Truth
 
 JOINTS = 6
+HIDDEN = ("cubic", "cog", "cog_number", "cog_phase", "drag_up", "drag_down", "drag_square", "gain_fall")
+"""What may be hidden in a joint, as `arm.c` names it."""
 MAX_STEP = 1e-4
 """Longest Runge–Kutta step [s]."""
 
@@ -24,15 +27,22 @@ def _functions() -> ctypes.CDLL:
     lib.arm_dynamics.restype = None
     lib.arm_potential.argtypes = [Doubles] * 3
     lib.arm_potential.restype = ctypes.c_double
-    lib.arm_advance.argtypes = [Doubles, flags, Doubles, Doubles, ctypes.c_double, integer, Doubles]
+    lib.arm_advance.argtypes = [Doubles, Doubles, flags, Doubles, Doubles, ctypes.c_double, integer, Doubles]
     return lib
 
 
 class Arm:
-    """A machine with the numbers of ``truth``; all arrays are indexed by joint number 0..5."""
+    """A machine with the numbers of ``truth``; all arrays are indexed by joint number 0..5.
 
-    def __init__(self, truth: Truth) -> None:
+    ``hidden`` gives each joint disturbances of `HIDDEN`: torques against the motion cubic·(q − epos)³,
+    cog·sin(cog_number·q + cog_phase), drag_up·q̇ or drag_down·q̇ by direction, drag_square·|q̇|·q̇, and a command that
+    arrives as τ·(1 − gain_fall·τ²).
+    """
+
+    def __init__(self, truth: Truth, hidden: Mapping[int, Mapping[str, float]] | None = None) -> None:
         self.truth, self._packed = truth, truth.packed()
+        given = [(hidden or {}).get(j, {}) for j in range(JOINTS)]
+        self._hidden = np.array([[float(one.get(name, 0.0)) for name in HIDDEN] for one in given])
         if _functions().arm_parameter_count() != self._packed.size:
             msg = f"the arm has {_functions().arm_parameter_count()} parameters, got {self._packed.size}"
             raise NumericalError(msg)
@@ -99,7 +109,7 @@ class Arm:
         steps = max(1, int(np.ceil(duration / MAX_STEP - 1e-9)))
         u0 = np.ascontiguousarray(torque, dtype=float)
         u1 = u0 if end is None else np.ascontiguousarray(end, dtype=float)
-        arguments = doubles(self._packed), flags, doubles(u0), doubles(u1), duration, steps, doubles(state)
-        if _functions().arm_advance(*arguments):
+        machine = doubles(self._packed), doubles(self._hidden)
+        if _functions().arm_advance(*machine, flags, doubles(u0), doubles(u1), duration, steps, doubles(state)):
             msg = "the arm's motion stopped being finite"
             raise NumericalError(msg)

@@ -42,7 +42,7 @@ def fitted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Study, Solution]:
 
 def test_a_hard_jump_is_found_between_the_two_torques_around_it(fitted: tuple[Study, Solution]):
     study, solution = fitted
-    low, high = around(HIDDEN, torques(study.fitted))
+    low, high = around(HIDDEN, torques(study.fitted, JUMP))
     width = solution.values["dead_band_edge"] * HIDDEN
     assert low - width <= solution.values["dead_band"] <= high + width
     assert predict(study, solution).noise_alone
@@ -51,7 +51,7 @@ def test_a_hard_jump_is_found_between_the_two_torques_around_it(fitted: tuple[St
 def test_other_runs_are_predicted_with_the_jump_wherever_fitted_torques_allow_it(fitted: tuple[Study, Solution]):
     study, solution = fitted
     ids = [q.id for q in solution.equations.parameters]
-    low, high = around(solution.values["dead_band"], torques(study.fitted))
+    low, high = around(solution.values["dead_band"], torques(study.fitted, JUMP))
     run = study.unseen[0]
     u = run.u.copy()
     u[100:103, 0] = np.linspace(low, high, 5)[1:-1]
