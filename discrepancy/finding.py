@@ -72,7 +72,10 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """Everything that the page and the JSON show of one joint, or of several that move together."""
+    """Everything that the page and the JSON show of one joint, or of several that move together.
+
+    ``maps`` and ``regions`` are those of the joint that is missed most, ``gap_joint``.
+    """
 
     joints: tuple[int, ...]
     search: Search
@@ -81,6 +84,7 @@ class Finding:
     gaps: dict[str, Gap]
     curves: tuple[Curve, ...]
     maps: tuple[Map, ...]
+    gap_joint: int
     regions: tuple[Region, ...]
     wall_s: float
 
@@ -107,8 +111,8 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         if study.unseen
         else (study.fitted, before_fit.y, after_fit.y)
     )
-    everywhere = [maps(*one) for one in _by_joint((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))]
-    energy = max(everywhere, key=excess)
+    each = _by_joint((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
+    joint, energy = max(((joint, maps(*one)) for joint, one in each.items()), key=lambda pair: excess(pair[1]))
     return Finding(
         joints=study.fitted[0].free_joints,
         search=found,
@@ -120,18 +124,19 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
             for c in channels(shown[0])
         ),
         maps=energy,
+        gap_joint=joint,
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
         wall_s=time.perf_counter() - began,
     )
 
 
-def _by_joint(runs: Sequence[Run], y: Sequence[Array]) -> list[tuple[list[Run], list[Array]]]:
-    """Return runs and simulated readings of every joint."""
+def _by_joint(runs: Sequence[Run], y: Sequence[Array]) -> dict[int, tuple[list[Run], list[Array]]]:
+    """Return runs and simulated readings by joint."""
     each = channels(runs)
-    found = []
-    for k in sorted({c.column for c in each}):
+    found = {}
+    for k, joint in enumerate(runs[0].free_joints):
         own = [c for c in each if c.column == k]
-        found.append(([c.run for c in own], [y[c.number][:, k] for c in own]))
+        found[joint] = ([c.run for c in own], [y[c.number][:, k] for c in own])
     return found
 
 
@@ -179,7 +184,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "effects": [_effect_json(e) for e in judgement.effects] if judgement.verdict != "nothing_missing" else [],
         "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
         "next_experiment": proposal.as_json() if proposal else None,
-        "where": [r.as_json() for r in finding.regions[:3]],
+        "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions[:3]],
         "gap": {"validate": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,

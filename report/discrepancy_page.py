@@ -34,7 +34,8 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
             top.plot(t, y, color=MEASURED, label="measured")
             top.plot(t, curve.before, color=ACCENT, ls="--", label="simulated before")
             top.plot(t, curve.after, color=SIMULATED, ls=":", label="simulated after")
-            top.set_title(curve.run.file, fontsize=8)
+            several = len({c.run.free_joints for c in curves}) > 1
+            top.set_title(curve.run.file + f", joint {curve.run.free_joints[0]}" * several, fontsize=8)
             low.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7, label="before")
             low.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
             band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
@@ -234,9 +235,9 @@ def shape_picture(shape: Shape) -> Picture:
     return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {name}")
 
 
-def _region(r: Region) -> str:
+def _region(r: Region, joint: str) -> str:
     name, unit = AXES[r.variable]
-    place = f"a {name} between {r.lower:.3g} and {r.upper:.3g} {unit}"
+    place = f"a {name}{joint} between {r.lower:.3g} and {r.upper:.3g} {unit}"
     return f"{100 * r.share_of_gap:.0f} % of the gap lies at {place}, in {100 * r.share_of_rows:.0f} % of the samples."
 
 
@@ -244,7 +245,8 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     """Render the page of one study."""
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
-    where = [_region(r) for r in finding.regions[:2]]
+    joint = f" of joint {finding.gap_joint}" if len(finding.joints) > 1 else ""
+    where = [_region(r, joint) for r in finding.regions[:2]]
     evidence = (
         "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
     )

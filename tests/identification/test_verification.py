@@ -26,13 +26,17 @@ def campaign() -> Campaign:
     return campaign_for_command(None)
 
 
-@pytest.fixture(scope="module")
-def truth() -> dict[str, float]:
+def true_values() -> dict[str, float]:
     """Numbers of the machine behind the embedded campaign, under the ids of the full model."""
     true = read_truth()
     links = {f"link{i + 1}_{id}": float(row[k]) for i, row in enumerate(true.links) for k, id in enumerate(STANDARD)}
     drives = {f"{id}_{j}": float(row[k]) for j, row in enumerate(true.drives) for k, id in enumerate(DRIVE)}
     return links | drives
+
+
+@pytest.fixture(scope="module")
+def truth() -> dict[str, float]:
+    return true_values()
 
 
 def short(campaign: Campaign, rows: int = 401) -> tuple[Run, ...]:

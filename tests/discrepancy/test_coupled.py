@@ -1,0 +1,190 @@
+"""Several joints that move together: what is missing in one of them is found there."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from discrepancy.coupled_study import CoupledStudy, coupled_study_of, placed, taken_off
+from discrepancy.finding import Finding, as_json, find
+from discrepancy.run import main
+from discrepancy.search import search
+from fmu_build.findings import at_values
+from measurement.campaign import Campaign
+from measurement.prepare import prepare
+from measurement.reading import read_campaign
+from model.effects import catalogue
+from model.joint_parts import of_the_test_alone
+from support.files import write_json
+from tests.fmu_build.test_commands import identification
+from tests.identification.test_verification import true_values
+from virtual_device.arm import Arm
+from virtual_device.campaign import header
+from virtual_device.inputs import AMPLITUDE, Cosine
+from virtual_device.sensor import Sensor
+from virtual_device.tables import write_campaign
+from virtual_device.truth import read_truth
+from virtual_device.whole import Controller, Reference, controlled_run, coupled_run
+
+SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
+COG = {"cog": 2e-3, "cog_number": 9.0, "cog_phase": 0.4}
+ENTRIES = {"cogging": catalogue()["cogging"]}
+FREQUENCIES = (((1.33, 1.0), "fit"), ((1.0, 1.83), "fit"), ((1.2, 1.62), "validate"))
+
+
+def campaign(folder: Path, hidden: dict[int, dict[str, float]]) -> Campaign:
+    """Write and read the coupled test of joints 0 and 1 of an arm with something hidden."""
+    arm, runs = Arm(read_truth(), hidden), []
+    for number, (frequencies, use) in enumerate(FREQUENCIES):
+        cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
+        name = f"joints01_{number}.csv.gz"
+        runs.append(coupled_run(arm, cosines, (0, 1), sensor=SENSOR, name=name, seed=(3, number)))
+    write_campaign(folder, header("coupled", "freedom6s", SENSOR), runs, joints=6)
+    return prepare(read_campaign(folder))
+
+
+@pytest.fixture(scope="module")
+def with_cogging(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
+    return campaign(tmp_path_factory.mktemp("cogging"), {0: COG})
+
+
+@pytest.fixture(scope="module")
+def finding(with_cogging: Campaign, tmp_path_factory: pytest.TempPathFactory) -> tuple[Finding, Path]:
+    out = tmp_path_factory.mktemp("out")
+    study = coupled_study_of(with_cogging, (0, 1), ENTRIES, {}, threads=2)
+    return find(study, out, kind="native", seed=0, starts=2, tell=lambda _: None), out
+
+
+@pytest.mark.parametrize("key", [key for key, e in catalogue().items() if not of_the_test_alone(e)])
+def test_an_effect_in_its_place_and_taken_off_it_is_the_same(key: str):
+    effect = catalogue()[key].but(contenders=())
+    there = placed(effect, 3)
+    assert there.id == f"joint3_{effect.id}"
+    assert {q.id for q in there.parameters} == {f"{q.id}_3" for q in effect.parameters}
+    assert there.threshold == effect.threshold
+    back = taken_off(there, 3)
+    assert back.but(title=effect.title, rivals=effect.rivals) == effect
+
+
+def test_what_is_hidden_in_one_joint_is_named_there(finding: tuple[Finding, Path]):
+    found, out = finding
+    assert found.judgement.verdict == "named"
+    (effect,) = found.judgement.effects
+    assert effect.id == "joint0_cogging"
+    truth = {
+        "cogging_sin_0": COG["cog"] * np.cos(COG["cog_phase"]),
+        "cogging_cos_0": COG["cog"] * np.sin(COG["cog_phase"]),
+        "cogging_number_0": COG["cog_number"],
+    }
+    for id, (value, std, _) in effect.parameters.items():
+        assert abs(value - truth[id]) < 4 * std
+        assert std < 0.3 * truth[id]
+    gap = found.gaps["validate"]
+    assert gap.before > 1.5 * gap.noise
+    assert gap.closed is not None
+    assert gap.closed > 0.97
+    data = json.loads(json.dumps(as_json(found, measured=False, seed=0)))
+    assert (data["joint"], data["joints"]) == (None, [0, 1])
+    assert (out / data["fmu"]).name == "joints01_joint0_cogging.fmu"
+    assert (out / data["fmu"]).exists()
+    assert {tuple(c.run.free_joints) for c in found.curves} == {(0,), (1,)}
+
+
+def test_where_nothing_is_hidden_nothing_is_found(tmp_path: Path):
+    study = coupled_study_of(campaign(tmp_path, {}), (0, 1), ENTRIES, {}, threads=2)
+    found = search(study, starts=2)
+    assert found.best.adequate
+    assert not found.best.solution.effects
+
+
+def test_what_a_joints_own_test_has_named_belongs_to_the_base(with_cogging: Campaign):
+    values = {"cogging_sin": COG["cog"] * np.cos(0.4), "cogging_cos": COG["cog"] * np.sin(0.4), "cogging_number": 9.0}
+    known = {0: (at_values(ENTRIES["cogging"], values),)}
+    study = coupled_study_of(with_cogging, (0, 1), ENTRIES, known, threads=2)
+    assert study.base.parameter("cogging_number_0").fixed
+    assert set(study.in_si({q.id: q.initial for q in study.base.parameters})) == {"joint1_cogging"}
+    found = search(study, starts=2)
+    assert found.best.adequate
+    assert not found.best.solution.effects
+
+
+def test_the_scales_of_a_joint_are_its_own(with_cogging: Campaign):
+    study = coupled_study_of(with_cogging, (0, 1), ENTRIES, {})
+    assert isinstance(study, CoupledStudy)
+    theta = {q.id: q.initial for q in study.base.parameters}
+    first, second = study.scales(0, theta), study.scales(1, theta)
+    assert first.torque == pytest.approx(AMPLITUDE[0], rel=1e-6)
+    assert second.torque == pytest.approx(AMPLITUDE[1], rel=1e-6)
+    M = Arm(read_truth()).dynamics(np.zeros(6), np.zeros(6))[0]
+    assert first.inertia == pytest.approx(M[0, 0], rel=0.5)
+    assert second.inertia == pytest.approx(M[1, 1], rel=0.5)
+
+
+@pytest.mark.parametrize(
+    ("free", "told"),
+    [("0,2", "expected runs in which these joints move together"), ("x", "expected joint numbers")],
+)
+def test_joints_that_no_run_frees_together_are_refused_in_one_line(
+    free: str, told: str, tmp_path: Path, with_cogging: Campaign
+):
+    arguments = [str(with_cogging.folder), "--free", free, "--out", str(tmp_path), "--quiet"]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 2
+    assert told in result.stderr
+    assert len(result.stderr.splitlines()) == 1
+    assert not list(tmp_path.iterdir())
+
+
+def all_joints(folder: Path, hidden: dict[int, dict[str, float]]) -> Path:
+    """Write a run of all joints under a controller, beside one of two joints that is to be fitted."""
+    reference = Reference(frequency=np.full(6, 1.5), phase=np.zeros(6))
+    arm = Arm(read_truth(), hidden)
+    run = controlled_run(arm, reference, Controller(), sensor=SENSOR, name="all.csv.gz", seed=(1,))
+    head = header("whole", "freedom6s", SENSOR) | {"controller": Controller().described()}
+    cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=1.0, use="fit") for j in (0, 1)]
+    coupled = coupled_run(arm, cosines, (0, 1), sensor=SENSOR, name="two.csv.gz", seed=(2,))
+    write_campaign(folder, head, [coupled, run], joints=6)
+    return folder
+
+
+def test_the_whole_model_needs_an_identified_one(tmp_path: Path):
+    folder, out = all_joints(tmp_path / "c", {}), tmp_path / "out"
+    result = CliRunner().invoke(main, [str(folder), "--free", "0,1,2,3,4,5", "--out", str(out), "--quiet"])
+    assert result.exit_code == 2
+    assert "python -m identification.run makes it" in result.stderr
+    assert not out.exists()
+
+
+def test_what_was_named_in_a_joint_closes_the_gap_of_the_whole_model(tmp_path: Path):
+    """The identified values are the machine's own: what is missed is not the error of parameters."""
+    folder, out = all_joints(tmp_path / "c", {3: {"cog": 2e-3, "cog_number": 9.0}}), tmp_path / "out"
+    whole = {id: float(value) for id, value in true_values().items()}
+    source = identification() | {"configurations": [], "links": {}, "whole": whole}
+    write_json(out / "identification.json", source)
+    arguments = [str(folder), "--free", "0,1,2,3,4,5", "--out", str(out), "--quiet"]
+
+    def run() -> dict:
+        result = CliRunner().invoke(main, arguments)
+        assert result.exit_code == 0, result.output
+        return json.loads((out / "discrepancy" / "whole.json").read_text())
+
+    alone = run()
+    assert alone["verdict"] == "unlisted"
+    assert alone["sentence"].startswith("Joint")
+    named = {"cogging_sin": 2e-3, "cogging_cos": 0.0, "cogging_number": 9.0}
+    own = {id: whole[f"{id}_3"] for id in ("Kp", "Ks", "epos", "sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")}
+    parameters = {id: {"value": x, "std": 1e-5, "unit": ""} for id, x in named.items()}
+    finding = {
+        "schema": "discrepancy/1", "joint": 3, "measured": False, "verdict": "named", "refit": own | named,
+        "effects": [{"id": "cogging", "variant": None, "parameters": parameters}],
+    }  # fmt: skip
+    write_json(out / "discrepancy" / "joint3.json", finding)
+    with_it = run()
+    assert with_it["verdict"] == "named"
+    assert [e["id"] for e in with_it["effects"]] == ["joint3_cogging"]
+    (row,) = [r for r in with_it["gap"]["validate"] if r["joint"] == 3 and r["mode"] == "closed_loop"]
+    assert row["before"] > 3 * row["noise"]
+    assert row["after"] == pytest.approx(row["noise"], rel=0.1)
+    assert "joint3_cogging" in (out / "discrepancy" / "whole.html").read_text()
