@@ -111,18 +111,16 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         if study.unseen
         else (study.fitted, before_fit.y, after_fit.y)
     )
-    each = _by_joint((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
-    joint, energy = max(((joint, maps(*one)) for joint, one in each.items()), key=lambda pair: excess(pair[1]))
+    everywhere = maps_by_joint((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
+    joint = max(everywhere, key=lambda j: excess(everywhere[j]))
+    energy = everywhere[joint]
     return Finding(
         joints=study.fitted[0].free_joints,
         search=found,
         judgement=judgement,
         rebuilt=rebuilt,
         gaps={name: _gap(*group, rebuilt, _beside(study, found, group[0], group[2])) for name, group in groups.items()},
-        curves=tuple(
-            Curve(run=c.run, before=shown[1][c.number][:, c.column], after=shown[2][c.number][:, c.column])
-            for c in channels(shown[0])
-        ),
+        curves=curves_of(*shown),
         maps=energy,
         gap_joint=joint,
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
@@ -130,13 +128,20 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     )
 
 
-def _by_joint(runs: Sequence[Run], y: Sequence[Array]) -> dict[int, tuple[list[Run], list[Array]]]:
-    """Return runs and simulated readings by joint."""
-    each = channels(runs)
+def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Array]) -> tuple[Curve, ...]:
+    """Return a curve for every joint of every run, from simulated readings (n_t, n_joints)."""
+    return tuple(
+        Curve(run=c.run, before=before[c.number][:, c.column], after=after[c.number][:, c.column])
+        for c in channels(runs)
+    )
+
+
+def maps_by_joint(runs: Sequence[Run], y: Sequence[Array]) -> dict[int, tuple[Map, ...]]:
+    """Return the energy maps of measured minus simulated of every joint."""
     found = {}
     for k, joint in enumerate(runs[0].free_joints):
-        own = [c for c in each if c.column == k]
-        found[joint] = ([c.run for c in own], [y[c.number][:, k] for c in own])
+        own = [c for c in channels(runs) if c.column == k]
+        found[joint] = maps([c.run for c in own], [y[c.number][:, k] for c in own])
     return found
 
 

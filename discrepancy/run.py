@@ -9,6 +9,7 @@ import click
 
 from discrepancy.coupled_study import coupled_study_of
 from discrepancy.finding import Finding, as_json, find
+from discrepancy.stages import STAGES, staged
 from discrepancy.study import Study, study_of
 from discrepancy.torque_finding import find_torque, torque_json
 from discrepancy.torque_study import torque_study_of
@@ -24,6 +25,7 @@ from measurement.prepare import campaign_for_command
 from model.effect import Effect
 from model.effects import with_folder
 from report.discrepancy_page import discrepancy_page
+from report.stage_pictures import save, stage_picture, write_pictures
 from report.torque_gap_page import torque_gap_page
 from report.whole_gap_page import whole_gap_page
 from support.command import common_options, exit_codes, parse_joints, progress
@@ -36,6 +38,10 @@ from support.files import read_json, write_json, write_text
 @common_options
 @click.option("--joint", type=int, default=None, help="The joint to study; --joints studies several, each alone.")
 @click.option("--free", default=None, metavar="0,1", help="Runs in which exactly these joints move together.")
+@click.option(
+    "--stage", type=click.Choice([*STAGES, "all"]), default="all", show_default=True,
+    help="gap, where, what: this stage alone (is there a gap; where; what looks like it), no verdict.",
+)  # fmt: skip
 @click.option(
     "--effects", type=click.Path(path_type=Path), default=None, help="Folder with effects of your own, one file each."
 )
@@ -85,6 +91,9 @@ def _alone(
 ) -> None:
     """Study joints, each in the runs in which it moves alone."""
     swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind == "torque"]
+    if swept and choices["stage"] != "all":
+        where = f"--stage {choices['stage']}"
+        raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")
     for j in swept:
         _torque(read, j, entries, out, choices)
     for study in [study_of(read, j, entries, threads=choices["workers"]) for j in chosen if j not in swept]:
@@ -138,6 +147,15 @@ def _found(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
+    if choices["stage"] != "all":
+        with bar:
+            options = {"seed": choices["seed"], "starts": choices["starts"]}
+            done = staged(study, choices["stage"], **options, tell=bar.set_description)
+        name = f"{study.name}_{done.stage}"
+        write_json(out / "discrepancy" / f"{name}.json", done.as_json(measured=read.measured))
+        save(stage_picture(done), out / "discrepancy" / f"{name}.png")
+        click.echo(f"{study.title.lower()}: {done.sentence}\n  written below {out}: discrepancy/{name}.json, .png")
+        return
     with bar:
         finding = find(study, out, **_options(choices), tell=bar.set_description)
     _written(finding, read, out, choices["seed"])
@@ -169,6 +187,7 @@ def _written(finding: Finding, campaign: Campaign, out: Path, seed: int) -> None
     folder = out / "discrepancy"
     write_json(folder / f"{study.name}.json", data)
     write_text(folder / f"{study.name}.html", discrepancy_page(finding, campaign.title, measured=campaign.measured))
+    write_pictures(finding, folder)
     click.echo(f"{study.title.lower()}: {data['verdict']}. {finding.judgement.sentence}")
     for name, gap in finding.gaps.items():
         share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " beside the scatter"

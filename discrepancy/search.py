@@ -19,11 +19,12 @@ from discrepancy.noise import Colour, Noise
 from discrepancy.refit import judged, settle
 from discrepancy.scan import Scan, scan
 from discrepancy.search_result import Search
-from discrepancy.signatures import signatures
+from discrepancy.signatures import Signatures, signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study
 from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen, keys_of
+from model.effect import Effect
 
 LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
@@ -37,9 +38,7 @@ STUCK = 10.0
 
 def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
     """Look for what is missing in the base model of ``study``; ``tell`` hears of the progress."""
-    tell("base fit")
-    base = fit_base(study, starts=starts, seed=seed)
-    study = at_step(study, step_for(study, base.solution))
+    study, base = based(study, seed=seed, starts=starts, tell=tell)
     found, s = _searched(study, base, tell)
     if found.best.solution.effects and (better := _rebased(found)) is not None:
         tell("the base fit was stuck: again from the better minimum")
@@ -58,17 +57,35 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
     return replace(found, contenders=tuple(contenders), simulations=simulations)
 
 
-def _searched(
-    study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None
-) -> tuple[Search, Searcher]:
-    """Search from one minimum of the base; keep what is ``known`` where it still gains over a base that lacks."""
+def based(study: Study, *, seed: int, starts: int, tell: Callable[[str], None]) -> tuple[Study, Base]:
+    """Fit the base; return the study at the inner step whose error is invisible there, and the fit."""
+    tell("base fit")
+    base = fit_base(study, starts=starts, seed=seed)
+    return at_step(study, step_for(study, base.solution)), base
+
+
+def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:
+    """Return the base under white noise, and under the noise that is estimated from it."""
     white = solve(study, (), Noise(), base.solution.values, x0=base.solution.x0)
-    plain = settle(study, (), white).solution
+    return white, settle(study, (), white).solution
+
+
+def scored(study: Study, plain: Solution, tell: Callable[[str], None]) -> tuple[dict[str, Effect], Signatures, Scan]:
+    """Return the catalogue in SI units, its signatures at the base, and their scores."""
     tell("signatures of the catalogue")
     entries = study.in_si(plain.values)
     found = signatures(study, plain, list(entries.values()))
     first = scan(study, plain, found, entries)
     tell(f"{len(found.points)} signatures, {first.tests:.0f} independent tests")
+    return entries, found, first
+
+
+def _searched(
+    study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None
+) -> tuple[Search, Searcher]:
+    """Search from one minimum of the base; keep what is ``known`` where it still gains over a base that lacks."""
+    white, plain = under_own_noise(study, base)
+    entries, found, first = scored(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
     start = s.on_its_path(s.trial(judged(study, plain, plain.calls)))
     if known is not None and not start.adequate and known.best.candidate.criterion < start.candidate.criterion - BETTER:

@@ -1,0 +1,75 @@
+"""A picture for every stage of the search for missing physics."""
+
+from __future__ import annotations
+
+from base64 import b64decode
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from discrepancy.finding import Curve, Finding
+from discrepancy.scan import Scan
+from discrepancy.stages import Staged
+from report.discrepancy_page import before_after_picture, where_picture
+from report.page import Picture
+from report.style import ACCENT, RESIDUAL, data_uri, figure, style
+from support.files import write_bytes
+
+SHOWN = 15
+"""Entries in the picture of the scores."""
+FLOOR = 1e-16
+"""Least p that is drawn."""
+
+
+def gap_picture(curves: Sequence[Curve]) -> Picture:
+    """Draw what the base model misses on up to two runs, over time, with the sensor's noise."""
+    shown = list(curves)[:2]
+    with style():
+        made = figure(8.5, 2.8)
+        for axis, curve in zip(made.subplots(1, len(shown), squeeze=False, sharey=True)[0], shown, strict=True):
+            axis.plot(curve.run.t, 1e3 * (curve.run.y[:, 0] - curve.before), color=ACCENT, lw=0.7)
+            band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
+            axis.axhspan(*band, color="#99e9f2", alpha=0.5, lw=0)
+            axis.set_title(f"{curve.run.file}, joint {curve.run.free_joints[0]}", fontsize=8)
+            axis.set_xlabel("time [s]")
+        made.axes[0].set_ylabel("measured − simulated [mrad]")
+    caption = "What the base model misses; the band is ±2σ of the sensor."
+    return Picture(uri=data_uri(made), caption=caption, alt="residual of the base model over time")
+
+
+def scores_picture(scan: Scan) -> Picture:
+    """Draw p of the best entries over the whole catalogue, before any refit."""
+    shown = scan.scores[:SHOWN][::-1]
+    with style():
+        made = figure(6.5, 0.6 + 0.22 * len(shown))
+        axis = made.subplots()
+        axis.barh([s.key for s in shown], [-np.log10(max(s.family_p, FLOOR)) for s in shown], color=RESIDUAL)
+        axis.tick_params(axis="y", labelsize=7)
+        axis.set_xlabel("−log₁₀ p over the whole catalogue")
+    caption = "How unlikely noise alone would look this much like each entry."
+    return Picture(uri=data_uri(made), caption=caption, alt="scores of the catalogue")
+
+
+def stage_picture(staged: Staged) -> Picture:
+    """Return the picture of one stage."""
+    if staged.scan is not None:
+        return scores_picture(staged.scan)
+    return where_picture(staged.maps) if staged.maps else gap_picture(staged.curves)
+
+
+def write_pictures(finding: Finding, folder: Path) -> None:
+    """Write the pictures of all stages beside the page."""
+    pictures = {
+        "gap": gap_picture(finding.curves),
+        "where": where_picture(finding.maps),
+        "what": scores_picture(finding.search.scan),
+        "after": before_after_picture(finding.curves),
+    }
+    for stage, picture in pictures.items():
+        save(picture, folder / f"{finding.search.study.name}_{stage}.png")
+
+
+def save(picture: Picture, path: Path) -> Path:
+    """Write a picture as a PNG."""
+    return write_bytes(path, b64decode(picture.uri.partition(",")[2]))
