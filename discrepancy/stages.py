@@ -90,14 +90,15 @@ class Staged:
     @property
     def _kind(self) -> str:
         noise = self.plain.noise
+        if self.gap:
+            repeats = min(self.left.parts["repeating"], self.left.parts["drifting"]) <= LACK
+            varies = " Part of it differs from cycle to cycle." if noise.scatter > 0 else ""
+            return f"It {'repeats' if repeats else 'does not repeat'} with the drive.{varies}"
         told = []
         if noise.scatter > 0:
             told.append(f"Amplitudes scatter from cycle to cycle, {100 * noise.scatter:.2g} % (random).")
         if not noise.colour.white:
             told.append("Neighbouring samples of the noise are correlated.")
-        if self.gap:
-            repeats = min(self.left.parts["repeating"], self.left.parts["drifting"]) <= LACK
-            told.append(f"It {'repeats' if repeats else 'does not repeat'} with the drive.")
         return " ".join(told)
 
 

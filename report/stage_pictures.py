@@ -11,6 +11,7 @@ import numpy as np
 from discrepancy.finding import Curve, Finding
 from discrepancy.scan import Scan
 from discrepancy.stages import Staged
+from discrepancy.trial import FAMILY
 from report.discrepancy_page import before_after_picture, where_picture
 from report.page import Picture
 from report.style import ACCENT, RESIDUAL, data_uri, figure, style
@@ -45,9 +46,10 @@ def scores_picture(scan: Scan) -> Picture:
         made = figure(6.5, 0.6 + 0.22 * len(shown))
         axis = made.subplots()
         axis.barh([s.key for s in shown], [-np.log10(max(s.family_p, FLOOR)) for s in shown], color=RESIDUAL)
+        axis.axvline(-np.log10(FAMILY), color=ACCENT, ls="--")
         axis.tick_params(axis="y", labelsize=7)
         axis.set_xlabel("−log₁₀ p over the whole catalogue")
-    caption = "How unlikely noise alone would look this much like each entry."
+    caption = "How unlikely noise alone would look this much like each entry; beyond the line it counts."
     return Picture(uri=data_uri(made), caption=caption, alt="scores of the catalogue")
 
 
