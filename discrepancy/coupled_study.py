@@ -19,6 +19,8 @@ from model.locked import LockedDynamics, locked_motion
 from model.scales import Scales
 from support.errors import InputError
 
+FEW = 3
+"""Most joints that a search takes on: the equations are solved for the accelerations symbolically."""
 BEGUN = 8
 """Entries that are begun, those of the best scores: the kernel of one with sensitivities takes seconds to compile."""
 _motions: dict[tuple[str, tuple[int, ...], tuple[float, ...]], LockedDynamics] = {}
@@ -121,6 +123,9 @@ def coupled_study_of(
         where = f"--free {','.join(map(str, joints))}"
         got = "single_joint" if device is None else "no such run"
         raise InputError(where, expected="runs to fit of a device with these joints free", got=got)
+    if len(joints) > FEW:
+        where = f"--free {','.join(map(str, joints))}"
+        raise InputError(where, expected=f"runs to fit with at most {FEW} joints free", got=str(len(joints)))
     posture = tuple(float(x) for x in fitted[0].posture)
     base = within_reach(equations_for(campaign, device, joints, posture), fitted)
     study = CoupledStudy(

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from discrepancy.coupled_study import coupled_study_of
+from discrepancy.coupled_study import FEW, coupled_study_of
 from discrepancy.finding import Finding, as_json, find
 from discrepancy.stages import STAGES, staged
 from discrepancy.study import Study, study_of
@@ -111,7 +111,7 @@ def _together(
 ) -> None:
     """Study the runs in which several joints move: by a search where some are to be fitted and the joints are few."""
     findings = [f for j in joints if (f := _found(out, j, entries)) is not None]
-    if read.runs_of(joints, "fit"):
+    if read.runs_of(joints, "fit") and (asked or len(joints) <= FEW):
         known = by_joint(findings)
         _study(coupled_study_of(read, joints, entries, known, threads=choices["workers"]), read, out, choices)
         return

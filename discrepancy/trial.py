@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, TypeVar
@@ -194,19 +194,30 @@ class Searcher:
         return trials if freed else self.with_best_freed(current, trials)
 
     def with_twins(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
-        """Begin entries with the same equations as one that leaves only noise at its optimum: neither is the better."""
+        """Begin models with the same equations as one that leaves only noise at its optimum: neither is the better."""
         found = list(trials)
+        known = {keys_of(t.solution) for t in found if t.adequate}
         for solution in [t.solution for t in trials if t.adequate]:
-            *earlier, last = solution.effects
-            known = {t.solution.effects[-1].key for t in found if t.adequate}
-            for other in [e for e in self.entries.values() if e.key not in known]:
-                if (ids := renamed(last, other)) is None:
+            for effects, ids in self.twins(solution.effects):
+                if (keys := frozenset(e.key for e in effects)) in known:
                     continue
+                known.add(keys)
                 values = solution.values | {new: solution.values[old] for old, new in ids.items()}
-                begun = solve(self.study, (*earlier, other), solution.noise, values, x0=solution.x0, iterations=FIRST)
+                begun = solve(self.study, effects, solution.noise, values, x0=solution.x0, iterations=FIRST)
                 self.simulations += begun.calls * len(self.study.fitted)
                 found.append(self.finish(current, begun))
         return found
+
+    def twins(self, effects: tuple[Effect, ...]) -> Iterator[tuple[tuple[Effect, ...], dict[str, str]]]:
+        """Yield models in which another entry with the same equations takes the place of one effect.
+
+        With each come the other entry's parameters by those of the effect.
+        """
+        ids = [e.id for e in effects]
+        for k, effect in enumerate(effects):
+            for other in self.entries.values():
+                if other.id not in ids and (names := renamed(effect, other)) is not None:
+                    yield (*effects[:k], other, *effects[k + 1 :]), names
 
     def known(self, current: Candidate, begun: Solution) -> Trial | None:
         """Return the fit to the end with the same effects where the new start promises nothing better, else None.
