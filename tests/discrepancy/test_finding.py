@@ -91,18 +91,6 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
     assert "The run that would tell" not in discrepancy_page(finding, "test", measured=False)
 
 
-def test_of_two_effects_either_may_have_another_name(tmp_path: Path):
-    slack = {
-        "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,
-    }  # fmt: skip
-    entries = {key: catalogue()[key] for key in ("tendon_slack", "backlash:motor", "cubic_spring")}
-    finding = found(tmp_path, {"tendon_slack": slack, "cubic_spring": {"spring_cubic": 5e-3}}, known_entries=entries)
-    assert finding.judgement.verdict == "ambiguous"
-    sets = [set(t.candidate.ids) for t in (finding.search.best, *finding.judgement.alternatives)]
-    assert {"tendon_slack", "cubic_spring"} in sets
-    assert {"backlash", "cubic_spring"} in sets
-
-
 def test_two_powers_of_the_position_are_a_curve_and_no_names(tmp_path: Path):
     springs = {key: catalogue()[key] for key in ("asymmetric_spring", "cubic_spring")}
     finding = found(tmp_path, {"payload_gravity": {"payload_cos": 0.006, "payload_sin": 0.006}}, known_entries=springs)

@@ -289,3 +289,14 @@ def test_a_wave_that_cannot_be_told_from_the_longest_one_stands_for_something_el
     x = np.array([0.2, 0.3, np.log(number)])
     found = SimpleNamespace(problem=SimpleNamespace(scaling=scaling), blocks=blocks, x=x, theta=x, effects=(cogging,))
     assert significance(found)[1] == long
+
+
+@pytest.mark.parametrize("order", [("tendon_slack", "lock_compliance"), ("lock_compliance", "tendon_slack")])
+def test_every_effect_of_a_model_may_have_another_name(begun: tuple[Searcher, Trial], order: tuple[str, str]):
+    s = begun[0]
+    effects = tuple(catalogue()[key] for key in order)
+    s = Searcher(s.study, catalogue(), s.found, s.tests, s.tell)
+    ((twin, names),) = s.twins(effects)
+    assert [e.key for e in twin] == [key.replace("tendon_slack", "backlash:motor") for key in order]
+    assert names["slack_half_width"] == "gear_play"
+    assert list(s.twins((*effects, catalogue()["backlash:encoder"]))) == []
