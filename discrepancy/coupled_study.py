@@ -9,6 +9,7 @@ from discrepancy.channels import alone
 from discrepancy.study import Study, scales_over, within_reach
 from identification.equations_for import device_of, equations_for
 from measurement.campaign import Campaign
+from measurement.run import Run
 from model.algebra import position_symbol
 from model.configuration import coupled_equations
 from model.device import Device
@@ -24,6 +25,7 @@ FEW = 3
 BEGUN = 8
 """Entries that are begun, those of the best scores: the kernel of one with sensitivities takes seconds to compile."""
 _motions: dict[tuple[str, tuple[int, ...], tuple[float, ...]], LockedDynamics] = {}
+_formulas: dict[tuple[object, ...], Equations] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,17 +67,24 @@ class CoupledStudy(Study):
         return _motions[key]
 
     def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
-        """Return the base with ``effects``, each in the joint that its id begins with."""
+        """Return the base with ``effects``, each in its joint; formulas are put together once."""
         del joint
         plain = {j: list(self.known.get(j, ())) for j in self.joints}
         for effect in effects:
             if effect.joint is not None:
                 plain[effect.joint].append(taken_off(effect, effect.joint))
-        made = coupled_equations(self.device, self.motion, {j: found for j, found in plain.items() if found})
+        made = self._formulas({j: found for j, found in plain.items() if found})
         rows = {q.id: q for q in (*self.base.parameters, *(q for e in effects for q in e.parameters))}
         tested = {f"inertia_{j}": self.inertia(i) for i, j in enumerate(self.joints)}
         parameters = [rows.get(q.id, q.but(initial=tested[q.id]) if q.id in tested else q) for q in made.parameters]
         return replace(made, parameters=tuple(parameters))
+
+    def _formulas(self, effects: Mapping[int, Sequence[Effect]]) -> Equations:
+        keys = tuple((j, e.key) for j, found in effects.items() for e in found)
+        key = (repr(self.device), self.joints, self.posture, keys)
+        if key not in _formulas:
+            _formulas[key] = coupled_equations(self.device, self.motion, effects)
+        return _formulas[key]
 
     def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
         """Return every entry that any device can have in each joint, in its scales, but for what is known there."""
@@ -112,6 +121,8 @@ def coupled_study_of(
 ) -> CoupledStudy:
     """Return the study of several free joints of a campaign, with the effects that are ``known`` of each of them.
 
+    Runs in other postures of the locked joints than that of the first are left out: their coefficients are others.
+
     Raises
     ------
     InputError
@@ -126,17 +137,25 @@ def coupled_study_of(
     if len(joints) > FEW:
         where = f"--free {','.join(map(str, joints))}"
         raise InputError(where, expected=f"runs to fit with at most {FEW} joints free", got=str(len(joints)))
-    posture = tuple(float(x) for x in fitted[0].posture)
+    first = fitted[0]
+    posture = tuple(float(x) for x in first.posture)
+    alike = [run for run in campaign.runs_of(joints) if _locked(run, joints) == _locked(first, joints)]
+    fitted, unseen = (tuple(run for run in alike if run.use == use) for use in ("fit", "validate"))
     base = within_reach(equations_for(campaign, device, joints, posture), fitted)
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
-        unseen=campaign.runs_of(joints, "validate"), base=base, known=known,
+        unseen=unseen, base=base, known=known,
         entries={key: e for key, e in entries.items() if not of_the_test_alone(e)},
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
     held = [q.id for j, found in known.items() for e in found for q in placed(e, j).parameters]
     with_known = study.equations().with_parameters({id: {"fixed": True} for id in held})
     return replace(study, base=with_known)
+
+
+def _locked(run: Run, joints: Sequence[int]) -> tuple[float, ...]:
+    """Return the positions of the locked joints."""
+    return tuple(float(x) for j, x in enumerate(run.posture) if j not in joints)
 
 
 def placed(effect: Effect, joint: int) -> Effect:
