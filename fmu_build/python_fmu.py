@@ -57,12 +57,15 @@ def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[
 
 
 def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
-    """Return the files of the Python FMU, and its GUID."""
+    """Return the files of the Python FMU, and its GUID.
+
+    The module bears the name of its equations and of its binaries: one process may load the same FMU with others.
+    """
     slave, fallback = text_of("slave.py"), fallback_source(interface)
     plan = json.dumps(plan_of(interface, "?"))
     content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
-    digest = hashlib.sha256(repr(content).encode()).hexdigest()[:16]
-    module = f"{interface.identifier}_{digest}"
+    digest = _short(content)
+    module = f"{interface.identifier}_{_short((digest, [p.python for p in platforms]))}"
     guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)
     resources = {
         "plan.json": json.dumps(plan_of(interface, module)).encode(),
@@ -73,6 +76,11 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     files = guarded(_built(module, resources), interface.identifier, guid)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
+
+
+def _short(content: object) -> str:
+    """Return sixteen hex digits that change with ``content``."""
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
 def _built(module: str, resources: dict[str, bytes]) -> dict[str, bytes]:
