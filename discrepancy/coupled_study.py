@@ -74,7 +74,8 @@ class CoupledStudy(Study):
             if effect.joint is not None:
                 plain[effect.joint].append(taken_off(effect, effect.joint))
         made = self._formulas({j: found for j, found in plain.items() if found})
-        rows = {q.id: q for q in (*self.base.parameters, *(q for e in effects for q in e.parameters))}
+        known = (q for j, found in self.known.items() for e in found for q in placed(e, j).parameters)
+        rows = {q.id: q for q in (*known, *self.base.parameters, *(q for e in effects for q in e.parameters))}
         tested = {f"inertia_{j}": self.inertia(i) for i, j in enumerate(self.joints)}
         parameters = [rows.get(q.id, q.but(initial=tested[q.id]) if q.id in tested else q) for q in made.parameters]
         return replace(made, parameters=tuple(parameters))
@@ -149,8 +150,7 @@ def coupled_study_of(
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
     held = [q.id for j, found in known.items() for e in found for q in placed(e, j).parameters]
-    with_known = study.equations().with_parameters({id: {"fixed": True} for id in held})
-    return replace(study, base=with_known)
+    return replace(study, base=study.equations().with_parameters({id: {"fixed": True} for id in held}))
 
 
 def _locked(run: Run, joints: Sequence[int]) -> tuple[float, ...]:

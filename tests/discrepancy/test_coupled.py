@@ -102,8 +102,11 @@ def test_where_nothing_is_hidden_nothing_is_found(tmp_path: Path):
 def test_what_a_joints_own_test_has_named_belongs_to_the_base(with_cogging: Campaign):
     values = {"cogging_sin": COG["cog"] * np.cos(0.4), "cogging_cos": COG["cog"] * np.sin(0.4), "cogging_number": 9.0}
     known = {0: (at_values(ENTRIES["cogging"], values),)}
+    plain = coupled_study_of(with_cogging, (0, 1), ENTRIES, {}, threads=2)
+    plain.equations([placed(ENTRIES["cogging"], 0)])
     study = coupled_study_of(with_cogging, (0, 1), ENTRIES, known, threads=2)
     assert study.base.parameter("cogging_number_0").fixed
+    assert study.base.parameter("cogging_number_0").initial == 9.0
     assert set(study.in_si({q.id: q.initial for q in study.base.parameters})) == {"joint1_cogging"}
     found = search(study, starts=2)
     assert found.best.adequate
