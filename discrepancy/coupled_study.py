@@ -22,7 +22,7 @@ from support.errors import InputError
 
 FEW = 3
 """Most joints that a search takes on: the equations are solved for the accelerations symbolically."""
-BEGUN = 8
+BEGUN = 16
 """Entries that are begun, those of the best scores: the kernel of one with sensitivities takes seconds to compile."""
 _motions: dict[tuple[str, tuple[int, ...], tuple[float, ...]], LockedDynamics] = {}
 _formulas: dict[tuple[object, ...], Equations] = {}
