@@ -74,11 +74,10 @@ class CoupledStudy(Study):
             if effect.joint is not None:
                 plain[effect.joint].append(taken_off(effect, effect.joint))
         made = self._formulas({j: found for j, found in plain.items() if found})
-        known = (q for j, found in self.known.items() for e in found for q in placed(e, j).parameters)
-        rows = {q.id: q for q in (*known, *self.base.parameters, *(q for e in effects for q in e.parameters))}
-        tested = {f"inertia_{j}": self.inertia(i) for i, j in enumerate(self.joints)}
-        parameters = [rows.get(q.id, q.but(initial=tested[q.id]) if q.id in tested else q) for q in made.parameters]
-        return replace(made, parameters=tuple(parameters))
+        rows = {q.id: q for q in (*self.base.parameters, *(q for e in effects for q in e.parameters))}
+        for i, j in enumerate(self.joints):
+            rows |= {q.id: q.but(initial=self.inertia(i)) for q in made.parameters if q.id == f"inertia_{j}"}
+        return replace(made, parameters=tuple(rows[q.id] for q in made.parameters))
 
     def _formulas(self, effects: Mapping[int, Sequence[Effect]]) -> Equations:
         keys = tuple((j, e.key) for j, found in effects.items() for e in found)
@@ -131,26 +130,26 @@ def coupled_study_of(
     """
     joints = tuple(joints)
     fitted, device = campaign.runs_of(joints, "fit"), device_of(campaign)
+    where = f"--free {','.join(map(str, joints))}"
     if not fitted or device is None:
-        where = f"--free {','.join(map(str, joints))}"
         got = "single_joint" if device is None else "no such run"
         raise InputError(where, expected="runs to fit of a device with these joints free", got=got)
     if len(joints) > FEW:
-        where = f"--free {','.join(map(str, joints))}"
         raise InputError(where, expected=f"runs to fit with at most {FEW} joints free", got=str(len(joints)))
     first = fitted[0]
     posture = tuple(float(x) for x in first.posture)
     alike = [run for run in campaign.runs_of(joints) if _locked(run, joints) == _locked(first, joints)]
     fitted, unseen = (tuple(run for run in alike if run.use == use) for use in ("fit", "validate"))
     base = within_reach(equations_for(campaign, device, joints, posture), fitted)
+    held = (q.but(fixed=True) for j, found in known.items() for e in found for q in placed(e, j).parameters)
+    base = replace(base, parameters=(*base.parameters, *held))
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
         unseen=unseen, base=base, known=known,
         entries={key: e for key, e in entries.items() if not of_the_test_alone(e)},
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
-    held = [q.id for j, found in known.items() for e in found for q in placed(e, j).parameters]
-    return replace(study, base=study.equations().with_parameters({id: {"fixed": True} for id in held}))
+    return replace(study, base=study.equations())
 
 
 def _locked(run: Run, joints: Sequence[int]) -> tuple[float, ...]:

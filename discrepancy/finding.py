@@ -111,9 +111,7 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         if study.unseen
         else (study.fitted, before_fit.y, after_fit.y)
     )
-    everywhere = maps_by_joint((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
-    joint = max(everywhere, key=lambda j: excess(everywhere[j]))
-    energy = everywhere[joint]
+    joint, energy = most_missed((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
     return Finding(
         joints=study.fitted[0].free_joints,
         search=found,
@@ -136,13 +134,13 @@ def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Arra
     )
 
 
-def maps_by_joint(runs: Sequence[Run], y: Sequence[Array]) -> dict[int, tuple[Map, ...]]:
-    """Return the energy maps of measured minus simulated of every joint."""
+def most_missed(runs: Sequence[Run], y: Sequence[Array]) -> tuple[int, tuple[Map, ...]]:
+    """Return the joint with the most energy of measured minus simulated readings (n_t, n_joints), and its maps."""
     found = {}
     for k, joint in enumerate(runs[0].free_joints):
         own = [c for c in channels(runs) if c.column == k]
         found[joint] = maps([c.run for c in own], [y[c.number][:, k] for c in own])
-    return found
+    return max(found.items(), key=lambda pair: excess(pair[1]))
 
 
 def _beside(study: Study, found: Search, runs: tuple[Run, ...], after: Prediction) -> tuple[float, float] | None:

@@ -71,12 +71,10 @@ def main(
         raise InputError("--without", expected="ids of the catalogue", got=", ".join(sorted(unknown)))
     read = campaign_for_command(campaign)
     together = parse_joints(free, "--free")
-    chosen = (joint,) if joint is not None else parse_joints(joints)
-    if chosen is None:
-        chosen = () if together else read.joints
-        several = (tuple(sorted(together)),) if together else tuple(c for c in read.configurations if len(c) > 1)
-    else:
-        several = (tuple(sorted(together)),) if together else ()
+    chosen = ((joint,) if joint is not None else parse_joints(joints)) or ()
+    several: tuple[tuple[int, ...], ...] = (tuple(sorted(together)),) if together else ()
+    if not chosen and not several:
+        chosen, several = read.joints, tuple(c for c in read.configurations if len(c) > 1)
     if not chosen and not several:
         raise InputError("campaign.toml", expected="runs with one free joint", got="none")
     if choices["scheduler"]:

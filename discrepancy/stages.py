@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from discrepancy.finding import Curve, curves_of, maps_by_joint
+from discrepancy.finding import Curve, curves_of, most_missed
 from discrepancy.held_out import predict
 from discrepancy.omnibus import Omnibus, omnibus
 from discrepancy.scan import Scan
@@ -16,7 +16,7 @@ from discrepancy.search import based, scored, under_own_noise
 from discrepancy.solution import Solution
 from discrepancy.study import Study
 from discrepancy.trial import FAMILY, LACK
-from discrepancy.where import Map, Region, excess, regions
+from discrepancy.where import Map, Region, regions
 from support.threads import on_one_thread
 
 Stage = Literal["gap", "where", "what"]
@@ -112,9 +112,7 @@ def staged(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable
     maps: tuple[Map, ...] = ()
     joint, found = study.fitted[0].free_joints[0], None
     if stage == "where":
-        everywhere = maps_by_joint((*study.fitted, *study.unseen), (*seen, *unseen))
-        joint = max(everywhere, key=lambda j: excess(everywhere[j]))
-        maps = everywhere[joint]
+        joint, maps = most_missed((*study.fitted, *study.unseen), (*seen, *unseen))
     if stage == "what":
         found = scored(study, plain, tell)[2]
     left = omnibus(study, plain)

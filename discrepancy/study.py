@@ -88,7 +88,7 @@ class Study:
 
     def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
         """Return the catalogue in SI units at fitted base parameters ``theta``, without what is random."""
-        scales = scales_of(self, theta)
+        scales = scales_over(self.fitted, theta)
         return {key: e.at(scales) for key, e in self.entries.items() if not e.random}
 
     def simulator(self, effects: Sequence[Effect] = ()) -> TwoStep:
@@ -149,11 +149,6 @@ def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
         Ks, Kp = base.parameter(f"Ks{suffix}"), base.parameter(f"Kp{suffix}")
         changes[Ks.id] = {"upper": min(Ks.upper, max(stiffest * Kp.initial, 10 * Ks.initial, Ks.lower))}
     return base.with_parameters(changes)
-
-
-def scales_of(study: Study, theta: Mapping[str, float]) -> Scales:
-    """Return the joint's scales over the fitted runs, at fitted base parameters ``theta``."""
-    return scales_over(study.fitted, theta)
 
 
 def scales_over(runs: Sequence[Run], theta: Mapping[str, float]) -> Scales:

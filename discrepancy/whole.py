@@ -12,13 +12,14 @@ from typing import Any
 
 from discrepancy.finding import SCHEMA
 from discrepancy.verdict import Verdict
-from fmu_build.findings import Finding, by_joint
+from fmu_build.findings import Finding, by_joint, refitted
 from fmu_build.identified import of_device
 from identification.verification import verify
 from identification.verification_result import JointCheck, Verification
 from measurement.campaign import Campaign
 from measurement.run import Run
 from model.device import Device
+from model.joint_parts import names_of
 from model.whole_device import full_equations
 
 EXPECTED = 3.0
@@ -70,16 +71,18 @@ def whole_finding(
 ) -> WholeFinding:
     """Simulate ``runs`` by the model of ``identification``, without and with the effects of ``findings``."""
     effects, controller = by_joint(findings), campaign.extra.get("controller")
-    identified = of_device(identification).among(full_equations(device)).values
-    refitted = identified | {id: value for f in findings for id, value in f.values.items()}
-    before = verify(device, identified, runs, controller)
-    after = verify(device, refitted, runs, controller, effects=effects) if effects else before
+    identified = of_device(identification)
+    before = verify(device, identified.among(full_equations(device)).values, runs, controller)
+    after = before
+    if effects:
+        with_them = refitted(identified, findings).among(full_equations(device, effects))
+        after = verify(device, with_them.values, runs, controller, effects=effects)
     spread = _spread(identification)
     rows = tuple(
         _missed(*where, one, two, spread.get((*where, one.joint), 0.0))
         for (where, one), (_, two) in zip(_each(before), _each(after), strict=True)
     )
-    names = tuple(f"joint{j}_{e.id}" for j, found in sorted(effects.items()) for e in found)
+    names = names_of(effects)
     verdict, sentence = _said(rows, names)
     return WholeFinding(joints=runs[0].free_joints, verdict=verdict, sentence=sentence, names=names, rows=rows)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ from typing import Any
 import click
 
 from fmu_build.build import Fmu, Kind, build_fmu
-from fmu_build.findings import Finding, by_joint, finding_of
+from fmu_build.findings import Finding, by_joint, finding_of, refitted
 from fmu_build.identified import check_schema, entries_of, of_device, of_joint
 from fmu_build.ssv import write_ssv
 from model.device import Device
@@ -40,11 +39,8 @@ def export_full(
     ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified.
     """
     equations = full_equations(device, by_joint(findings))
-    found = of_device(identification).among(equations)
-    values, provenance = found.values, found.provenance
-    for finding in findings:
-        values, provenance = values | finding.values, provenance | finding.provenance
-    return build_fmu(equations, out, kind=kind, values=values, provenance=provenance)
+    found = refitted(of_device(identification), findings).among(equations)
+    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
 def export_joint(identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python") -> Fmu:
@@ -133,11 +129,13 @@ def main(
 def _taken(findings: Sequence[Finding], data: Mapping[str, Any]) -> Iterator[str]:
     """Say what of each finding went into the FMU, what stayed behind, and how far the joint's inertia had moved."""
     for f in findings:
-        taken = ", ".join(e.id for e in f.effects) or "nothing"
-        before = entries_of(data, f.joint)["inertia"]["value"] if f.effects else math.nan
-        moved = 100 * (f.inertia / before - 1)
-        links = f"; its inertia moved by {moved:+.2g} % in the refit, links stay as identified" if f.effects else ""
-        yield f"joint {f.joint}: {taken}{links}"
+        if f.effects:
+            taken = ", ".join(e.id for e in f.effects)
+            moved = 100 * (f.values[f"inertia_{f.joint}"] / entries_of(data, f.joint)["inertia"]["value"] - 1)
+            inertia = f"its inertia moved by {moved:+.2g} % in the refit"
+            yield f"joint {f.joint}: {taken}; {inertia}, links stay as identified"
+        else:
+            yield f"joint {f.joint}: nothing"
         yield from (f"  without {id}: {reason}" for id, reason in f.left)
 
 

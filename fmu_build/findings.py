@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from fmu_build.identified import Identified
 from fmu_build.provenance import Provenance
 from model.effect import Effect
 from model.effects import named
-from model.joint_parts import INERTIAL, Effects, of_the_test_alone
+from model.joint_parts import Effects, of_the_test_alone
 from model.quantity import Quantity
 from support.errors import InputError
 
@@ -30,11 +31,10 @@ class Finding:
     effects
         Effects that go into the equations, parameters at the values of the refit.
     values, provenance
-        Values by id of the whole device's parameters (``Ks_3``, ``cogging_sin_3``), and where they come from.
+        All parameters of the refit by their ids in the whole device (``Ks_3``, ``cogging_sin_3``), and where they come
+        from; the device has no use for some (``gravity_cos_3``).
     left
         Effects that stay behind, with the reason.
-    inertia
-        Inertia of the joint in the refit.
     """
 
     joint: int
@@ -42,7 +42,6 @@ class Finding:
     values: dict[str, float]
     provenance: dict[str, Provenance | str]
     left: tuple[tuple[str, str], ...]
-    inertia: float = math.nan
 
 
 def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
@@ -53,31 +52,25 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     InputError
         For any other file, one without a name for what is missing, and an effect that ``entries`` do not have.
     """
-    if data.get("schema") != SCHEMA or "joint" not in data:
-        raise InputError(
-            where, expected=f"a discrepancy/joint<j>.json of schema {SCHEMA}", got=repr(data.get("schema"))
-        )
+    if data.get("schema") != SCHEMA or not isinstance(data.get("joint"), int):
+        got = f"schema {data.get('schema')!r}, joint {data.get('joint')!r}"
+        raise InputError(where, expected=f"a discrepancy/joint<j>.json of schema {SCHEMA}", got=got)
     if data["verdict"] not in VERDICTS:
         raise InputError(where, expected=f"one of the verdicts {', '.join(VERDICTS)}", got=data["verdict"])
-    joint = int(data["joint"])
+    joint = data["joint"]
     keys = [":".join(filter(None, (e["id"], e.get("variant")))) for e in data["effects"]]
     found = named(keys, entries)
     taken = tuple(e for e in found if not of_the_test_alone(e))
     refit = {id: float(value) for id, value in (data.get("refit") or {}).items()}
-    own = {q.id for e in taken for q in e.parameters}
-    kept = {id: value for id, value in refit.items() if _belongs(id, own, found)}
-    if any(_needs_inertia(e) for e in taken):
-        kept["inertia"] = refit["inertia"]
     kind = "measured" if data.get("measured") else "SYNTHETIC"
     source = f"test of joint {joint} with {', '.join(keys)} ({kind} data)"
     std = {id: p.get("std") for e in data["effects"] for id, p in e["parameters"].items()}
     return Finding(
         joint=joint,
         effects=tuple(at_values(e, refit) for e in taken),
-        values={f"{id}_{joint}": value for id, value in kept.items()},
-        provenance={f"{id}_{joint}": Provenance(source=source, std=std.get(id), status="") for id in kept},
+        values={f"{id}_{joint}": value for id, value in refit.items()},
+        provenance={f"{id}_{joint}": Provenance(source=source, std=std.get(id), status="") for id in refit},
         left=tuple((e.id, reason) for e in found if (reason := of_the_test_alone(e))),
-        inertia=refit.get("inertia", math.nan),
     )
 
 
@@ -113,11 +106,9 @@ def at_values(effect: Effect, values: Mapping[str, float]) -> Effect:
     return effect.but(parameters=tuple(map(quantity, effect.parameters)), relative={}, origin={}, contenders=())
 
 
-def _belongs(id: str, own: set[str], found: Sequence[Effect]) -> bool:
-    """Whether a parameter of the joint's test is one of the whole device: neither inertial nor of what stays behind."""
-    others = {q.id for e in found for q in e.parameters} - own
-    return id not in INERTIAL and id not in others
-
-
-def _needs_inertia(effect: Effect) -> bool:
-    return effect.acceleration is not None or effect.inertia_factor is not None
+def refitted(identified: Identified, findings: Sequence[Finding]) -> Identified:
+    """Return what was identified with the refits of ``findings`` in its place, ids of no use among them."""
+    values, provenance = identified.values, identified.provenance
+    for finding in findings:
+        values, provenance = values | finding.values, provenance | finding.provenance
+    return Identified(values=values, provenance=provenance)

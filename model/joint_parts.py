@@ -69,23 +69,25 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
     friction = terms.friction(p)
     inertia, torque = _own_motion(terms, p["inertia"])
     torque += terms.w + terms.torque - p["Ks"] * (sym.q - p["epos"]) - friction.force
-    made: list[sp.Expr] = [
-        torque, inertia, friction.bristle, friction.rate, p["sigma1"] + p["sigma2"] * terms.viscous_level, terms.w,
-        terms.y, *(s.rhs for s in terms.states), *(s.rate for s in terms.states),
-    ]  # fmt: skip
     own = [e.row(x, prismatic=slides) for e in effects for x in e.parameters]
-    if any(p["inertia"] in sp.sympify(e).free_symbols for e in made):
+    formulas = (torque, inertia, *(s.rhs for s in terms.states), *(s.rate for s in terms.states))
+    if any(p["inertia"] in sp.sympify(e).free_symbols for e in formulas):
         own.append(_tested(slides))
     suffix, prefix = f"_{joint}", f"joint{joint}."
     table = [q.but(id=q.id + suffix, structured=prefix + q.structured) for q in own]
-    numbered = [sp.sympify(e).xreplace(_names(e, joint)) for e in made]
-    n = len(terms.states)
     return JointPart(
-        torque=numbered[0], inertia=numbered[1], bristle=numbered[2], bristle_rate=numbered[3], damping=numbered[4],
-        motor=numbered[5], reading=numbered[6], rhs=tuple(numbered[7 : 7 + n]), rates=tuple(numbered[7 + n :]),
+        torque=_of_joint(torque, joint),
+        inertia=_of_joint(inertia, joint),
+        bristle=_of_joint(friction.bristle, joint),
+        bristle_rate=_of_joint(friction.rate, joint),
+        damping=_of_joint(p["sigma1"] + p["sigma2"] * terms.viscous_level, joint),
+        motor=_of_joint(terms.w, joint),
+        reading=_of_joint(terms.y, joint),
         states=tuple(_numbered(s.state, joint, slides) for s in terms.states),
+        rhs=tuple(_of_joint(s.rhs, joint) for s in terms.states),
+        rates=tuple(_of_joint(s.rate, joint) for s in terms.states),
         quantities=(*joint_quantities(device, joint, suffix=suffix, prefix=prefix), *table),
-    )  # fmt: skip
+    )
 
 
 def of_the_test_alone(effect: Effect) -> str:
@@ -101,15 +103,17 @@ def of_the_test_alone(effect: Effect) -> str:
 
 
 def _own_motion(terms: Terms, inertia: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
-    """Inertia and torque on top of the joint's own."""
+    """Return inertia and torque on top of the joint's own."""
     m, share, rest = terms.inertia_factor, sp.diff(terms.a, sym.a), terms.a.subs(sym.a, 0)
     christoffel = inertia * sp.diff(m, sym.q) * sym.v**2 / 2
     return inertia * (m / share - 1), inertia * m * rest / share - christoffel
 
 
-def _names(expression: sp.Expr, joint: int) -> dict[sp.Symbol, sp.Symbol]:
-    free = [s for s in sp.sympify(expression).free_symbols if s != sym.t]
-    return {s: _symbol(s.name + (str(joint) if s.name in NUMBERED else f"_{joint}")) for s in free}
+def _of_joint(expression: sp.Expr, joint: int) -> sp.Expr:
+    """Return an expression with the joint's number behind every symbol but time."""
+    formula = sp.sympify(expression)
+    free = [s for s in formula.free_symbols if s != sym.t]
+    return formula.xreplace({s: _symbol(s.name + (str(joint) if s.name in NUMBERED else f"_{joint}")) for s in free})
 
 
 def _numbered(state: State, joint: int, slides: bool) -> State:

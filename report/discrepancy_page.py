@@ -9,7 +9,7 @@ from discrepancy.shape import Shape
 from discrepancy.where import Map, Region
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
-from report.style import ACCENT, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from report.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
 AXES = {
     "position_rad": ("position", "rad"),
@@ -39,7 +39,7 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
             low.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7, label="before")
             low.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
             band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
-            low.axhspan(*band, color="#99e9f2", alpha=0.5, lw=0, label="±2σ of the sensor")
+            low.axhspan(*band, color=BAND, alpha=0.5, lw=0, label="±2σ of the sensor")
             low.set_xlabel("time [s]")
         axes[0, 0].set_ylabel("position [rad]")
         axes[1, 0].set_ylabel("measured − simulated [mrad]")

@@ -14,7 +14,7 @@ from discrepancy.stages import Staged
 from discrepancy.trial import FAMILY
 from report.discrepancy_page import before_after_picture, where_picture
 from report.page import Picture
-from report.style import ACCENT, RESIDUAL, data_uri, figure, style
+from report.style import ACCENT, BAND, RESIDUAL, data_uri, figure, style
 from support.files import write_bytes
 
 SHOWN = 15
@@ -31,7 +31,7 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
         for axis, curve in zip(made.subplots(1, len(shown), squeeze=False, sharey=True)[0], shown, strict=True):
             axis.plot(curve.run.t, 1e3 * (curve.run.y[:, 0] - curve.before), color=ACCENT, lw=0.7)
             band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
-            axis.axhspan(*band, color="#99e9f2", alpha=0.5, lw=0)
+            axis.axhspan(*band, color=BAND, alpha=0.5, lw=0)
             axis.set_title(f"{curve.run.file}, joint {curve.run.free_joints[0]}", fontsize=8)
             axis.set_xlabel("time [s]")
         made.axes[0].set_ylabel("measured − simulated [mrad]")

@@ -8,7 +8,7 @@ from discrepancy.torque_finding import TorqueFinding
 from report.discrepancy_page import where_picture
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
-from report.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
+from report.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:
@@ -27,7 +27,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
             top.plot(q, 1e3 * (tau - after), color=SIMULATED, label=f"{hide}model after")
             low.plot(q[unseen], 1e3 * before[unseen], ".", ms=2, color=ACCENT, label=f"{hide}left before")
             low.plot(q[unseen], 1e3 * after[unseen], ".", ms=2, color=SIMULATED, label=f"{hide}left after")
-        low.axhspan(*(2e3 * s * finding.gaps["validate"].noise for s in (-1, 1)), color="#99e9f2", alpha=0.5, lw=0)
+        low.axhspan(*(2e3 * s * finding.gaps["validate"].noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
         top.set_ylabel("torque [mN m]")
         low.set_ylabel("held out, left [mN m]")
         low.set_xlabel("position [rad]")

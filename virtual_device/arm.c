@@ -185,12 +185,12 @@ static void solve(const int *is_free, double A[NQ][NQ], double *b) {
   }
 }
 
-/* x = (q, v, z), each (6,). */
 static double hidden_torque(const Hidden *d, double epos, double q, double v) {
   double slope = v > 0 ? d->drag_up : d->drag_down, x = q - epos;
   return d->cubic * x * x * x + d->cog * sin(d->cog_number * q + d->cog_phase) + slope * v + d->drag_square * fabs(v) * v;
 }
 
+/* x = (q, v, z), each (6,). */
 static void derivative(const Arm *arm, const Hidden *hidden, const int *is_free, const double *torque, const double *x,
                        double *dx) {
   double M[NQ][NQ], h[NQ], a[NQ];
@@ -211,9 +211,9 @@ static void derivative(const Arm *arm, const Hidden *hidden, const int *is_free,
 }
 
 /* Advance the state by `steps` Runge-Kutta steps over `duration`; the torque runs linearly from u0 to u1. Locked joints
- * must have zero velocity. Returns 0, or 1 when the state stopped being finite. */
-int arm_advance(const double *parameters, const double *disturbances, const int *is_free, const double *u0, const double *u1, double duration, int steps,
-                double *x) {
+ * must have zero velocity; `disturbances` holds a Hidden per joint. Returns 0, or 1 when the state stopped being finite. */
+int arm_advance(const double *parameters, const double *disturbances, const int *is_free, const double *u0,
+                const double *u1, double duration, int steps, double *x) {
   const Arm *arm = (const Arm *)parameters;
   const Hidden *hidden = (const Hidden *)disturbances;
   double h = duration / steps, k[4][NS], y[NS], u[NQ];

@@ -23,7 +23,7 @@ from discrepancy.search import _ways
 from discrepancy.signatures import signatures
 from discrepancy.solution import ROUGH, solve
 from discrepancy.steps import INVISIBLE, at_step, visible
-from discrepancy.study import scales_of
+from discrepancy.study import scales_over
 from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial, keys_of
 from discrepancy.verdict import at_their_bounds
 from identification.problem import Blocks
@@ -38,7 +38,7 @@ def tools(folder: Path, sensor: Sensor) -> tuple[Searcher, Trial]:
     """Return the tools of the search on a joint with a hidden cubic spring, and the base."""
     study = study_with(folder / "c", {"cubic_spring": {"spring_cubic": 0.02}}, ENTRIES, sensor)
     base = fit_base(study, starts=4).solution
-    entries = {key: e.at(scales_of(study, base.values)) for key, e in study.entries.items() if not e.random}
+    entries = {key: e.at(scales_over(study.fitted, base.values)) for key, e in study.entries.items() if not e.random}
     found = signatures(study, base, list(entries.values()))
     said: Callable[[str], None] = lambda _text: None  # noqa: E731 - a field of the searcher
     searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, said)
@@ -65,7 +65,7 @@ def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tupl
 
 def stand_in(s: Searcher, start: Trial, key: str) -> Effect:
     """An entry that the searcher's catalogue lacks."""
-    return catalogue()[key].at(scales_of(s.study, start.solution.values))
+    return catalogue()[key].at(scales_over(s.study.fitted, start.solution.values))
 
 
 def test_beside_effects_that_the_catalogue_was_tried_on_nothing_is_exchanged(
@@ -107,7 +107,7 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     hidden = {"cubic_spring": {"spring_cubic": 0.02}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
     study = study_with(tmp_path, hidden, {key: catalogue()[key] for key in hidden}, Sensor(noise=2e-4))
     base = fit_base(study, starts=2, seed=0).solution
-    effects = [e.at(scales_of(study, base.values)) for e in study.entries.values()]
+    effects = [e.at(scales_over(study.fitted, base.values)) for e in study.entries.values()]
     s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, lambda _: None)
     start = s.trial(judged(study, base, base.calls))
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
@@ -124,7 +124,7 @@ def test_an_effect_that_begins_too_large_begins_again_smaller(tmp_path: Path):
     entries = {"friction_lag": catalogue()["friction_lag"]}
     study = study_with(tmp_path, {"friction_lag": {"stribeck_lag": 0.017}}, entries, Sensor(noise=2e-4))
     base = fit_base(study, starts=2, seed=0).solution
-    effect = entries["friction_lag"].at(scales_of(study, base.values))
+    effect = entries["friction_lag"].at(scales_over(study.fitted, base.values))
     score = scan(study, base, signatures(study, base, [effect]), {effect.key: effect}).scores[0]
     large = replace(score, amplitude=(5.0,))
     values = base.values | start_values(effect, score.point, large.amplitude)

@@ -11,7 +11,7 @@ from discrepancy.noise import Noise
 from discrepancy.refit import sharpened
 from discrepancy.solution import Solution, solve
 from discrepancy.standard_errors import covariance, of_curvature, standard_errors
-from discrepancy.study import Study, scales_of
+from discrepancy.study import Study, scales_over
 from discrepancy.verdict import finer
 from measurement.run import Array
 from model.effects import catalogue
@@ -29,7 +29,7 @@ AS_FITTED = {
 def fitted(tmp_path: Path, key: str, hidden: dict[str, float], start: dict[str, float]) -> tuple[Study, Solution]:
     study = study_with(tmp_path / "c", {key: hidden}, {key: catalogue()[key]})
     base = fit_base(study, starts=2, seed=0).solution
-    effect = catalogue()[key].at(scales_of(study, base.values))
+    effect = catalogue()[key].at(scales_over(study.fitted, base.values))
     first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
     return study, sharpened(study, first, first.calls)[0]
 
