@@ -132,12 +132,17 @@ def _named(truth: set[str], names: set[str]) -> Result:
 
 
 def _parameters(label: Mapping[str, Any], found: Mapping[str, Any]) -> tuple[Covered, ...]:
-    """Hold the 95 % intervals of rightly named effects against the truth, where the label holds it."""
+    """Hold the 95 % intervals of rightly named effects against the truth, where the label holds it.
+
+    Behind a tendon the inertia that other effects act on is the link's alone.
+    """
     checked = []
+    everything = label.get("hidden", {})
+    link = next((h["inertia"] for h in everything.values() if "inertia" in h), label["base"]["inertia"])
     for effect in found["effects"] if found["verdict"] in ("named", "ambiguous") else ():
-        hidden = label.get("hidden", {}).get(effect["id"])
+        hidden = everything.get(effect["id"])
         for id, told in effect["parameters"].items() if hidden else ():
-            true = true_value(id, hidden, label["base"])
+            true = true_value(id, hidden, label["base"] | {"inertia": link})
             if true is not None and told["std"]:
                 inside = abs(told["value"] - true) <= QUANTILE * told["std"]
                 covered = {"true": true, "value": told["value"], "std": told["std"], "inside": inside}

@@ -24,6 +24,8 @@ FEW, MANY, LOOSE = 25, 80, 1.0
 """Most simulations of a level and of the last one, and the tolerance of all but the last, in squares over the noise."""
 WIDTH = 0.5
 """Relative width of the weak priors at the upper levels."""
+ON_GRID = 1e-9
+"""Distance from a shape, in those of its grid, below which both are the same."""
 
 
 def observed(study: Study, effects: Sequence[Effect]) -> Whitened:
@@ -108,6 +110,22 @@ def through_homotopy(
         Its optimum, and how many simulations of all runs it took.
     """
     return released(study, effects, guided(study, effects, values), tolerance)
+
+
+def held(effect: Effect, values: Mapping[str, float]) -> Effect:
+    """Return the effect with a weak prior around each shape in ``values``, half a step of its grid wide.
+
+    Far from the optimum one step may lead to where the shape hardly acts (waves too short for the motion), and no later
+    one leads back.
+    """
+    shapes = dict(effect.shapes)
+    amplitudes = {q.id for q in effect.parameters[: effect.amplitudes]}
+    priors = {}
+    for id in shapes.keys() - amplitudes:
+        steps = [abs(x - values[id]) for x in shapes[id]]
+        width = min((x for x in steps if x > ON_GRID * max(steps)), default=0.0) / 2
+        priors[id] = Normal(mean=values[id], std=width) if width else None
+    return effect.but(parameters=tuple(q.but(prior=priors.get(q.id, q.prior)) for q in effect.parameters))
 
 
 def with_guides(base: Equations) -> Equations:

@@ -26,8 +26,12 @@ from discrepancy.study import Study
 from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen, keys_of
 from model.effect import Effect
 
+Way = Callable[[Searcher, Solution], list[Trial]]
+"""How a second effect is looked for on top of a fit with one."""
 LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
+CLEAR = 4
+"""Best scores that are tried on top of a leading fit as it is, before many from the first guesses."""
 PART = 0.2
 """Least share of the gap, or of the gain of the effect before, for which a third effect is looked for."""
 SCATTERED = 0.1
@@ -138,7 +142,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         if not (best.adequate or gets_on(best, before)):
             break
     if not any(t.adequate for t in (best, *trials)):
-        made = _two_at_once(s, leads, start)
+        made = _two_at_once(s, leads, start, _anew)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
     if best is start and not any(t.acceptable for t in trials):
@@ -149,23 +153,28 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
 def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], list[Solution]]:
     """Try single entries, two at once where all of them leave far more than noise.
 
-    A second effect on top of the best one costs less than single entries from the first guesses, and comes before them.
+    The cheaper comes first: the best scores on top of the leading fits, then many from the first guesses on top of the
+    best of them, then single entries from the first guesses.
 
     Returns
     -------
     trials, leads
-        What was fitted to the end, and the leading fits under white noise that no second effect was tried on.
+        What was fitted to the end, and the leading fits under white noise on which the catalogue was not tried anew.
     """
     few = start.adequate
     begun: list[Solution] = []
     trials: list[Trial] = []
+    pairs: list[Trial] = []
     for fits in _ways(s, start, white):
-        if fits and fits[0].noise == Noise():
-            begun = s.best_of_each(begun, fits)
         trials += s.step(start.candidate, fits[:1] if few else fits)
         if few or found_in(trials):
             return trials, []
-    pairs = _two_at_once(s, leads_of(begun, 1), start) if all_far(trials) else []
+        if fits and fits[0].noise == Noise():
+            begun = s.best_of_each(begun, fits)
+            pairs += _two_at_once(s, leads_of(begun, LEADS), start, _clear) if all_far(trials) else []
+            if found_in(pairs):
+                return trials + pairs, []
+    pairs += _two_at_once(s, leads_of(begun, 1), start, _anew) if all_far(trials) else []
     if found_in(pairs):
         return trials + pairs, []
     s.tell("entries anew from the first guesses")
@@ -174,7 +183,7 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     trials += s.step(start.candidate, fits)
     leads = [lead for lead in leads_of(begun, LEADS) if keys_of(lead) not in s.extended]
     if not found_in(trials) and all_far(trials):
-        pairs, leads = pairs + _two_at_once(s, leads, start), []
+        pairs, leads = pairs + _two_at_once(s, leads, start, _anew), []
     return trials + pairs, leads
 
 
@@ -194,23 +203,33 @@ def leads_of(begun: Sequence[Solution], most: int) -> list[Solution]:
     return [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:most]
 
 
-def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial) -> list[Trial]:
+def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way) -> list[Trial]:
     """Extend leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
 
-    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing; and
-    the base has taken it upon itself, so both are fitted from its first guesses. Where the first one comes to nothing
-    beside the second, it was a stand-in for it.
+    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing. Where
+    the first one comes to nothing beside the second, it was a stand-in for it.
     """
     made: list[Trial] = []
     for lead in leads:
         first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
-        s.tell(f"{'+'.join(first.keys)} and another")
         s.simulations += first.calls * len(s.study.fitted)
-        both = s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
+        both = way(s, first)
         made += [*both, *pruned(s, both, start)]
         if found_in(made):
             break
     return made
+
+
+def _clear(s: Searcher, first: Solution) -> list[Trial]:
+    """Try the best scores on top of one effect as it was fitted: beside one that is real the other scores best."""
+    s.tell(f"{'+'.join(first.keys)} and what scores best beside it")
+    return s.step(judged(s.study, first, first.calls), s.ready(first, CLEAR), FEW)
+
+
+def _anew(s: Searcher, first: Solution) -> list[Trial]:
+    """Try many from the first guesses: the base may have taken the second effect upon itself."""
+    s.tell(f"{'+'.join(first.keys)} and another")
+    return s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
 
 
 def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]]:

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from discrepancy.homotopy import Guided, at_fine, guided, released, through_homotopy
+from discrepancy.homotopy import Guided, at_fine, guided, held, released, through_homotopy
 from discrepancy.kernels import COARSE, SKETCH
 from discrepancy.noise import Path
 from discrepancy.omnibus import Omnibus, omnibus
@@ -146,7 +146,7 @@ class Searcher:
     finished
         Fits to the end by the keys of their effects.
     extended
-        Keys of the effects on top of which the catalogue has been tried.
+        Keys of the effects on top of which the catalogue has been tried, not its few best scores only.
     """
 
     study: Study
@@ -267,8 +267,9 @@ class Searcher:
         By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect; no more
         than the study says.
         """
-        self.extended.add(keys_of(solution))
         most = min(most or (LATER if solution.effects else len(self.entries)), self.study.most or len(self.entries))
+        if most >= PROMISING:
+            self.extended.add(keys_of(solution))
         rough = self.side_by_side(COARSE)
         fresh = {s.key: s for s in self.beside(solution, self.scan(solution))[:most]}
         tried = [self.entries[key] for key in fresh]
@@ -355,8 +356,10 @@ class Searcher:
 
 
 def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
-    """Fit under the highest gains, briefly."""
-    return effects, guided(study, effects, values).down_to(SIEVED, BRIEF, WIDE)
+    """Fit under the highest gains, briefly, with the last effect in the shape in which it begins."""
+    *onto, last = effects
+    near = guided(study, (*onto, held(last, values)), values).down_to(SIEVED, BRIEF, WIDE)
+    return effects, near
 
 
 def _sieved(study: Study, tried: Tried) -> Tried:

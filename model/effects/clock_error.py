@@ -1,8 +1,10 @@
 """Positions stamped by a clock that runs too fast or too slow, against the torque's clock.
 
-In the positions' time the whole machine runs at (1 + ε), and is driven by τ((1 + ε)·t) = e^(δs)·τ with δ = ε·t. With
-g = 1 − 1/(1 + sT), three lags in a row, s = (g + g² + g³ + …)/T, and the exponential is taken to the third power of g.
-All other effects live by the machine's time (1 + ε)·t.
+In the positions' time t the whole machine runs at the rate 1 + ε, and is driven by τ((1 + ε)·t) = e^(δs)·τ with
+δ = ε·t. With g = 1 − 1/(1 + sT), one lag, s = g/((1 − g)·T); and with a = δ/T the generating function of the Laguerre
+polynomials gives e^(δs) = e^(a·g/(1 − g)) = 1 + Σₖ gᵏ·Σⱼ C(k − 1, j − 1)·aʲ/j!, taken to the power `ORDER` of g by as
+many lags in a row, which see the torque in the positions' time. All other effects live by the machine's time
+(1 + ε)·t.
 """
 
 import sympy as sp
@@ -10,18 +12,28 @@ import sympy as sp
 from model.effect import Effect, EffectState, parameter, t, w
 from model.equations import State
 
-LAG = sp.Rational(1, 50)
-"""Time constant T of the lags that see the torque's rate of change [s]."""
+LAG = sp.Rational(1, 25)
+"""Time constant T of the lags that see the torque's rate of change [s]; a shorter one shows a held torque's steps."""
+ORDER = 5
+"""Lags in a row; what is left out is of the order (δω)⁶/720 and (ωT)⁵ at the frequency ω."""
 
 
 def _clock() -> Effect:
     eps = sp.Symbol("clock_rate", real=True)
-    lags = sp.symbols("clock_lag_1 clock_lag_2 clock_lag_3", real=True)
-    g1 = w - lags[0]
-    g2 = g1 - lags[1]
-    g3 = g2 - lags[2]
-    ahead = eps * t / LAG
-    advanced = w + ahead * (g1 + g2 + g3) + ahead**2 / 2 * (g2 + 2 * g3) + ahead**3 / 6 * g3
+    a = eps * t / LAG
+    advanced, seen = w, w
+    states = []
+    for k in range(1, ORDER + 1):
+        lag = sp.Symbol(f"clock_lag_{k}", real=True)
+        rate = 1 / LAG / (1 + eps)
+        description = f"torque behind {k} lag{'s' * (k > 1)} in a row"
+        states.append(
+            EffectState(
+                state=State(id=lag.name, unit="N m", description=description), rhs=rate * (seen - lag), rate=rate
+            )
+        )
+        seen = seen - lag
+        advanced += seen * sum(sp.binomial(k - 1, j - 1) * a**j / sp.factorial(j) for j in range(1, k + 1))
     return Effect(
         id="clock_error",
         title="position clock that drifts against the torque clock",
@@ -33,14 +45,7 @@ def _clock() -> Effect:
         rivals=("time_delay", "amplifier_lag"),
         time_rate=1 + eps,
         input=advanced,
-        states=tuple(
-            EffectState(
-                state=State(id=x.name, unit="N m", description=f"torque as {words} leaves it"),
-                rhs=g / LAG,
-                rate=1 / LAG,
-            )
-            for x, g, words in zip(lags, (g1, g2, g3), ("one lag", "the second lag", "the third lag"), strict=True)
-        ),
+        states=tuple(states),
     )
 
 

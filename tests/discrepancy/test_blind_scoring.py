@@ -105,6 +105,16 @@ def test_intervals_are_held_against_the_truth_in_the_catalogues_terms():
     assert row["parameters"]["cogging.cogging_cos"]["hits"] == 0
 
 
+def test_a_locked_neighbour_behind_a_tendon_carries_a_share_of_the_link_alone():
+    tendon = {"inertia": 0.6 * BASE["inertia"], "rotor_inertia": 0.4 * BASE["inertia"]}
+    lock = {"lock_coupling": 1e-5, "lock_inertia": 2e-5}
+    share = lock["lock_coupling"] ** 2 / (lock["lock_inertia"] * tendon["inertia"])
+    effect = {"id": "lock_compliance", "parameters": {"lock_share": {"value": share, "std": 1e-9, "unit": "1"}}}
+    case = label("pair", "lock_compliance", "tendon_slack", hidden={"lock_compliance": lock, "tendon_slack": tendon})
+    (found,) = score_case(case, finding("named") | {"effects": [effect]}).parameters
+    assert found.inside
+
+
 def test_the_map_of_parameters_names_what_exists_on_both_sides():
     ids = {p.id for e in catalogue().values() for p in e.parameters}
     assert {*SAME, *FORMULAS} <= ids

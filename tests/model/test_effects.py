@@ -155,6 +155,20 @@ def test_beside_a_clock_that_is_off_the_others_live_by_the_machines_time():
     assert np.ptp(y[alone]) > 1e-3
 
 
+@pytest.mark.parametrize(("rate", "share"), [(0.99, 1e-3), (0.996, 1e-3), (1.004, 1e-3), (1.01, 5e-3)])
+def test_a_clock_that_is_off_drives_the_machine_by_the_torque_of_its_own_time(rate: float, share: float):
+    """The readings are those of the joint at (1 + ε)·t under τ((1 + ε)·t), but for a small share of what ε does.
+
+    A torque that is held from sample to sample and looked ahead at by 0.16 s shows its steps.
+    """
+    times = np.arange(0.0, 16.0, 0.01)
+    off = simulated("clock_error", point("clock_error", clock_rate=rate - 1.0), u=torque(times, AMPLITUDE), t=times)
+    x0, p = np.array(START), vector(TENDON)
+    plain = KERNEL.simulate(times, torque(times, AMPLITUDE), p, x0, step=STEP)[:, 0]
+    stretched = KERNEL.simulate(rate * times, torque(rate * times, AMPLITUDE), p, x0, step=STEP)[:, 0]
+    assert np.std(off - stretched) < share * np.std(plain - stretched)
+
+
 def test_effects_take_their_place_in_the_chain_whatever_the_order():
     dead_band, ripple, payload = (
         ENTRIES[key].at(SCALES) for key in ("amplifier_dead_band:jump", "torque_ripple", "payload_gravity")
