@@ -21,6 +21,7 @@ from discrepancy.solution import Solution, under_noise, with_starts
 from discrepancy.study import Study
 from measurement.cycles import find_cycles
 from measurement.run import Array, Run
+from measurement.units import unit_for
 from support.threads import mapped
 
 LEVELS = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
@@ -56,6 +57,8 @@ class Proposal:
         Expected twice the difference of log-likelihoods by one such run, beside the runs that are there.
     rows
         Readings of the run.
+    unit
+        Of the torque, N where the joint slides.
     """
 
     amplitude: float
@@ -65,6 +68,7 @@ class Proposal:
     duration: float
     rows: int
     evidence: float = 0.0
+    unit: str = "N m"
 
     @property
     def separation(self) -> float:
@@ -94,7 +98,7 @@ class Proposal:
             f"swept from {self.frequency:.3g} to {self.end_frequency:.3g}" if swept else f"at {self.frequency:.3g}"
         )
         words = (
-            f"cosine torque of {self.amplitude:.3g} N m {frequency} rad/s about {self.offset:.3g} N m, "
+            f"cosine torque of {self.amplitude:.3g} {self.unit} {frequency} rad/s about {self.offset:.3g} {self.unit}, "
             f"from rest, {self.duration:.3g} s"
         )
         if not self.tells:
@@ -149,7 +153,7 @@ def _grid(study: Study, template: Run) -> list[Proposal]:
     return [
         Proposal(
             amplitude=a * largest, frequency=slow, end_frequency=fast, offset=o * largest,
-            duration=float(template.t[-1]), rows=template.t.size,
+            duration=float(template.t[-1]), rows=template.t.size, unit=unit_for("N m", template.prismatic),
         )
         for a, o in LEVELS
         for slow, fast in combinations_with_replacement(speeds, 2)

@@ -22,6 +22,7 @@ from identification.equations_for import device_of
 from identification.strategy import choose_for
 from measurement.campaign import Campaign
 from measurement.prepare import campaign_for_command
+from measurement.units import unit_for
 from model.effect import Effect
 from model.effects import with_folder
 from report.discrepancy_page import discrepancy_page
@@ -113,6 +114,11 @@ def _together(
         known = by_joint(findings)
         _study(coupled_study_of(read, joints, entries, known, threads=choices["workers"]), read, out, choices)
         return
+    if choices["stage"] != "all":
+        if asked:
+            where, got = f"--stage {choices['stage']}", f"--free {','.join(map(str, joints))} without runs to fit"
+            raise InputError(where, expected="joints with runs to fit", got=got)
+        return
     runs, device, source = read.runs_of(joints, "validate"), device_of(read), out / "identification.json"
     if device is None or not runs or len(joints) < len(device.joints):
         if asked:
@@ -170,8 +176,9 @@ def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, c
     write_text(folder / f"joint{joint}.html", torque_gap_page(finding, read.title, measured=read.measured))
     gap = finding.gaps["validate"]
     click.echo(f"joint {joint}: {finding.verdict}. {finding.sentence}")
+    unit = unit_for("N m", [study.prismatic])
     click.echo(
-        f"  held-out torque: RMS {gap.before:.3g} N m before, {gap.after:.3g} after, white noise {gap.noise:.3g}"
+        f"  held-out torque: RMS {gap.before:.3g} {unit} before, {gap.after:.3g} after, white noise {gap.noise:.3g}"
     )
 
 

@@ -21,6 +21,7 @@ from discrepancy.steps import at_step
 from discrepancy.study import Study
 from discrepancy.suggestion import suggestion
 from measurement.run import Array, Run
+from measurement.units import unit_for
 from model.effect import Effect, parameter
 from model.effect import q as position
 from model.effect import v as velocity
@@ -112,7 +113,8 @@ def missing(study: Study, base: Solution) -> Shape:
     variable, rough = max(((v, _roughly(study, v)) for v in VARIABLES), key=lambda pair: pair[1].log_likelihood)
     best = _over(study, white, rough, variable)
     bend = without_polynomial(best.knots, HELD[best.variable])
-    return replace(best, suggestion=suggestion(best.knots, best.torque, best.std, bend))
+    unit = unit_for("N m", study.fitted[0].prismatic)
+    return replace(best, suggestion=suggestion(best.knots, best.torque, best.std, bend, unit))
 
 
 def _range(study: Study, variable: str) -> tuple[float, float]:

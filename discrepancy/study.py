@@ -166,6 +166,7 @@ def scales_over(runs: Sequence[Run], theta: Mapping[str, float]) -> Scales:
         friction=theta["Fc"],
         viscous=theta["sigma2"],
         duration=max(float(run.t[-1]) for run in runs),
+        prismatic=runs[0].prismatic[0],
     )
 
 

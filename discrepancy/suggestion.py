@@ -47,7 +47,7 @@ LIBRARY: Mapping[str, Function] = {
 """Functions of x, the variable over half its range about the middle: −1 ≤ x ≤ 1."""
 
 
-def suggestion(knots: Array, torque: Array, std: Array, bend: Array) -> str | None:
+def suggestion(knots: Array, torque: Array, std: Array, bend: Array, unit: str = "N m") -> str | None:
     """Return a formula of x for ``torque`` (n,) at ``knots`` (n,), or None where none of few terms follows it.
 
     Parameters
@@ -56,6 +56,8 @@ def suggestion(knots: Array, torque: Array, std: Array, bend: Array) -> str | No
         Standard error of the torque at every knot, shape (n,).
     bend
         Projector (n, n) that takes constant and slope off: torque is known without them.
+    unit
+        Of the torque.
     """
     if find_spec("pysindy") is None:
         return None
@@ -72,7 +74,7 @@ def suggestion(knots: Array, torque: Array, std: Array, bend: Array) -> str | No
         if gain > LEAST_GAIN and chi2.sf(float(left @ left), dof) > LEAST_P:
             pairs = zip(coefficients, LIBRARY, strict=True)
             said = " ".join(f"{c:+.3g}·{name}" for c, name in pairs if c)
-            return f"{said.lstrip('+')} N m, x = (variable − {middle:.3g})/{half:.3g}, up to a straight line"
+            return f"{said.lstrip('+')} {unit}, x = (variable − {middle:.3g})/{half:.3g}, up to a straight line"
     return None
 
 

@@ -97,6 +97,7 @@ class TorqueStudy:
             torque=max(float(np.abs(run.y).max()) for run in self.runs), position=float(np.ptp(q)) / 2,
             centre=float(q.max() + q.min()) / 2, speed=float(np.quantile(np.abs(v), 0.99)), inertia=values["inertia"],
             friction=values["Fc"], viscous=values["sigma2"], duration=max(float(run.t[-1]) for run in self.runs),
+            prismatic=self.prismatic,
         )  # fmt: skip
 
 

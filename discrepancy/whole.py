@@ -28,11 +28,15 @@ EXPECTED = 3.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Missed:
-    """RMS of measured − simulated of one joint of a run [rad]: before and after, and what is expected of either."""
+    """RMS of measured − simulated of one joint of a run, before and after, and what is expected of either.
+
+    In rad; in m where the joint slides.
+    """
 
     file: str
     mode: str
     joint: int
+    prismatic: bool
     before: float
     after: float
     noise: float
@@ -95,8 +99,8 @@ def _missed(file: str, mode: str, before: JointCheck, after: JointCheck, spread:
     noise = before.rmse_rad / before.rmse_over_noise
     expected = float((noise**2 + spread**2) ** 0.5)
     return Missed(
-        file=file, mode=mode, joint=before.joint, before=before.rmse_rad, after=after.rmse_rad, noise=noise,
-        expected=expected,
+        file=file, mode=mode, joint=before.joint, prismatic=before.prismatic, before=before.rmse_rad,
+        after=after.rmse_rad, noise=noise, expected=expected,
     )  # fmt: skip
 
 

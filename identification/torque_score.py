@@ -19,6 +19,7 @@ from identification.outcome import Outcome
 from identification.torque import TorqueSimulator, torque_run
 from identification.workers import Workers
 from measurement.run import Run
+from measurement.units import unit_for
 from model.equations import Equations
 
 
@@ -48,7 +49,7 @@ def _sentences(found: Fit, turned: Sequence[Run]) -> list[str]:
     told = []
     for score in found.runs:
         run = scored[score.file, score.use]
-        unit = "N" if run.prismatic[0] else "N m"
+        unit = unit_for("N m", run.prismatic)
         rms = float(np.sqrt(np.mean(run.y[run.scored] ** 2)))
         close = "at" if score.over_noise <= FitOptions().tolerance else f"{score.over_noise:.1f} times"
         told.append(

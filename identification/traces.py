@@ -13,6 +13,7 @@ from identification.simulator import Simulator
 from identification.step import Step
 from identification.torque import TorqueSimulator, torque_run
 from measurement.run import Array, Run
+from measurement.units import unit_for
 from model.equations import Equations
 
 
@@ -48,7 +49,7 @@ def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tup
         n = run.y.shape[1]
         J = _asked(result.dy_dtheta)[:, :n, free]
         variance = np.einsum("tyi,ij,tyj->ty", J, step.fit.covariance, J)
-        unit = ("N" if run.prismatic[0] else "N m") if step.torque_scored else ("m" if run.prismatic[0] else "rad")
+        unit = unit_for("N m" if step.torque_scored else "rad", run.prismatic)
         made.append(
             Trace(
                 score=score,

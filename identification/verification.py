@@ -91,6 +91,7 @@ def _check(run: Run, mode: Mode, positions: Sequence[Array], torque: Array) -> R
     joints = tuple(
         JointCheck(
             joint=joint,
+            prismatic=run.prismatic[i],
             rmse_rad=float(rms[i]),
             rmse_over_noise=float(rms[i] / run.sensor_std[i]),
             nrmse=float(rms[i] / max(float(np.ptp(run.y[:, i])), 1e-300)),

@@ -23,6 +23,8 @@ class JointCheck:
 
     Parameters
     ----------
+    joint, prismatic
+        Number of the joint, and whether it slides: then rad and N m are m and N below.
     rmse_rad
         RMS of (measured − simulated) [rad]; NaN where the simulation left the finite numbers.
     rmse_over_noise, nrmse
@@ -34,6 +36,7 @@ class JointCheck:
     """
 
     joint: int
+    prismatic: bool
     rmse_rad: float
     rmse_over_noise: float
     nrmse: float

@@ -185,7 +185,8 @@ class Effect:
             return zero.get(id, 0.0) + factor.get(id, 1.0) * number
 
         def quantity(x: Quantity) -> Quantity:
-            return x.but(initial=si(x.id, x.initial), lower=si(x.id, x.lower), upper=si(x.id, x.upper))
+            unit = sliding(x.unit) if scales.prismatic else x.unit
+            return x.but(initial=si(x.id, x.initial), lower=si(x.id, x.lower), upper=si(x.id, x.upper), unit=unit)
 
         return self.but(
             parameters=tuple(quantity(x) for x in self.parameters),

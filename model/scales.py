@@ -28,6 +28,8 @@ class Scales:
         Fitted M [kg m²], Fc [N m] and σ2 [N m s/rad].
     duration
         Length of the longest run [s].
+    prismatic
+        Whether the joint slides: then forces [N], lengths [m] and masses [kg] stand above.
     """
 
     torque: float = 1.0
@@ -38,7 +40,10 @@ class Scales:
     friction: float = 1.0
     viscous: float = 1.0
     duration: float = 1.0
+    prismatic: bool = False
 
     def values(self) -> dict[sp.Symbol, float]:
         """Return the number behind every scale symbol."""
-        return {sp.Symbol(f"scale_{name}", real=True): value for name, value in asdict(self).items()}
+        numbers = asdict(self)
+        del numbers["prismatic"]
+        return {sp.Symbol(f"scale_{name}", real=True): value for name, value in numbers.items()}

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from discrepancy.finding import Curve, Finding
 from discrepancy.shape import Shape
 from discrepancy.where import Map, Region
+from measurement.units import unit_for
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
 from report.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
@@ -41,8 +44,9 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
             band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
             low.axhspan(*band, color=BAND, alpha=0.5, lw=0, label="±2σ of the sensor")
             low.set_xlabel("time [s]")
-        axes[0, 0].set_ylabel("position [rad]")
-        axes[1, 0].set_ylabel("measured − simulated [mrad]")
+        slides = [p for curve in shown for p in curve.run.prismatic]
+        axes[0, 0].set_ylabel(f"position [{unit_for('rad', slides)}]")
+        axes[1, 0].set_ylabel(f"measured − simulated [{unit_for('mrad', slides)}]")
         for row in axes:
             row[0].legend(fontsize=7, ncols=3, loc="upper center")
             low, high = row[0].get_ylim()
@@ -53,14 +57,15 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
     return Picture(uri=data_uri(made), caption=caption, alt="measured and simulated position, before and after")
 
 
-def where_picture(maps: tuple[Map, ...]) -> Picture:
-    """Residual energy over the noise, per bin of each variable."""
+def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
+    """Residual energy over the noise, per bin of each variable of joints that turn or slide."""
     with style():
         made = figure(8.5, 2.4)
         for axis, m in zip(made.subplots(1, len(maps), sharey=True), maps, strict=True):
             mean = np.where(m.rows > 0, m.excess / np.maximum(m.rows, 1.0), 0.0)
             axis.bar(m.edges[:-1], mean, np.diff(m.edges), align="edge", color=RESIDUAL, alpha=0.75)
-            axis.set_xlabel("{} [{}]".format(*AXES[m.variable]), fontsize=8)
+            name, unit = AXES[m.variable]
+            axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]", fontsize=8)
         made.axes[0].set_ylabel("energy over the noise")
     return Picture(
         uri=data_uri(made),
@@ -105,21 +110,25 @@ def _ranking(finding: Finding) -> list[Table]:
     ]
 
 
+def _slides(finding: Finding) -> tuple[bool, ...]:
+    return finding.search.study.fitted[0].prismatic
+
+
 def _in_words(finding: Finding) -> list[str]:
     """Say what the picture shows."""
     name = "validate" if "validate" in finding.gaps else "fit"
     runs = "runs that no fit saw" if name == "validate" else "the fitted runs (there are no others)"
-    gap = finding.gaps[name]
+    gap, unit = finding.gaps[name], unit_for("mrad", _slides(finding))
     before = (
-        f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} mrad (RMS), "
-        f"{gap.before / gap.noise:.2g} times the sensor's noise of {1e3 * gap.noise:.3g} mrad."
+        f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} {unit} (RMS), "
+        f"{gap.before / gap.noise:.2g} times the sensor's noise of {1e3 * gap.noise:.3g} {unit}."
     )
     if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
         return [before]
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
     closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
     what = "With the stand-in" if finding.judgement.verdict == "unlisted" else "With what was found"
-    after = f"{what}, it misses them by {1e3 * gap.after:.3g} mrad, {gap.after / gap.noise:.2g} times"
+    after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {gap.after / gap.noise:.2g} times"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
     return [f"{before} {after} the noise{closed}.", *made]
 
@@ -133,7 +142,8 @@ def _gaps(finding: Finding) -> Table:
         )
         for name, g in finding.gaps.items()
     ]  # fmt: skip
-    return Table(header=("", "missed before [mrad]", "after [mrad]", "sensor noise [mrad]", "gap closed"), rows=rows)
+    unit = f"[{unit_for('mrad', _slides(finding))}]"
+    return Table(header=("", f"missed before {unit}", f"after {unit}", f"sensor noise {unit}", "gap closed"), rows=rows)
 
 
 def _scores(finding: Finding) -> Table:
@@ -189,9 +199,10 @@ def _settle(finding: Finding) -> list[str]:
     return [f"{which}: {run}{once}."]
 
 
-def _unnamed(shape: Shape, runs: str) -> Section:
+def _unnamed(shape: Shape, runs: str, prismatic: Sequence[bool]) -> Section:
     """Show the torque that is missing as a function of the variable in which it lives."""
-    name, unit = AXES[shape.variable]
+    name, turning = AXES[shape.variable]
+    unit = unit_for(turning, prismatic)
     share = f"{100 * max(shape.closed, 0.0):.1f} % of the gap on {runs}"
     lines = [f"As a torque over {name} alone, what is missing would close {share}."]
     if shape.closed < PARTLY:
@@ -202,10 +213,10 @@ def _unnamed(shape: Shape, runs: str) -> Section:
         title="What is missing, without a name",
         anchor="shape",
         paragraphs=lines,
-        pictures=[shape_picture(shape)],
+        pictures=[shape_picture(shape, prismatic)],
         tables=[
             Table(
-                header=(f"{name} [{unit}]", "torque ± std [N m]"),
+                header=(f"{name} [{unit}]", f"torque ± std [{unit_for('N m', prismatic)}]"),
                 rows=[
                     (f"{x:.4g}", with_error(y, std))
                     for x, y, std in zip(shape.knots, shape.torque, shape.std, strict=True)
@@ -215,9 +226,10 @@ def _unnamed(shape: Shape, runs: str) -> Section:
     )
 
 
-def shape_picture(shape: Shape) -> Picture:
+def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
     """Torque over the variable in which it lives, with a band of two standard errors."""
-    name, unit = AXES[shape.variable]
+    name, turning = AXES[shape.variable]
+    unit = unit_for(turning, prismatic)
     with style():
         made = figure(5.6, 2.8)
         axis = made.subplots()
@@ -226,7 +238,7 @@ def shape_picture(shape: Shape) -> Picture:
         axis.fill_between(shape.knots, low, high, color=RESIDUAL, alpha=0.3, lw=0)
         axis.plot(shape.knots, shape.torque, color=RESIDUAL, marker="o", ms=2.5, lw=1)
         axis.set_xlabel(f"{name} [{unit}]")
-        axis.set_ylabel("missing torque [N m]")
+        axis.set_ylabel(f"missing torque [{unit_for('N m', prismatic)}]")
     caption = (
         f"The torque that the base model lacks, as a function of {name} fitted together with all its parameters, with "
         "±2 standard errors. What springs and friction of the base hold, a constant and a straight line over position "
@@ -235,8 +247,9 @@ def shape_picture(shape: Shape) -> Picture:
     return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {name}")
 
 
-def _region(r: Region, joint: str) -> str:
-    name, unit = AXES[r.variable]
+def _region(r: Region, joint: str, prismatic: Sequence[bool]) -> str:
+    name, turning = AXES[r.variable]
+    unit = unit_for(turning, prismatic)
     place = f"a {name}{joint} between {r.lower:.3g} and {r.upper:.3g} {unit}"
     return f"{100 * r.share_of_gap:.0f} % of the gap lies at {place}, in {100 * r.share_of_rows:.0f} % of the samples."
 
@@ -246,13 +259,14 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
     joint = f" of joint {finding.gap_joint}" if len(finding.joints) > 1 else ""
-    where = [_region(r, joint) for r in finding.regions[:2]]
+    where = [_region(r, joint, _slides(finding)) for r in finding.regions[:2]]
     evidence = (
         "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
     )
     what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
     runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"
-    unnamed = [_unnamed(j.shape, runs)] if j.shape else []
+    unnamed = [_unnamed(j.shape, runs, _slides(finding))] if j.shape else []
+    where_pictured = where_picture(finding.maps, _slides(finding))
     sections = [
         Section(
             title="Before and after", anchor="gap", paragraphs=_in_words(finding),
@@ -261,7 +275,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
         *unnamed,
         Section(title=what, anchor="what", tables=[_effects(finding)] if named else []),
         Section(title="What would settle it", anchor="settle", paragraphs=_settle(finding)),
-        Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_picture(finding.maps)]),
+        Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_pictured]),
         Section(title="What was tried", anchor="tried", paragraphs=[evidence], tables=_ranking(finding)),
         _detectable(finding),
         Section(title="Parameters that moved", anchor="moved", tables=[_moved(finding)]),

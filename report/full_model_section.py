@@ -6,6 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from identification.verification_result import RunCheck, Verification
+from measurement.units import unit_for
 from report.page import Picture, Section, Table
 from report.style import BAND, MEASURED, SIMULATED, data_uri, figure, style
 
@@ -14,7 +15,8 @@ def full_model_sections(verification: Verification) -> list[Section]:
     """Return one section for all runs with all joints free; nothing where there are none."""
     if not verification.runs:
         return []
-    header = ["joint", "residual [rad]", "spread of the draws [rad]", "residual over √(noise² + spread²)"]
+    unit = unit_for("rad", [j.prismatic for check in verification.runs for j in check.joints])
+    header = ["joint", f"residual [{unit}]", f"spread of the draws [{unit}]", "residual over √(noise² + spread²)"]
     pictures, tables = [], []
     for check in verification.runs:
         caption = f"{check.file}, {check.mode.replace('_', ' ')}: {check.sentence}; {check.draws} draws."
@@ -45,5 +47,6 @@ def full_model_figure(check: RunCheck) -> Figure:
                 ax.fill_between(check.t, low, high, color=BAND, lw=0)
             ax.plot(check.t, check.measured[:, i], color=MEASURED, lw=0.8)
             ax.plot(check.t, check.simulated[:, i], color=SIMULATED, lw=0.8, ls="--")
-            ax.set_title(f"joint {check.joints[i].joint} [rad]", fontsize=7, loc="left")
+            unit = unit_for("rad", [check.joints[i].prismatic])
+            ax.set_title(f"joint {check.joints[i].joint} [{unit}]", fontsize=7, loc="left")
     return made

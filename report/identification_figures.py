@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from identification.traces import Trace
 from identification.verification_result import RunCheck
 from measurement.run import Array
+from measurement.units import unit_for
 from report.page import Picture
 from report.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
@@ -86,10 +87,11 @@ def whole_picture(check: RunCheck) -> Picture:
         axes = made.subplots((n + 1) // 2, 2, sharex=True, squeeze=False)
         for k, one in enumerate(check.joints):
             axis: Axes = axes[k // 2][k % 2]
+            unit = unit_for("rad", [one.prismatic])
             axis.plot(check.t, check.measured[:, k], color=MEASURED, label="measured", linewidth=1.6)
             axis.plot(check.t, check.simulated[:, k], color=SIMULATED, linestyle="--", label="simulated")
-            axis.set_title(f"joint {one.joint}: RMS = {one.rmse_rad:.2g} rad", fontsize=8)
-            axis.set_ylabel("position [rad]")
+            axis.set_title(f"joint {one.joint}: RMS = {one.rmse_rad:.2g} {unit}", fontsize=8)
+            axis.set_ylabel(f"position [{unit}]")
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
         _legend(made, axes[0][0])

@@ -10,6 +10,7 @@ from identification.step import Step
 from identification.summary import HEADER, attention, step_row
 from identification.traces import Trace
 from identification.verification_result import Verification
+from measurement.units import unit_for
 from report.identification_figures import run_picture, whole_picture
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
@@ -161,7 +162,7 @@ def _combinations(step: Step) -> Table:
 
 
 def _runs(step: Step) -> Table:
-    unit = "N m" if step.torque_scored else "rad"
+    unit = unit_for("N m" if step.torque_scored else "rad", step.configuration.runs[0].prismatic)
     rows = [
         (s.file, s.use, ", ".join(f"{x:.3g}" for x in s.rmse), f"{s.over_noise:.3f}", f"{s.nrmse:.2e}")
         for s in step.fit.runs
@@ -194,7 +195,9 @@ def _whole(verification: Verification) -> Section:
         for run in verification.runs
         for j in run.joints
     ]
-    header = ("run", "simulated in", "joint", "RMS [rad]", "RMS / noise", "parameter spread [rad]", "RMS / expected")
+    unit = unit_for("rad", [j.prismatic for run in verification.runs for j in run.joints])
+    spread = f"parameter spread [{unit}]"
+    header = ("run", "simulated in", "joint", f"RMS [{unit}]", "RMS / noise", spread, "RMS / expected")
     closed = [run for run in verification.runs if run.mode == "closed_loop"] or list(verification.runs)
     text = [f"Controller: {verification.law}."] if verification.law else []
     text.append("Expected is √(noise² + parameter spread²).")

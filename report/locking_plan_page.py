@@ -99,7 +99,7 @@ def _design_sections(plan: Data) -> list[Section]:
             paragraphs=warnings,
             tables=[
                 Table(
-                    header=["joint", "amplitude [N m] at frequency [rad/s]"],
+                    header=["joint", "amplitude [N m or N] at frequency [rad/s]"],
                     rows=run_rows(plan),
                     caption="Cosine torques that shrink the expected standard errors most (D-optimal).",
                 ),

@@ -55,7 +55,7 @@ COUNTS_HEADER = (
 
 RUNS_HEADER = ["joint", "runs"]
 ERRORS_HEADER = ["joint", "parameter", "first guess", "before", "after", "unit"]
-POSTURES_HEADER = ["free joints", "locked at [rad] (- free)"]
+POSTURES_HEADER = ["free joints", "locked at [rad or m] (- free)"]
 
 
 def run_rows(plan: Data) -> list[list[str]]:

@@ -48,7 +48,7 @@ def _design_text(plan: Data) -> list[str]:
         return []
     lines = [
         "",
-        "Proposed runs, cosines of amplitude [N m] at frequency [rad/s]:",
+        "Proposed runs, cosines of amplitude [N m or N] at frequency [rad/s]:",
         *_columns(RUNS_HEADER, run_rows(plan)),
     ]
     lines += [f"joint {one['joint']}: {text}" for one in plan["excitation"] for text in one.get("warnings", [])]

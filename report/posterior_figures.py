@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from measurement.run import Array
+from measurement.units import unit_for
 from report.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 from uq.predict import Bands
 
@@ -127,13 +128,13 @@ def bands(parts: Sequence[Bands]) -> Figure:
             t, y = run.t, run.y[:, 0]
             row[0].fill_between(t, part.lower[-1], part.upper[-1], color=BAND, label="95 % band")
             row[0].plot(t, y, color=MEASURED, lw=0.8, label="measured")
-            row[0].set_ylabel("rad")
+            row[0].set_ylabel(unit_for("rad", run.prismatic))
             row[0].set_title(f"{run.file} ({run.use})", fontsize=7, loc="left")
             for k in (2, 1, 0):
                 low, high = 1e3 * (part.lower[k] - part.median), 1e3 * (part.upper[k] - part.median)
                 row[1].fill_between(t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
             row[1].plot(t, 1e3 * (y - part.median), ",", color=RESIDUAL)
-            row[1].set_ylabel("mrad")
+            row[1].set_ylabel(unit_for("mrad", run.prismatic))
             shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
             row[1].set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")
         axes[0][0].legend(fontsize=6, loc="upper right")

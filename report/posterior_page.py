@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from measurement.units import unit_for
 from report.page import Picture, Section, Table, render_page
 from report.posterior_figures import bands, corner, cycles, ranks, widths
 from report.posterior_overview import lead, overview, physical, width
@@ -186,8 +187,9 @@ def _next_words(p: Posterior) -> str:
     n = p.next_run
     if n is None:
         return ""
+    unit = unit_for("N m", p.bands[0].run.prismatic)
     return (
-        f"To narrow {n.parameter}, the least known: run A = {n.amplitude:.3g} N m, ω = {n.omega:.3g} rad/s for "
+        f"To narrow {n.parameter}, the least known: run A = {n.amplitude:.3g} {unit}, ω = {n.omega:.3g} rad/s for "
         f"{n.duration:.3g} s. Its standard deviation should go from {n.before:.2g} to {n.after:.2g} "
         f"({n.repeat:.2g} by repeating the most useful of the present runs)."
     )

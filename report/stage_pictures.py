@@ -12,6 +12,7 @@ from discrepancy.finding import Curve, Finding
 from discrepancy.scan import Scan
 from discrepancy.stages import Staged
 from discrepancy.trial import FAMILY
+from measurement.units import unit_for
 from report.discrepancy_page import before_after_picture, where_picture
 from report.page import Picture
 from report.style import ACCENT, BAND, RESIDUAL, data_uri, figure, style
@@ -34,7 +35,8 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
             axis.axhspan(*band, color=BAND, alpha=0.5, lw=0)
             axis.set_title(f"{curve.run.file}, joint {curve.run.free_joints[0]}", fontsize=8)
             axis.set_xlabel("time [s]")
-        made.axes[0].set_ylabel("measured − simulated [mrad]")
+        unit = unit_for("mrad", [p for curve in shown for p in curve.run.prismatic])
+        made.axes[0].set_ylabel(f"measured − simulated [{unit}]")
     caption = "What the base model misses; the band is ±2σ of the sensor."
     return Picture(uri=data_uri(made), caption=caption, alt="residual of the base model over time")
 
@@ -57,14 +59,14 @@ def stage_picture(staged: Staged) -> Picture:
     """Return the picture of one stage."""
     if staged.scan is not None:
         return scores_picture(staged.scan)
-    return where_picture(staged.maps) if staged.maps else gap_picture(staged.curves)
+    return where_picture(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_picture(staged.curves)
 
 
 def write_pictures(finding: Finding, folder: Path) -> None:
     """Write the pictures of all stages beside the page."""
     pictures = {
         "gap": gap_picture(finding.curves),
-        "where": where_picture(finding.maps),
+        "where": where_picture(finding.maps, finding.search.study.fitted[0].prismatic),
         "what": scores_picture(finding.search.scan),
         "after": before_after_picture(finding.curves),
     }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from discrepancy.torque_finding import TorqueFinding
+from measurement.units import unit_for
 from report.discrepancy_page import where_picture
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
@@ -28,9 +29,9 @@ def torque_picture(finding: TorqueFinding) -> Picture:
             low.plot(q[unseen], 1e3 * before[unseen], ".", ms=2, color=ACCENT, label=f"{hide}left before")
             low.plot(q[unseen], 1e3 * after[unseen], ".", ms=2, color=SIMULATED, label=f"{hide}left after")
         low.axhspan(*(2e3 * s * finding.gaps["validate"].noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
-        top.set_ylabel("torque [mN m]")
-        low.set_ylabel("held out, left [mN m]")
-        low.set_xlabel("position [rad]")
+        top.set_ylabel(f"torque [{_unit(finding, 'mN m')}]")
+        low.set_ylabel(f"held out, left [{_unit(finding, 'mN m')}]")
+        low.set_xlabel(f"position [{_unit(finding, 'rad')}]")
         for axis in (top, low):
             axis.legend(fontsize=7)
     caption = (
@@ -49,8 +50,8 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
         for values, name, colour in ((left.up, "position grows", SIMULATED), (left.down, "position falls", ACCENT)):
             axis.errorbar(left.position, 1e3 * values, 1e3 * left.std, fmt="o-", ms=3, label=name, color=colour)
         axis.axhline(0.0, color=MEASURED, lw=0.6)
-        axis.set_xlabel("position [rad]")
-        axis.set_ylabel("left [mN m]")
+        axis.set_xlabel(f"position [{_unit(finding, 'rad')}]")
+        axis.set_ylabel(f"left [{_unit(finding, 'mN m')}]")
         axis.legend(fontsize=7)
     text = "Mean torque that the final model leaves, by position and direction, with standard errors."
     return Picture(uri=data_uri(made), caption=text, alt="remaining torque over position")
@@ -65,7 +66,10 @@ def _gaps(finding: TorqueFinding) -> Table:
         )
         for name, g in finding.gaps.items()
     ]  # fmt: skip
-    return Table(header=("", "left before [mN m]", "left after [mN m]", "white noise [mN m]", "gap closed"), rows=rows)
+    unit = f"[{_unit(finding, 'mN m')}]"
+    return Table(
+        header=("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed"), rows=rows
+    )
 
 
 def _effects(finding: TorqueFinding) -> Table:
@@ -81,9 +85,10 @@ def _effects(finding: TorqueFinding) -> Table:
 
 
 def _rounds(finding: TorqueFinding) -> list[Table]:
+    left = f"left there [{_unit(finding, 'mN m')}]"
     return [
         Table(
-            header=("entry", "gain in BIC", "evidence on held-out stretches", "left there [mN m]", "taken"),
+            header=("entry", "gain in BIC", "evidence on held-out stretches", left, "taken"),
             rows=[
                 (
                     c.key, f"{c.bic:.0f}", f"{c.evidence:.0f}",
@@ -95,6 +100,10 @@ def _rounds(finding: TorqueFinding) -> list[Table]:
         )
         for number, step in enumerate(finding.search.steps, start=1)
     ]  # fmt: skip
+
+
+def _unit(finding: TorqueFinding, unit: str) -> str:
+    return unit_for(unit, [finding.search.study.prismatic])
 
 
 def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> str:
@@ -112,10 +121,11 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> st
         "to position from friction bound to position but by their signs: sweeps at two more speeds, and one with "
         "reversals in the middle of the travel, would."
     )
+    where = where_picture(finding.maps, [found.study.prismatic])
     sections = [
         Section(title="Before and after", anchor="gap", pictures=[torque_picture(finding)], tables=[_gaps(finding)]),
         Section(title="What is missing", anchor="what", tables=[_effects(finding)]),
-        Section(title="Where the gap was", anchor="where", pictures=[where_picture(finding.maps)]),
+        Section(title="Where the gap was", anchor="where", pictures=[where]),
         Section(title="What is left", anchor="left", pictures=[remaining_picture(finding)]),
         Section(title="What would settle it", anchor="settle", paragraphs=[settle]),
         Section(title="What was tried", anchor="tried", paragraphs=[tried], tables=_rounds(finding)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from discrepancy.whole import Missed, WholeFinding
+from measurement.units import unit_for
 from report.page import Picture, Section, Table, render_page
 from report.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
 
@@ -21,7 +22,7 @@ def missed_picture(finding: WholeFinding) -> Picture:
         axis.set_yscale("log")
         axis.set_xticks(x, [str(r.joint) for r in finding.rows], fontsize=7)
         axis.set_xlabel("joint, run after run")
-        axis.set_ylabel("missed [mrad]")
+        axis.set_ylabel(f"missed [{_unit(finding)}]")
         axis.legend(fontsize=7, ncols=3)
     caption = (
         "RMS of measured − simulated of every joint on runs that no fit saw, and what noise and the parameters' "
@@ -35,7 +36,16 @@ def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
     rows = [
         (r.file, r.mode.replace("_", " "), f"{r.joint}", *(f"{1e3 * x:.3g}" for x in _numbers(r))) for r in finding.rows
     ]
-    header = ("run", "simulated", "joint", "missed before [mrad]", "after [mrad]", "expected [mrad]", "noise [mrad]")
+    unit = f"[{_unit(finding)}]"
+    header = (
+        "run",
+        "simulated",
+        "joint",
+        f"missed before {unit}",
+        f"after {unit}",
+        f"expected {unit}",
+        f"noise {unit}",
+    )
     none = "No effect was named in a joint: before and after agree."
     with_names = f"After: with {', '.join(finding.names)}." if finding.names else none
     return render_page(
@@ -50,6 +60,10 @@ def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
         synthetic=not measured,
         footer=["Nothing was fitted to these runs."],
     )  # fmt: skip
+
+
+def _unit(finding: WholeFinding) -> str:
+    return unit_for("mrad", [r.prismatic for r in finding.rows])
 
 
 def _numbers(row: Missed) -> tuple[float, float, float, float]:

@@ -157,6 +157,12 @@ def test_the_whole_model_needs_an_identified_one(tmp_path: Path):
     result = CliRunner().invoke(main, [str(folder), "--free", "0,1,2,3,4,5", "--out", str(out), "--quiet"])
     assert result.exit_code == 2
     assert "python -m identification.run makes it" in result.stderr
+    stage = ["--free", "0,1,2,3,4,5", "--stage", "gap", "--out", str(out), "--quiet"]
+    result = CliRunner().invoke(main, [str(folder), *stage])
+    assert result.exit_code == 2
+    assert result.stderr.splitlines() == [
+        "error: --stage gap: expected joints with runs to fit, got --free 0,1,2,3,4,5 without runs to fit"
+    ]
     assert not out.exists()
 
 

@@ -1,6 +1,8 @@
 """The search on joints in which the virtual device has hidden something, or nothing; four entries of the catalogue."""
 
 import json
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +25,7 @@ TRUTH = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,
     "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
 }  # fmt: skip
+KNOWN = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
 INPUTS = tuple(
     Cosine(amplitude=a, frequency=w, use=use, duration=10.0, spacing=0.01)
     for a, w, use in ((0.008, 1.5, "fit"), (0.006, 2.5, "fit"), (0.009, 3.5, "fit"), (0.007, 2.0, "validate"))
@@ -36,8 +39,7 @@ def study_with(
     sensor: Sensor = Sensor(noise=2e-4, resolution=0.0),  # noqa: B008 - frozen
 ) -> Study:
     """Return the study of a joint of the virtual device in which ``effects`` are hidden."""
-    known = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
-    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=known, seed=5)
+    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=KNOWN, seed=5)
     return study_of(prepare(read_campaign(folder)), 3, entries)
 
 
@@ -46,6 +48,11 @@ def found(
 ) -> Finding:
     study = study_with(tmp_path / "c", effects, {key: e for key, e in known_entries.items() if e.id != without})
     return find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
+
+
+def angles(page: str) -> list[str]:
+    """Units of an angle on a page, but for its pictures."""
+    return re.findall(r"\bm?rad\b", re.sub(r'src="data:[^"]*"', "", page))
 
 
 def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
@@ -64,6 +71,24 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
     page = discrepancy_page(finding, "test", measured=False)
     assert "SYNTHETIC" in page
     assert "cubic_spring" in page
+    assert "mrad" in page
+
+
+def test_a_joint_that_slides_is_told_of_in_metres_and_newtons(tmp_path: Path):
+    make_joint_campaign(
+        tmp_path / "c", 3, TRUTH, INPUTS, effects={"cubic_spring": {"spring_cubic": 0.02}}, seed=5,
+        sensor=Sensor(noise=2e-4), known={"gravity_cos": {"fixed": 0.0}},
+    )  # fmt: skip
+    read = prepare(read_campaign(tmp_path / "c"))
+    runs = tuple(replace(run, prismatic=(True,)) for run in read.runs)
+    study = study_of(replace(read, runs=runs), 3, ENTRIES)
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
+    data = as_json(finding, measured=False, seed=0)
+    assert data["verdict"] == "named"
+    assert {p["unit"] for e in data["effects"] for p in e["parameters"].values()} == {"N/m^3"}
+    page = discrepancy_page(finding, "test", measured=False)
+    assert "times the sensor" in page
+    assert not angles(page)
     result = simulate_fmu(str(tmp_path / "out" / data["fmu"]), stop_time=0.1, output_interval=0.01)
     assert np.isfinite(result["joint3.reading"]).all()
 
