@@ -187,7 +187,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "effects": [_effect_json(e) for e in judgement.effects] if judgement.verdict != "nothing_missing" else [],
         "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
         "next_experiment": proposal.as_json() if proposal else None,
-        "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions[:3]],
+        "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions],
         "gap": {"validate": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,

@@ -16,7 +16,7 @@ from discrepancy.search import based, scored, under_own_noise
 from discrepancy.solution import Solution
 from discrepancy.study import Study
 from discrepancy.trial import FAMILY, LACK
-from discrepancy.where import Map, Region, regions
+from discrepancy.where import Map, Region, regions, told
 from support.threads import on_one_thread
 
 Stage = Literal["gap", "where", "what"]
@@ -78,7 +78,7 @@ class Staged:
             none = "No entry of the catalogue looks like what is left."
             return f"Looks like what is left, before any refit: {', '.join(found)}." if found else none
         if self.maps and self.gap:
-            return " ".join((self._amount, *(_place(r) for r in self.regions[:2])))
+            return " ".join((self._amount, *told(self.regions, self.study.fitted[0].prismatic)))
         return f"{self._amount} {self._kind}".rstrip()
 
     @property
@@ -120,9 +120,3 @@ def staged(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable
         stage=stage, study=study, plain=plain, left=left, curves=curves_of(runs, y, y), maps=maps,
         regions=regions(maps) if left.p <= LACK else (), joint=joint, scan=found,
     )  # fmt: skip
-
-
-def _place(r: Region) -> str:
-    name = r.variable.partition("_")[0]
-    place = f"{100 * r.share_of_gap:.0f} % of it lies at a {name} from {r.lower:.3g} to {r.upper:.3g}"
-    return f"{place}, {100 * r.share_of_rows:.0f} % of the samples."

@@ -185,7 +185,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
             if c is not step.taken
         ][:3],
         "next_experiment": None,
-        "where": [r.as_json() for r in finding.regions[:3]],
+        "where": [r.as_json() for r in finding.regions],
         "gap": {
             name: {"before": g.before, "after": g.after, "noise": g.noise, "closed": g.closed}
             for name, g in finding.gaps.items()

@@ -5,22 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.ticker import MaxNLocator
 
 from discrepancy.finding import Curve, Finding
 from discrepancy.shape import Shape
-from discrepancy.where import Map, Region
+from discrepancy.where import AXES, Map, told
 from measurement.units import unit_for
 from report.numbers import with_error
 from report.page import Picture, Section, Table, render_page
 from report.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
-AXES = {
-    "position_rad": ("position", "rad"),
-    "velocity_rad_s": ("speed", "rad/s"),
-    "torque_Nm": ("torque", "N m"),
-    "time_s": ("time", "s"),
-}
-"""Variables of the maps in words and units."""
 PARTLY = 0.5
 """Share of the gap below which one variable does not tell what is missing."""
 
@@ -58,20 +53,38 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
 
 
 def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
-    """Residual energy over the noise, per bin of each variable of joints that turn or slide."""
+    """Draw the share of the gap and of the samples in every bin of each variable, of joints that turn or slide."""
     with style():
-        made = figure(8.5, 2.4)
-        for axis, m in zip(made.subplots(1, len(maps), sharey=True), maps, strict=True):
-            mean = np.where(m.rows > 0, m.excess / np.maximum(m.rows, 1.0), 0.0)
-            axis.bar(m.edges[:-1], mean, np.diff(m.edges), align="edge", color=RESIDUAL, alpha=0.75)
+        made = figure(8.5, 4.4)
+        axes = made.subplots(2, -(-len(maps) // 2), sharey=True)
+        for axis, m in zip(axes.ravel(), maps, strict=True):
+            gap, rows = (100 * part / max(part.sum(), 1e-300) for part in (np.maximum(m.excess, 0.0), m.rows))
+            edges = m.edges + 1.0 if m.variable == "cycle" else m.edges
+            axis.bar(edges[:-1], gap, np.diff(edges), align="edge", color=RESIDUAL, alpha=0.75, label="of the gap")
+            axis.stairs(rows, edges, color=MEASURED, lw=0.8, label="of the samples")
             name, unit = AXES[m.variable]
-            axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]", fontsize=8)
-        made.axes[0].set_ylabel("energy over the noise")
+            axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]" if unit else name, fontsize=8)
+            _ticks(axis, m)
+        for row in axes:
+            row[0].set_ylabel("share [%]")
+        axes[0, 0].legend(fontsize=7)
     return Picture(
         uri=data_uri(made),
-        caption="Where the base model misses: mean squared residual above the sensor's noise, in σ².",
-        alt="residual energy over position, speed, torque and time",
-    )  # fmt: skip
+        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
+        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
+        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
+    )
+
+
+def _ticks(axis: Axes, m: Map) -> None:
+    if m.labels:
+        axis.set_xticks((m.edges[:-1] + m.edges[1:]) / 2, [x.split(".csv")[0] for x in m.labels])
+    if m.variable == "cycle":
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if m.variable == "run":
+        axis.tick_params(axis="x", rotation=90, labelsize=6)
+    if m.variable == "frequency_rad_s":
+        axis.set_xscale("log")
 
 
 def _effects(finding: Finding) -> Table:
@@ -247,19 +260,12 @@ def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
     return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {name}")
 
 
-def _region(r: Region, joint: str, prismatic: Sequence[bool]) -> str:
-    name, turning = AXES[r.variable]
-    unit = unit_for(turning, prismatic)
-    place = f"a {name}{joint} between {r.lower:.3g} and {r.upper:.3g} {unit}"
-    return f"{100 * r.share_of_gap:.0f} % of the gap lies at {place}, in {100 * r.share_of_rows:.0f} % of the samples."
-
-
 def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     """Render the page of one study."""
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
     joint = f" of joint {finding.gap_joint}" if len(finding.joints) > 1 else ""
-    where = [_region(r, joint, _slides(finding)) for r in finding.regions[:2]]
+    where = told(finding.regions, _slides(finding), joint)
     evidence = (
         "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
     )

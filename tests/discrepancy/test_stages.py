@@ -8,6 +8,7 @@ from click.testing import CliRunner
 from matplotlib.image import imread
 
 from discrepancy.run import main
+from discrepancy.where import AXES
 from tests.discrepancy.test_finding import INPUTS, TRUTH
 from virtual_device.campaign import make_joint_campaign
 from virtual_device.sensor import Sensor
@@ -43,7 +44,8 @@ def test_a_gap_is_seen_placed_and_looks_like_what_is_hidden(campaigns: dict[str,
     assert "It repeats with the drive." in told
     where, told = run(campaigns["bent"], "where", tmp_path)
     assert where["where"][0]["share_of_gap"] >= 0.5
-    assert "% of it lies at a" in told
+    assert {r["variable"] for r in where["where"]} == set(AXES)
+    assert "% of the gap lies at a position between" in told
     what, told = run(campaigns["bent"], "what", tmp_path)
     assert what["scores"][0]["p"] < 1e-6
     assert "cubic_spring" in {s["id"] for s in what["scores"][:3]}
