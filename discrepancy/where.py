@@ -16,7 +16,7 @@ BINS = 12
 SHARE = 0.5
 """Share of the gap that a region must hold to be named."""
 AXES = {
-    "position_rad": ("position", "rad"), "velocity_rad_s": ("speed", "rad/s"), "torque_Nm": ("torque", "N m"),
+    "position_rad": ("position", "rad"), "velocity_rad_s": ("speed", "rad/s"), "torque_Nm": ("drive torque", "N m"),
     "time_s": ("time", "s"), "cycle": ("cycle", ""), "direction": ("direction", ""), "run": ("run", ""),
     "frequency_rad_s": ("frequency [rad/s]", ""),
 }  # fmt: skip

@@ -57,7 +57,7 @@ def _add(terms: Terms, effect: Effect) -> Terms:
         w=terms.w if effect.input is None else effect.input.subs(known),
         y=terms.y if effect.output is None else effect.output.subs(known),
         a=terms.a if effect.acceleration is None else effect.acceleration.subs({sym.w: terms.w, sym.a: terms.a}),
-        torque=terms.torque + (effect.torque if effect.torque is not None else 0),
+        torque=terms.torque + (effect.torque or sp.S.Zero).subs(sym.w, terms.w),
         friction_level=terms.friction_level * (effect.friction_level or one).subs(sym.w, terms.w),
         coulomb_level=terms.coulomb_level * (effect.coulomb_level or one).subs(sym.w, terms.w),
         kinetic_level=terms.kinetic_level * (effect.kinetic_level or one).subs(sym.w, terms.w),

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from discrepancy.finding import Curve, Finding
@@ -139,19 +140,23 @@ def _in_words(finding: Finding) -> list[str]:
     if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
         return [before]
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
-    closed = "" if share is None else f", which closes {100 * share:.1f} % of the gap{beside}"
-    what = "With the stand-in" if finding.judgement.verdict == "unlisted" else "With what was found"
+    stand_in = finding.judgement.verdict == "unlisted"
+    closed = "" if share is None or stand_in else f", which closes {100 * share:.1f} % of the gap{beside}"
+    what = "With the stand-in" if stand_in else "With what was found"
     after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {gap.after / gap.noise:.2g} times"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
     return [f"{before} {after} the noise{closed}.", *made]
 
 
 def _gaps(finding: Finding) -> Table:
-    names = {"fit": "fitted runs", "validate": "runs that no fit saw"}
+    names, unlisted = (
+        {"fit": "fitted runs", "validate": "runs that no fit saw"},
+        finding.judgement.verdict == "unlisted",
+    )
     rows = [
         (
             names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
-            "–" if g.closed_beside_scatter is None else f"{100 * g.closed_beside_scatter:.1f} %",
+            "–" if unlisted or g.closed_beside_scatter is None else f"{100 * g.closed_beside_scatter:.1f} %",
         )
         for name, g in finding.gaps.items()
     ]  # fmt: skip
@@ -213,13 +218,13 @@ def _settle(finding: Finding) -> list[str]:
 
 
 def _unnamed(shape: Shape, runs: str, prismatic: Sequence[bool]) -> Section:
-    """Show the torque that is missing as a function of the variable in which it lives."""
-    name, turning = AXES[shape.variable]
-    unit = unit_for(turning, prismatic)
-    share = f"{100 * max(shape.closed, 0.0):.1f} % of the gap on {runs}"
-    lines = [f"As a torque over {name} alone, what is missing would close {share}."]
+    """Show the torque that is missing as a function of the one or two variables in which it lives."""
+    names = " and ".join(AXES[variable][0] for variable in shape.variables)
+    lines = [f"As a torque over {names} alone, what is missing would close {_closed(shape)} of the gap on {runs}."]
+    if shape.alone:
+        lines.append(f"Over {AXES[shape.variables[0]][0]} alone it would close {_closed(shape.alone)}.")
     if shape.closed < PARTLY:
-        lines.append("Most of it does not live there: it depends on several variables, or has a state of its own.")
+        lines.append("Most of it does not live there: it depends on other variables, or has a state of its own.")
     if shape.suggestion:
         lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")
     return Section(
@@ -227,37 +232,66 @@ def _unnamed(shape: Shape, runs: str, prismatic: Sequence[bool]) -> Section:
         anchor="shape",
         paragraphs=lines,
         pictures=[shape_picture(shape, prismatic)],
-        tables=[
-            Table(
-                header=(f"{name} [{unit}]", f"torque ± std [{unit_for('N m', prismatic)}]"),
-                rows=[
-                    (f"{x:.4g}", with_error(y, std))
-                    for x, y, std in zip(shape.knots, shape.torque, shape.std, strict=True)
-                ],
-            )
-        ],
+        tables=[] if shape.alone else [_curve(shape, prismatic)],
     )
+
+
+def _closed(shape: Shape) -> str:
+    return f"{100 * max(shape.closed, 0.0):.1f} %"
+
+
+def _curve(shape: Shape, prismatic: Sequence[bool]) -> Table:
+    rows = zip(shape.knots[0], shape.torque, shape.std, strict=True)
+    return Table(
+        header=(_axis(shape.variables[0], prismatic), f"torque ± std [{unit_for('N m', prismatic)}]"),
+        rows=[(f"{x:.4g}", with_error(y, std)) for x, y, std in rows],
+    )
+
+
+def _axis(variable: str, prismatic: Sequence[bool]) -> str:
+    name, turning = AXES[variable]
+    return f"{name} [{unit_for(turning, prismatic)}]"
 
 
 def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
-    """Torque over the variable in which it lives, with a band of two standard errors."""
-    name, turning = AXES[shape.variable]
-    unit = unit_for(turning, prismatic)
+    """Draw the torque over one variable with a band of two standard errors, or over two beside its standard error."""
+    names = " and ".join(AXES[variable][0] for variable in shape.variables)
     with style():
-        made = figure(5.6, 2.8)
-        axis = made.subplots()
-        axis.axhline(0.0, color=MEASURED, lw=0.5)
-        low, high = shape.torque - 2 * shape.std, shape.torque + 2 * shape.std
-        axis.fill_between(shape.knots, low, high, color=RESIDUAL, alpha=0.3, lw=0)
-        axis.plot(shape.knots, shape.torque, color=RESIDUAL, marker="o", ms=2.5, lw=1)
-        axis.set_xlabel(f"{name} [{unit}]")
-        axis.set_ylabel(f"missing torque [{unit_for('N m', prismatic)}]")
+        made = figure(8.5 if shape.alone else 5.6, 2.8)
+        draw = _surface if shape.alone else _line
+        draw(made, shape, prismatic)
+    band = "its standard error beside it" if shape.alone else "with ±2 standard errors"
     caption = (
-        f"The torque that the base model lacks, as a function of {name} fitted together with all its parameters, with "
-        "±2 standard errors. What springs and friction of the base hold, a constant and a straight line over position "
-        "or speed, is left out."
+        f"The torque that the base model lacks, as a function of {names} fitted together with all its parameters, "
+        f"{band}. What springs, friction and gain of the base hold, a constant and straight lines over position, speed "
+        "or torque, is left out."
     )
-    return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {name}")
+    return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {names}")
+
+
+def _line(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:
+    axis, (knots,) = made.subplots(), shape.knots
+    axis.axhline(0.0, color=MEASURED, lw=0.5)
+    axis.fill_between(
+        knots, shape.torque - 2 * shape.std, shape.torque + 2 * shape.std, color=RESIDUAL, alpha=0.3, lw=0
+    )
+    axis.plot(knots, shape.torque, color=RESIDUAL, marker="o", ms=2.5, lw=1)
+    axis.set_xlabel(_axis(shape.variables[0], prismatic))
+    axis.set_ylabel(f"missing torque [{unit_for('N m', prismatic)}]")
+
+
+def _surface(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:
+    unit, largest = unit_for("N m", prismatic), float(np.abs(shape.torque).max())
+    parts = (
+        (shape.torque, f"missing torque [{unit}]", {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest}),
+        (shape.std, f"standard error [{unit}]", {"cmap": "Greys", "vmin": 0.0}),
+    )
+    first, second = shape.knots
+    for axis, (values, label, look) in zip(made.subplots(1, 2, sharey=True), parts, strict=True):
+        drawn = axis.pcolormesh(second, first, values, shading="gouraud", **look)
+        made.colorbar(drawn, ax=axis, label=label)
+        axis.set_xlabel(_axis(shape.variables[1], prismatic))
+        axis.set_ylabel(_axis(shape.variables[0], prismatic))
 
 
 def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:

@@ -82,10 +82,10 @@ class CPrinter(C99CodePrinter):
         if power.is_Integer and -12 <= int(power) <= -2:
             factor = self.parenthesize(base, 1000)
             return "(1.0/(" + "*".join([factor] * -int(power)) + "))"
-        if power == sp.Rational(1, 2):
-            return f"hk_sqrt({self._print(base)})"
-        if power == -sp.Rational(1, 2):
-            return f"(1.0/hk_sqrt({self._print(base)}))"
+        if power.is_Rational and power.q == 2 and abs(power.p) <= 12:
+            factor, whole = self.parenthesize(base, 1000), abs(power.p) // 2
+            made = "*".join([f"hk_sqrt({self._print(base)})", *[factor] * whole])
+            return f"(1.0/({made}))" if power < 0 else f"({made})" if whole else made
         msg = f"the kernel has no power {power}; write it with exp or sqrt"
         raise NotImplementedError(msg)
 

@@ -51,8 +51,8 @@ def found(
 
 
 def angles(page: str) -> list[str]:
-    """Units of an angle on a page, but for its pictures."""
-    return re.findall(r"\bm?rad\b", re.sub(r'src="data:[^"]*"', "", page))
+    """Units of an angle on a page, but for its pictures and for frequencies."""
+    return re.findall(r"\bm?rad\b", re.sub(r'src="data:[^"]*"|frequencies between [^,]*,', "", page))
 
 
 def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):

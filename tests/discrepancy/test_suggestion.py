@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from discrepancy.shape import without_polynomial
+from discrepancy.splines import without_polynomial
 from discrepancy.suggestion import suggestion
 
 KNOTS = np.linspace(-0.2, 0.6, 8)
