@@ -16,7 +16,7 @@ from discrepancy.closer import Closer, closer
 from discrepancy.contest import contested
 from discrepancy.exchange import exchanged, pruned, without_each
 from discrepancy.noise import Colour, Noise
-from discrepancy.refit import judged, settle
+from discrepancy.refit import judged, settle, sharpened
 from discrepancy.scan import Scan, scan
 from discrepancy.search_result import Search
 from discrepancy.signatures import Signatures, signatures
@@ -206,13 +206,15 @@ def leads_of(begun: Sequence[Solution], most: int) -> list[Solution]:
 def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way) -> list[Trial]:
     """Extend leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
 
-    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing. Where
-    the first one comes to nothing beside the second, it was a stand-in for it.
+    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing. A
+    jump that is still rounded off would hide the second one. Where the first one comes to nothing beside the second, it
+    was a stand-in for it.
     """
     made: list[Trial] = []
     for lead in leads:
-        first = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
-        s.simulations += first.calls * len(s.study.fitted)
+        rounded = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
+        first, calls = sharpened(s.study, rounded, rounded.calls)
+        s.simulations += calls * len(s.study.fitted)
         both = way(s, first)
         made += [*both, *pruned(s, both, start)]
         if found_in(made):
