@@ -16,7 +16,8 @@ from model.effect import Effect
 def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
     """Fit the best model with each effect's contenders in its place, where the catalogue holds no other of their kind.
 
-    They begin at the best model's optimum.
+    They begin at the best model's optimum. The other effects of the model may make up for what the named one lacks and
+    its contender has; so a contender is fitted without each of them too.
     """
     if not best.adequate:
         return []
@@ -26,10 +27,12 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         pairs = zip(free, (q for q in effect.parameters if not q.fixed), strict=True)
         values = best.solution.values
         values |= {other.id: values[own.id] for other, own in pairs}
-        effects = [contender if e is effect else e for e in best.solution.effects]
-        begun = solve(s.study, effects, best.solution.noise, values, x0=best.solution.x0, iterations=FIRST)
-        s.simulations += begun.calls * len(s.study.fitted)
-        made.append(s.finish(start.candidate, begun))
+        others = [e for e in best.solution.effects if e is not effect]
+        for left in (others, *([e for e in others if e is not other] for other in others)):
+            effects = [*left, contender]
+            begun = solve(s.study, effects, best.solution.noise, values, x0=best.solution.x0, iterations=FIRST)
+            s.simulations += begun.calls * len(s.study.fitted)
+            made.append(s.finish(start.candidate, begun))
     return made
 
 

@@ -8,7 +8,15 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
+from discrepancy.base import fit_base
+from discrepancy.contest import contested
 from discrepancy.finding import Finding, as_json, find
+from discrepancy.noise import Noise
+from discrepancy.refit import judged, settle
+from discrepancy.scan import scan
+from discrepancy.signatures import signatures
+from discrepancy.solution import solve
+from discrepancy.trial import Searcher, Trial
 from model.effect import w
 from model.effects import catalogue
 from model.effects.cascade import cascade
@@ -126,3 +134,27 @@ def test_the_cascade_answers_a_step_as_two_equal_lags_do():
     expected = 1.0 - (1.0 + 2.0 * t / T) * np.exp(-2.0 * t / T)
     np.testing.assert_allclose(late(1.0, T, *x), expected, atol=1e-7)
     assert late(1.0, 0.0, 0.3, 0.2) == 1.0
+
+
+def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+):
+    """A weight beside which a wave makes up for the rest of a cubic spring: the bend alone does as well."""
+    keys = ("payload_gravity", "cogging")
+    study = study_with(
+        tmp_path / "c", {"cubic_spring": {"spring_cubic": 0.02}}, {key: catalogue()[key] for key in keys}
+    )
+    base = fit_base(study, starts=2).solution
+    entries = study.in_si(base.values)
+    scores = signatures(study, base, list(entries.values()))
+    s = Searcher(study, entries, scores, scan(study, base, scores, entries).tests, lambda _: None)
+    start = s.trial(judged(study, base, 0))
+    weight = solve(study, [entries[keys[0]]], Noise(), base.values, x0=base.x0)
+    both = solve(study, [entries[key] for key in keys], Noise(), weight.values, x0=weight.x0)
+    best = s.trial(settle(study, both.effects, both), start.candidate)
+    with monkeypatch.context() as patch:
+        patch.setattr(Trial, "adequate", property(lambda _: True))
+        made = {t.solution.ids: t for t in contested(s, best, start)}
+    assert set(made) >= {("cogging", "odd_bend"), ("odd_bend",)}
+    assert made["odd_bend",].adequate
+    assert made["odd_bend",].candidate.criterion < best.candidate.criterion
