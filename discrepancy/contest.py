@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from discrepancy.refit import FIRST
+from discrepancy.refit import FIRST, likeliest
 from discrepancy.solution import solve
 from discrepancy.trial import Searcher, Trial
 from model.effect import Effect
@@ -16,8 +16,8 @@ from model.effect import Effect
 def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
     """Fit the best model with each effect's contenders in its place, where the catalogue holds no other of their kind.
 
-    They begin at the best model's optimum. The other effects of the model may make up for what the named one lacks and
-    its contender has; so a contender is fitted without each of them too.
+    They begin at the best model's optimum, or at the base with nothing of them. The other effects of the model may make
+    up for what the named one lacks and its contender has; so a contender is fitted without each of them too.
     """
     if not best.adequate:
         return []
@@ -30,9 +30,13 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         others = [e for e in best.solution.effects if e is not effect]
         for left in (others, *([e for e in others if e is not other] for other in others)):
             effects = [*left, contender]
-            begun = solve(s.study, effects, best.solution.noise, values, x0=best.solution.x0, iterations=FIRST)
-            s.simulations += begun.calls * len(s.study.fitted)
-            made.append(s.finish(start.candidate, begun))
+            there = values | start.solution.values | contender.neutral
+            begun = [
+                solve(s.study, effects, best.solution.noise, from_, x0=x0, iterations=FIRST)
+                for from_, x0 in ((values, best.solution.x0), (there, start.solution.x0))
+            ]
+            s.simulations += sum(b.calls for b in begun) * len(s.study.fitted)
+            made.append(s.finish(start.candidate, likeliest(*begun)))
     return made
 
 
