@@ -215,9 +215,12 @@ def settle(
     return judged(study, solution, calls)
 
 
-def sharpened(study: Study, solution: Solution, calls: int) -> tuple[Solution, int]:
-    """Make jumps that are rounded off sharper, step by step, as long as that is more likely; return the cost too."""
-    while any(sharper := [effect.sharper for effect in solution.effects]):
+def sharpened(study: Study, solution: Solution, calls: int, edge: float = 0.0) -> tuple[Solution, int]:
+    """Make jumps that are rounded off sharper, step by step, as long as that is more likely; return the cost too.
+
+    None is made sharper than ``edge``.
+    """
+    while any(sharper := [e.sharper if e.edges and e.edges[0] >= edge else None for e in solution.effects]):
         effects = [new or effect for new, effect in zip(sharper, solution.effects, strict=True)]
         values = {id: p for id, p in solution.values.items() if id not in {effect.edge for effect in effects}}
         tried = solve(study, effects, solution.noise, values, x0=solution.x0, iterations=FULL)

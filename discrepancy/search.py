@@ -30,6 +30,8 @@ Way = Callable[[Searcher, Solution], list[Trial]]
 """How a second effect is looked for on top of a fit with one."""
 LEADS = 3
 """Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
+ROUNDED = 0.01
+"""Share of its threshold over which a jump is rounded where a second effect is sought: sharper ones hold fits up."""
 CLEAR = 4
 """Best scores that are tried on top of a leading fit as it is, before many from the first guesses."""
 PART = 0.2
@@ -213,7 +215,7 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
     made: list[Trial] = []
     for lead in leads:
         rounded = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
-        first, calls = sharpened(s.study, rounded, rounded.calls)
+        first, calls = sharpened(s.study, rounded, rounded.calls, ROUNDED)
         s.simulations += calls * len(s.study.fitted)
         both = way(s, first)
         made += [*both, *pruned(s, both, start)]
