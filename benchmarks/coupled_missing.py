@@ -20,14 +20,13 @@ from measurement.reading import read_campaign
 from model.effects import catalogue
 from virtual_device.arm import Arm
 from virtual_device.campaign import header
-from virtual_device.inputs import AMPLITUDE, Cosine
+from virtual_device.inputs import COUPLED
 from virtual_device.sensor import Sensor
 from virtual_device.tables import write_campaign
 from virtual_device.truth import read_truth
-from virtual_device.whole import coupled_run
+from virtual_device.whole import coupled_test
 
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
-RUNS = (((1.33, 1.0), "fit"), ((1.65, 1.42), "fit"), ((1.0, 1.83), "fit"), ((1.2, 1.62), "validate"))
 CASES: tuple[tuple[str, Mapping[int, Mapping[str, float]]], ...] = (
     ("nothing", {}),
     ("nothing", {}),
@@ -43,11 +42,8 @@ CASES: tuple[tuple[str, Mapping[int, Mapping[str, float]]], ...] = (
 
 def worked(hidden: Mapping[int, Mapping[str, float]], seed: int) -> tuple[str, str, str, str]:
     """Return verdict, names, gap before and after over the noise, and the time [s] of one case."""
-    arm, runs = Arm(read_truth(), hidden), []
-    for number, (frequencies, use) in enumerate(RUNS):
-        cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
-        name = f"joints01_{number}.csv.gz"
-        runs.append(coupled_run(arm, cosines, (0, 1), sensor=SENSOR, name=name, seed=(seed, number)))
+    arm = Arm(read_truth(), hidden)
+    runs = [coupled_test(arm, number, sensor=SENSOR, seed=(seed, number)) for number in range(len(COUPLED))]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         write_campaign(folder, header("coupled test, synthetic", "freedom6s", SENSOR), runs, joints=6)

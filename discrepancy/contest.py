@@ -27,13 +27,12 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         pairs = zip(free, (q for q in effect.parameters if not q.fixed), strict=True)
         values = best.solution.values
         values |= {other.id: values[own.id] for other, own in pairs}
+        places = ((values, best.solution.x0), (values | start.solution.values | contender.neutral, start.solution.x0))
         others = [e for e in best.solution.effects if e is not effect]
         for left in (others, *([e for e in others if e is not other] for other in others)):
-            effects = [*left, contender]
-            there = values | start.solution.values | contender.neutral
             begun = [
-                solve(s.study, effects, best.solution.noise, from_, x0=x0, iterations=FIRST)
-                for from_, x0 in ((values, best.solution.x0), (there, start.solution.x0))
+                solve(s.study, [*left, contender], best.solution.noise, there, x0=x0, iterations=FIRST)
+                for there, x0 in places
             ]
             s.simulations += sum(b.calls for b in begun) * len(s.study.fitted)
             made.append(s.finish(start.candidate, likeliest(*begun)))

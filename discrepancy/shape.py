@@ -17,6 +17,7 @@ from discrepancy.held_out import predict
 from discrepancy.homotopy import MANY, through_homotopy
 from discrepancy.kernels import SKETCH
 from discrepancy.noise import Noise
+from discrepancy.refit import likeliest
 from discrepancy.solution import ROUGH, Solution, solve
 from discrepancy.splines import HELD, SYMBOLS, Curve, without_polynomial
 from discrepancy.steps import at_step
@@ -95,12 +96,9 @@ def missing(study: Study, base: Solution) -> Shape:
 def _best(study: Study, white: Solution, tried: Sequence[Curve | Surface]) -> Shape:
     """Fit every one roughly, side by side, and the best of them to the end."""
     rough = mapped(partial(_roughly, at_step(study, SKETCH)), tried, threads=study.threads)
-    functions, begun = max(zip(tried, rough, strict=True), key=lambda pair: _rank(pair[1]))
+    begun = likeliest(*rough)
+    functions = next(f for f, found in zip(tried, rough, strict=True) if found is begun)
     return _over(study, white, begun, functions)
-
-
-def _rank(found: Solution) -> float:
-    return found.log_likelihood if np.isfinite(found.log_likelihood) else -np.inf
 
 
 def _range(study: Study, variable: str) -> tuple[float, float]:

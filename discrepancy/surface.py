@@ -15,6 +15,7 @@ import sympy as sp
 from numpy.polynomial.chebyshev import chebvander
 
 from discrepancy.splines import HELD, SYMBOLS
+from discrepancy.where import AXES
 from measurement.run import Array
 from model.effect import Effect, parameter, reference
 from model.quantity import Quantity
@@ -25,7 +26,6 @@ POINTS = 9
 """Values of each variable at which the torque is told."""
 NARROW = 0.1
 """Share b of the largest speed."""
-UNITS = {"position_rad": "rad", "velocity_rad_s": "rad/s", "torque_Nm": "N m", "time_s": "s"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -112,7 +112,7 @@ class Surface:
 
 def _symbolic(axis: Axis, number: int) -> tuple[sp.Expr, tuple[Quantity, Quantity]]:
     """Return s of one variable, with its centre and width as fixed parameters."""
-    unit = UNITS[axis.variable]
+    _, unit = AXES[axis.variable]
     centre, width = (
         reference(f"shape_{name}{number}", unit, f"{name} of the missing torque's variable").but(
             initial=value, lower=-np.inf, upper=np.inf

@@ -149,10 +149,8 @@ def _in_words(finding: Finding) -> list[str]:
 
 
 def _gaps(finding: Finding) -> Table:
-    names, unlisted = (
-        {"fit": "fitted runs", "validate": "runs that no fit saw"},
-        finding.judgement.verdict == "unlisted",
-    )
+    names = {"fit": "fitted runs", "validate": "runs that no fit saw"}
+    unlisted = finding.judgement.verdict == "unlisted"
     rows = [
         (
             names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
@@ -222,7 +220,7 @@ def _unnamed(shape: Shape, runs: str, prismatic: Sequence[bool]) -> Section:
     names = " and ".join(AXES[variable][0] for variable in shape.variables)
     lines = [f"As a torque over {names} alone, what is missing would close {_closed(shape)} of the gap on {runs}."]
     if shape.alone:
-        lines.append(f"Over {AXES[shape.variables[0]][0]} alone it would close {_closed(shape.alone)}.")
+        lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_closed(shape.alone)}.")
     if shape.closed < PARTLY:
         lines.append("Most of it does not live there: it depends on other variables, or has a state of its own.")
     if shape.suggestion:

@@ -37,15 +37,8 @@ def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
         (r.file, r.mode.replace("_", " "), f"{r.joint}", *(f"{1e3 * x:.3g}" for x in _numbers(r))) for r in finding.rows
     ]
     unit = f"[{_unit(finding)}]"
-    header = (
-        "run",
-        "simulated",
-        "joint",
-        f"missed before {unit}",
-        f"after {unit}",
-        f"expected {unit}",
-        f"noise {unit}",
-    )
+    numbers = (f"{what} {unit}" for what in ("missed before", "after", "expected", "noise"))
+    header = ("run", "simulated", "joint", *numbers)
     none = "No effect was named in a joint: before and after agree."
     with_names = f"After: with {', '.join(finding.names)}." if finding.names else none
     return render_page(

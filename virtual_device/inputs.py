@@ -48,6 +48,13 @@ class Cosine:
 
 AMPLITUDE = (0.020, 0.015, 0.020, 0.008, 0.005, 0.008)
 """Torque amplitude of each joint in Table III [N m]."""
+COUPLED = (
+    ((1.33, 1.00), "fit"),
+    ((1.65, 1.42), "fit"),
+    ((1.00, 1.83), "fit"),
+    ((1.20, 1.62), "validate"),
+)
+"""Frequencies of joints 0 and 1 in the coupled test [rad/s]."""
 _FIT: tuple[tuple[float, ...], ...]
 _FIT = ((1.0, 1.33, 1.65), (1.0, 1.21, 1.42, 1.62), (1.0, 1.5, 2.0), (0.5, 0.88, 1.63, 2.0), (0.5, 1.13, 1.75, 2.38))
 _FIT += ((0.5, 1.0, 2.0, 2.5),)

@@ -15,13 +15,13 @@ from support.errors import InputError
 from virtual_device.arm import JOINTS, Arm
 from virtual_device.campaign import header, joint_runs
 from virtual_device.effects import parse_effects
-from virtual_device.inputs import AMPLITUDE, Cosine, rich, table3
+from virtual_device.inputs import COUPLED, rich, table3
 from virtual_device.planned import planned_runs, read_planned
 from virtual_device.sensor import Sensor
 from virtual_device.tables import RunTable, write_campaign
 from virtual_device.truth import read_truth
 from virtual_device.variation import vary
-from virtual_device.whole import Controller, Reference, controlled_run, coupled_run
+from virtual_device.whole import Controller, Reference, controlled_run, coupled_test
 
 EMBEDDED = Path(__file__).parent.parent / "measurement" / "campaigns" / "freedom6s"
 TITLE = (
@@ -30,13 +30,6 @@ TITLE = (
 SMALL_SCATTER = 1e-4
 """Amplitude scatter of the tendon joints in the embedded campaign: about a sixth of the sensor's noise."""
 TENDON = (3, 4, 5)
-COUPLED = (
-    ((1.33, 1.00), "fit"),
-    ((1.65, 1.42), "fit"),
-    ((1.00, 1.83), "fit"),
-    ((1.20, 1.62), "validate"),
-)
-"""Frequencies of joints 0 and 1 in the coupled test [rad/s]."""
 
 
 def joint_tests(
@@ -52,10 +45,7 @@ def joint_tests(
 
 
 def _coupled(arm: Arm, number: int, sensor: Sensor, seed: int) -> tuple[RunTable, ...]:
-    frequencies, use = COUPLED[number]
-    cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
-    name = f"joints01_{number}_w{frequencies[0]:.4g}_{frequencies[1]:.4g}.csv.gz"
-    return (coupled_run(arm, cosines, (0, 1), sensor=sensor, name=name, seed=(seed, 100, number)),)
+    return (coupled_test(arm, number, sensor=sensor, seed=(seed, 100, number)),)
 
 
 def _controlled(arm: Arm, number: int, sensor: Sensor, seed: int) -> tuple[RunTable, ...]:

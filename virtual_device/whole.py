@@ -9,7 +9,7 @@ import numpy as np
 
 from virtual_device.arm import JOINTS, Arm
 from virtual_device.compiled import Array
-from virtual_device.inputs import Cosine
+from virtual_device.inputs import AMPLITUDE, COUPLED, Cosine
 from virtual_device.sensor import Sensor
 from virtual_device.tables import RunTable
 
@@ -40,6 +40,14 @@ def coupled_run(
         columns[f"torque_{joint}_Nm"] = torque[:, joint]
         columns[f"position_{joint}_rad"] = np.round(sensor.read(t, positions[:, joint], rng), 7)
     return RunTable(file=name, free_joints=joints, columns=columns, use=cosines[0].use)
+
+
+def coupled_test(arm: Arm, number: int, *, sensor: Sensor, seed: Sequence[int]) -> RunTable:
+    """Make run ``number`` of the coupled test, `COUPLED`: joints 0 and 1 driven by cosines of their own."""
+    frequencies, use = COUPLED[number]
+    cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
+    name = f"joints01_{number}_w{frequencies[0]:.4g}_{frequencies[1]:.4g}.csv.gz"
+    return coupled_run(arm, cosines, (0, 1), sensor=sensor, name=name, seed=seed)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -20,12 +20,11 @@ ORDER = 5
 
 def _clock() -> Effect:
     eps = sp.Symbol("clock_rate", real=True)
-    a = eps * t / LAG
+    a, rate = eps * t / LAG, 1 / LAG / (1 + eps)
     advanced, seen = w, w
     states = []
     for k in range(1, ORDER + 1):
         lag = sp.Symbol(f"clock_lag_{k}", real=True)
-        rate = 1 / LAG / (1 + eps)
         description = f"torque behind {k} lag{'s' * (k > 1)} in a row"
         states.append(
             EffectState(

@@ -8,19 +8,17 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from discrepancy.base import fit_base
 from discrepancy.contest import contested
 from discrepancy.finding import Finding, as_json, find
 from discrepancy.noise import Noise
-from discrepancy.refit import judged, settle
-from discrepancy.scan import scan
-from discrepancy.signatures import signatures
+from discrepancy.refit import settle
 from discrepancy.solution import solve
-from discrepancy.trial import Searcher, Trial
+from discrepancy.trial import Trial
 from model.effect import w
 from model.effects import catalogue
 from model.effects.cascade import cascade
 from tests.discrepancy.test_finding import study_with
+from tests.discrepancy.test_search import tools_of
 from virtual_device.sensor import Sensor
 
 LATE = {"amplifier_lag": ("amplifier_lag", "amplifier_lag:rest"), "time_delay": ("delay", "time_delay")}
@@ -144,13 +142,9 @@ def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
     study = study_with(
         tmp_path / "c", {"cubic_spring": {"spring_cubic": 0.02}}, {key: catalogue()[key] for key in keys}
     )
-    base = fit_base(study, starts=2).solution
-    entries = study.in_si(base.values)
-    scores = signatures(study, base, list(entries.values()))
-    s = Searcher(study, entries, scores, scan(study, base, scores, entries).tests, lambda _: None)
-    start = s.trial(judged(study, base, 0))
-    weight = solve(study, [entries[keys[0]]], Noise(), base.values, x0=base.x0)
-    both = solve(study, [entries[key] for key in keys], Noise(), weight.values, x0=weight.x0)
+    s, start = tools_of(study, starts=2)
+    weight = solve(study, [s.entries[keys[0]]], Noise(), start.solution.values, x0=start.solution.x0)
+    both = solve(study, [s.entries[key] for key in keys], Noise(), weight.values, x0=weight.x0)
     best = s.trial(settle(study, both.effects, both), start.candidate)
     with monkeypatch.context() as patch:
         patch.setattr(Trial, "adequate", property(lambda _: True))

@@ -26,21 +26,19 @@ from virtual_device.inputs import AMPLITUDE, Cosine
 from virtual_device.sensor import Sensor
 from virtual_device.tables import write_campaign
 from virtual_device.truth import read_truth
-from virtual_device.whole import Controller, Reference, controlled_run, coupled_run
+from virtual_device.whole import Controller, Reference, controlled_run, coupled_run, coupled_test
 
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
 COG = {"cog": 2e-3, "cog_number": 9.0, "cog_phase": 0.4}
 ENTRIES = {"cogging": catalogue()["cogging"]}
-FREQUENCIES = (((1.33, 1.0), "fit"), ((1.0, 1.83), "fit"), ((1.2, 1.62), "validate"))
+TESTS = (0, 2, 3)
+"""Two of the coupled tests to fit, and the one to judge by."""
 
 
 def campaign(folder: Path, hidden: dict[int, dict[str, float]]) -> Campaign:
     """Write and read the coupled test of joints 0 and 1 of an arm with something hidden."""
-    arm, runs = Arm(read_truth(), hidden), []
-    for number, (frequencies, use) in enumerate(FREQUENCIES):
-        cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
-        name = f"joints01_{number}.csv.gz"
-        runs.append(coupled_run(arm, cosines, (0, 1), sensor=SENSOR, name=name, seed=(3, number)))
+    arm = Arm(read_truth(), hidden)
+    runs = [coupled_test(arm, test, sensor=SENSOR, seed=(3, number)) for number, test in enumerate(TESTS)]
     write_campaign(folder, header("coupled", "freedom6s", SENSOR), runs, joints=6)
     return prepare(read_campaign(folder))
 

@@ -1,6 +1,5 @@
 """Steps of the search on joints of the virtual device: stand-ins, what is known already, chance finds."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,7 +22,7 @@ from discrepancy.search import _ways
 from discrepancy.signatures import signatures
 from discrepancy.solution import ROUGH, solve
 from discrepancy.steps import INVISIBLE, at_step, visible
-from discrepancy.study import scales_over
+from discrepancy.study import Study, scales_over
 from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial, keys_of
 from discrepancy.verdict import at_their_bounds
 from identification.problem import Blocks
@@ -34,15 +33,19 @@ from tests.discrepancy.test_finding import ENTRIES, study_with
 from virtual_device.sensor import Sensor
 
 
+def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:
+    """Return the tools of the search, and the base under white noise."""
+    base = fit_base(study, starts=starts).solution
+    entries = study.in_si(base.values)
+    found = signatures(study, base, list(entries.values()))
+    searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, lambda _: None)
+    return searcher, searcher.trial(judged(study, base, 0))
+
+
 def tools(folder: Path, sensor: Sensor) -> tuple[Searcher, Trial]:
     """Return the tools of the search on a joint with a hidden cubic spring, and the base."""
     study = study_with(folder / "c", {"cubic_spring": {"spring_cubic": 0.02}}, ENTRIES, sensor)
-    base = fit_base(study, starts=4).solution
-    entries = {key: e.at(scales_over(study.fitted, base.values)) for key, e in study.entries.items() if not e.random}
-    found = signatures(study, base, list(entries.values()))
-    said: Callable[[str], None] = lambda _text: None  # noqa: E731 - a field of the searcher
-    searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, said)
-    return searcher, searcher.trial(judged(study, base, 0))
+    return tools_of(study, starts=4)
 
 
 @pytest.fixture(scope="module")

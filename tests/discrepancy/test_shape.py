@@ -9,6 +9,7 @@ import sympy as sp
 from discrepancy.finding import as_json
 from discrepancy.splines import SYMBOLS, Curve
 from discrepancy.surface import Axis, Surface
+from discrepancy.where import AXES
 from report.discrepancy_page import discrepancy_page
 from tests.discrepancy.test_finding import found
 
@@ -57,4 +58,5 @@ def test_friction_that_depends_on_load_is_a_torque_over_two_variables(tmp_path: 
     assert shape["over_one_variable"]["closed"] < shape["closed"] - 0.05
     page = discrepancy_page(finding, "test", measured=False)
     assert "drive torque" in page
-    assert "alone it would close" in page
+    alone, _ = AXES[shape["over_one_variable"]["variable"]]
+    assert f"Over {alone} alone it would close" in page

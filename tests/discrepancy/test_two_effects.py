@@ -2,19 +2,17 @@
 
 import pytest
 
-from discrepancy.base import fit_base
 from discrepancy.homotopy import held
 from discrepancy.noise import Noise
 from discrepancy.refit import judged
-from discrepancy.scan import scan
 from discrepancy.search import Way, _anew, _clear, _two_at_once
-from discrepancy.signatures import signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.study import study_of
-from discrepancy.trial import Searcher
+from discrepancy.trial import Searcher, Trial
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
 from model.effects import catalogue
+from tests.discrepancy.test_search import tools_of
 from virtual_device.campaign import make_joint_campaign
 from virtual_device.inputs import Cosine
 from virtual_device.sensor import Sensor
@@ -42,24 +40,20 @@ INPUTS = tuple(
 
 
 @pytest.fixture(scope="module")
-def lead(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Solution, Solution]:
+def lead(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial, Solution]:
     """The search's tools, the base, and the base with one of two hidden effects."""
     folder, sensor = tmp_path_factory.mktemp("two") / "c", Sensor(noise=4e-4)
     make_joint_campaign(folder, 5, TRUTH, INPUTS, effects=HIDDEN, sensor=sensor, known=KNOWN, seed=5)
     study = study_of(prepare(read_campaign(folder)), 5, {key: catalogue()[key] for key in KEYS})
-    base = fit_base(study, starts=2).solution
-    entries = study.in_si(base.values)
-    found = signatures(study, base, list(entries.values()))
-    s = Searcher(study, entries, found, scan(study, base, found, entries).tests, lambda _: None)
-    drift = entries["torque_bias_drift"]
-    values = base.values | {q.id: q.initial for q in drift.parameters}
-    return s, base, solve(study, (drift,), Noise(), values, x0=base.x0)
+    s, start = tools_of(study, starts=2)
+    drift = s.entries["torque_bias_drift"]
+    values = start.solution.values | {q.id: q.initial for q in drift.parameters}
+    return s, start, solve(study, (drift,), Noise(), values, x0=start.solution.x0)
 
 
 @pytest.mark.parametrize("way", [_clear, _anew])
-def test_the_second_effect_is_found_on_top_of_the_first(lead: tuple[Searcher, Solution, Solution], way: Way):
-    s, base, first = lead
-    start = s.trial(judged(s.study, base, 0))
+def test_the_second_effect_is_found_on_top_of_the_first(lead: tuple[Searcher, Trial, Solution], way: Way):
+    s, start, first = lead
     assert not s.trial(judged(s.study, first, 0)).adequate
     good = [t for t in _two_at_once(s, [first], start, way) if t.adequate and t.acceptable]
     assert [set(t.solution.ids) for t in good] == [set(HIDDEN)]
