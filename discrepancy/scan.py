@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
-from scipy.stats import chi2
 
 from discrepancy.chi_squared import log_tail
 from discrepancy.detectable import Detectable, smallest
+from discrepancy.family import by_sign_flips, independent_tests
 from discrepancy.signatures import Point, Signatures
 from discrepancy.solution import Solution
 from discrepancy.study import Study
@@ -25,7 +25,6 @@ from model.effect import Effect
 
 SEEN = 1e-3
 """Share of a signature that must survive the projection for it to be scored."""
-DRAWS = 2000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +38,9 @@ class Score:
     T, dof, log_p
         Score statistic, degrees of freedom, logarithm of the p of this one test.
     family_p
-        p over the whole catalogue.
+        p over the whole catalogue by the noise model.
+    flipped_p
+        p over the whole catalogue by random signs of the residual's stretches, where they were drawn.
     amplitude
         Linear estimate of the factor on each column's values.
     survives
@@ -53,6 +54,7 @@ class Score:
     dof: int
     log_p: float
     family_p: float
+    flipped_p: float | None
     amplitude: tuple[float, ...]
     survives: float
     others: tuple[tuple[Point, float, tuple[float, ...]], ...] = ()
@@ -131,22 +133,30 @@ def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float
 def scan(
     study: Study, solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, tests: float | None = None
 ) -> Scan:
-    """Score every entry at every shape, keep the best shape of each; ``tests`` is counted by draws where not given."""
+    """Score every entry at every shape, keep the best shape of each.
+
+    ``tests`` is counted by draws where it is not given, and signs are flipped.
+    """
     r, D, survives = project(study, solution, found)
     c, G = D.T @ r, D.T @ D
     visible = [p for p in found.points if survives[p.columns].max() > SEEN]
     count = independent_tests(G, visible) if tests is None else tests
+    flipped = by_sign_flips(r, D, G, visible, study.fitted) if tests is None else {}
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
     for point in visible:
         T, amplitude = _statistics(G, c, point, entries[point.key])
         p = log_tail(T, len(point.values), solution.noise.colour.freedom)
         best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
-    scores = [_score(sorted(rows, key=lambda row: row[0]), count, survives) for rows in best.values()]
+    scores = [
+        _score(sorted(rows, key=lambda row: row[0]), count, survives, flipped.get(key)) for key, rows in best.items()
+    ]
     ordered = tuple(sorted(scores, key=lambda s: (s.log_p, -s.T)))
     return Scan(scores=ordered, tests=count, detectable=smallest(visible, G, count, entries))
 
 
-def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: float, survives: Array) -> Score:
+def _score(
+    rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: float, survives: Array, flipped: float | None
+) -> Score:
     log_p, point, T, amplitude = rows[0]
     family = float(-np.expm1(tests * np.log1p(-min(float(np.exp(log_p)), 1 - 1e-16))))
     return Score(
@@ -155,29 +165,8 @@ def _score(rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: flo
         dof=len(point.values),
         log_p=log_p,
         family_p=family,
+        flipped_p=flipped,
         amplitude=amplitude,
         survives=float(survives[point.columns].max()),
         others=tuple((other, t, a) for _, other, t, a in rows[1:4]),
     )
-
-
-def independent_tests(G: Array, points: list[Point], seed: int = 0) -> float:
-    """Return the number N of independent tests with the same distribution of the smallest p, by draws of Dᵀε ~ N(0, G).
-
-    P(min p > x) = (1 − x)^N; N is the maximum-likelihood estimate from the draws whose smallest p is in the lower tail.
-    """
-    if not points:
-        return 1.0
-    rng = np.random.default_rng(seed)
-    size = np.sqrt(np.maximum(np.diag(G), 1e-300))
-    values, vectors = np.linalg.eigh(G / np.outer(size, size))
-    keep = values > 1e-10 * values[-1]
-    root = vectors[:, keep] * np.sqrt(values[keep])
-    drawn = (root @ rng.standard_normal((int(keep.sum()), DRAWS))) * size[:, None]
-    smallest = np.zeros(DRAWS)
-    for point in points:
-        block = drawn[point.columns]
-        inverse = np.linalg.pinv(G[point.columns, point.columns], rcond=1e-10, hermitian=True)
-        T = np.einsum("id,ij,jd->d", block, inverse, block)
-        smallest = np.minimum(smallest, chi2.logsf(T, len(point.values)))
-    return max(1.0, -1.0 / float(np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))

@@ -61,7 +61,7 @@ class Staged:
     def as_json(self, *, measured: bool) -> dict[str, Any]:
         """Return the content of ``discrepancy/joint<j>_<stage>.json``."""
         each = self.scan.scores if self.scan else ()
-        scores = [{"id": s.key, "score": s.T, "dof": s.dof, "p": s.family_p} for s in each]
+        scores = [{"id": s.key, "score": s.T, "dof": s.dof, "p": s.family_p, "p_sign_flips": s.flipped_p} for s in each]
         return {
             "schema": "discrepancy_stage/1", "stage": self.stage, "joints": list(self.study.fitted[0].free_joints),
             "measured": measured, "sentence": self.sentence, "gap": self.gap, "omnibus_p": self.left.p,

@@ -9,7 +9,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from discrepancy.family import DRAWS
 from discrepancy.finding import Curve, Finding
+from discrepancy.scan import Score
 from discrepancy.shape import Shape
 from discrepancy.where import AXES, Map, told
 from measurement.units import unit_for
@@ -164,12 +166,19 @@ def _gaps(finding: Finding) -> Table:
 
 def _scores(finding: Finding) -> Table:
     rows = [
-        (s.key, f"{s.T:.0f}", f"{s.dof}", "below 1e-12" if s.family_p < 1e-12 else f"{s.family_p:.2g}")
+        (s.key, f"{s.T:.0f}", f"{s.dof}", "below 1e-12" if s.family_p < 1e-12 else f"{s.family_p:.2g}", _flipped(s))
         for s in finding.search.scan.scores
     ]
     tests = finding.search.scan.tests
-    caption = f"p over the whole catalogue, which amounts to {tests:.0f} independent tests, before anything was added"
-    return Table(header=("entry", "score", "degrees of freedom", "p"), rows=rows, caption=caption)
+    caption = (
+        f"p over the whole catalogue, which amounts to {tests:.0f} independent tests, before anything was added: by "
+        f"the noise model, and without one, by random signs of stretches of what is left (at least 1/{DRAWS + 1})"
+    )
+    return Table(header=("entry", "score", "degrees of freedom", "p", "p by signs"), rows=rows, caption=caption)
+
+
+def _flipped(score: Score) -> str:
+    return "–" if score.flipped_p is None else f"{score.flipped_p:.2g}"
 
 
 def _detectable(finding: Finding) -> Section:
