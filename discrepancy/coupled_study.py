@@ -98,6 +98,10 @@ class CoupledStudy(Study):
                     found[one.key] = one
         return found
 
+    def in_joint(self, effect: Effect, column: int) -> Effect:
+        """Return an effect as one of the joint at place ``column``, under names that bear its number."""
+        return placed(effect, self.joints[column])
+
     def scales(self, i: int, theta: Mapping[str, float]) -> Scales:
         """Return the scales of the joint at place ``i`` at the fitted parameters."""
         j = self.joints[i]

@@ -1,5 +1,7 @@
 """What is missing, without a name: a torque as a smooth function of the one or two variables in which it lives.
 
+Of several joints that move together, the torque is one joint's, over its own position, speed, drive torque, or time.
+
 The function is an effect like any other, fitted on top of the base jointly with all parameters; so its values come with
 standard errors, and runs that no fit saw tell its worth.
 """
@@ -13,6 +15,7 @@ from itertools import combinations
 
 import numpy as np
 
+from discrepancy.channels import alone
 from discrepancy.held_out import predict
 from discrepancy.homotopy import MANY, through_homotopy
 from discrepancy.kernels import SKETCH
@@ -35,17 +38,28 @@ ENOUGH, MORE = 0.9, 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Place:
+    """Functions that are tried in the joint at place ``column``."""
+
+    functions: Curve | Surface
+    column: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
     """A torque as a function of one or two variables.
 
     Parameters
     ----------
+    joint
+        In which it acts.
     variables
         Of `splines.SYMBOLS`.
     knots
         Values of each variable, (n,) each.
     torque, std
-        Torque there less what the base holds [N m], and its standard error: (n,), or (n, n), the first variable down.
+        Torque there less what the base holds [N m], counted as the drive's is, and its standard error: (n,), or (n, n),
+        the first variable down.
     gain
         Twice the gain in log-likelihood under white noise.
     closed
@@ -56,6 +70,7 @@ class Shape:
         The best of one variable, where it has two.
     """
 
+    joint: int
     variables: tuple[str, ...]
     knots: tuple[Array, ...]
     torque: Array
@@ -69,7 +84,8 @@ class Shape:
         """Plain lists."""
         (variable, *other), (knots, *others) = self.variables, self.knots
         return {
-            "variable": variable, "second_variable": other[0] if other else None, "knots": knots.tolist(),
+            "joint": self.joint, "variable": variable, "second_variable": other[0] if other else None,
+            "knots": knots.tolist(),
             "second_knots": others[0].tolist() if others else None, "torque_Nm": self.torque.tolist(),
             "std_Nm": self.std.tolist(), "gain": self.gain, "closed": self.closed, "suggestion": self.suggestion,
             "over_one_variable": self.alone.as_json() if self.alone else None,
@@ -82,40 +98,48 @@ def missing(study: Study, base: Solution) -> Shape:
     Where that is not most of it, and a second variable beside it adds to it, over both.
     """
     white = solve(study, (), Noise(), base.values, x0=base.x0)
-    ranges = {variable: _range(study, variable) for variable in SYMBOLS}
-    curves = [Curve(variable=variable, first=a, last=b) for variable, (a, b) in ranges.items()]
+    joints = study.fitted[0].free_joints
+    ranges = [{variable: _range(study, variable, k) for variable in SYMBOLS} for k in range(len(joints))]
+    curves = [
+        Place(functions=Curve(variable=variable, first=a, last=b), column=k)
+        for k, own in enumerate(ranges)
+        for variable, (a, b) in own.items()
+    ]
     one = _best(study, white, curves)
     if one.closed >= ENOUGH:
         return one
-    axes = {variable: Axis(variable=variable, first=a, last=b) for variable, (a, b) in ranges.items()}
+    column = joints.index(one.joint)
+    axes = {variable: Axis(variable=variable, first=a, last=b) for variable, (a, b) in ranges[column].items()}
     pairs = [pair for pair in combinations(SYMBOLS, 2) if one.variables[0] in pair or set(pair) == MOTION]
-    two = _best(study, white, [Surface(axes=(axes[a], axes[b])) for a, b in pairs])
+    two = _best(study, white, [Place(functions=Surface(axes=(axes[a], axes[b])), column=column) for a, b in pairs])
     return replace(two, alone=one) if two.closed > one.closed + MORE else one
 
 
-def _best(study: Study, white: Solution, tried: Sequence[Curve | Surface]) -> Shape:
+def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
     """Fit every one roughly, side by side, and the best of them to the end."""
     rough = mapped(partial(_roughly, at_step(study, SKETCH)), tried, threads=study.threads)
     begun = likeliest(*rough)
-    functions = next(f for f, found in zip(tried, rough, strict=True) if found is begun)
-    return _over(study, white, begun, functions)
+    place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
+    return _over(study, white, begun, place)
 
 
-def _range(study: Study, variable: str) -> tuple[float, float]:
-    data = np.concatenate([_values(run, variable) for run in study.fitted])
+def _range(study: Study, variable: str, column: int) -> tuple[float, float]:
+    data = np.concatenate([_values(alone(run, column), variable) for run in study.fitted])
     first, last = np.quantile(data, [0.005, 0.995])
     return float(first), float(last)
 
 
-def _roughly(study: Study, functions: Curve | Surface) -> Solution:
+def _roughly(study: Study, place: Place) -> Solution:
     """Fit the shape from the first guesses, not to the end."""
-    scale = max(float(np.abs(run.u).max()) for run in study.fitted)
+    scale = max(float(np.abs(run.u[:, place.column]).max()) for run in study.fitted)
+    effect = study.in_joint(place.functions.effect(scale), place.column)
     guesses = {q.id: q.initial for q in study.base.parameters}
-    return through_homotopy(replace(study, threads=1), (functions.effect(scale),), guesses, tolerance=ROUGH)[0]
+    return through_homotopy(replace(study, threads=1), (effect,), guesses, tolerance=ROUGH)[0]
 
 
-def _over(study: Study, before: Solution, rough: Solution, functions: Curve | Surface) -> Shape:
+def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shape:
     """Fit to the end what was begun roughly, and tell of it."""
+    functions, first = tried.functions, study.fitted[0]
     after = solve(study, rough.effects, Noise(), rough.values, x0=rough.x0, iterations=MANY)
     (effect,) = rough.effects
     ids = [p.id for p in after.equations.parameters]
@@ -128,9 +152,10 @@ def _over(study: Study, before: Solution, rough: Solution, functions: Curve | Su
     simple = None
     if isinstance(functions, Curve):
         bend = without_polynomial(knots[0], HELD[functions.variable])
-        simple = suggestion(knots[0], torque, std, bend, unit_for("N m", study.fitted[0].prismatic))
+        simple = suggestion(knots[0], torque, std, bend, unit_for("N m", alone(first, tried.column).prismatic))
     return Shape(
-        variables=functions.variables, knots=knots, torque=torque.reshape(size), std=std.reshape(size),
+        joint=first.free_joints[tried.column], variables=functions.variables, knots=knots,
+        torque=torque.reshape(size), std=std.reshape(size),
         gain=2.0 * (after.log_likelihood - before.log_likelihood), closed=_closed(study, before, after),
         suggestion=simple,
     )  # fmt: skip
@@ -138,10 +163,16 @@ def _over(study: Study, before: Solution, rough: Solution, functions: Curve | Su
 
 def _closed(study: Study, before: Solution, after: Solution) -> float:
     """(before − after)/(before − 1) of the RMS over the sensor's noise."""
-    runs = study.unseen or study.fitted
-    noise = np.array([run.sensor_std[0] for run in runs])
-    b, a = (float(np.sqrt(np.mean((np.array(predict(study, s, runs).rms) / noise) ** 2))) for s in (before, after))
+    b, a = (_missed(study, solution) for solution in (before, after))
     return (b - a) / max(b - 1.0, 1e-3)
+
+
+def _missed(study: Study, solution: Solution) -> float:
+    """RMS of measured − simulated over the sensor's noise, on unseen runs where there are any."""
+    runs = study.unseen or study.fitted
+    each = zip(runs, predict(study, solution, runs).y, strict=True)
+    left = np.concatenate([((run.y - y) / run.sensor_std)[run.scored].ravel() for run, y in each])
+    return float(np.sqrt(np.mean(left**2)))
 
 
 def covariance_of(solution: Solution, place: Sequence[int]) -> Array:

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
+from discrepancy.where import AXES
 from measurement.run import Array
-from model.effect import Effect, parameter
+from model.effect import Effect, parameter, reference
 from model.effect import q as position
 from model.effect import v as velocity
 from model.effect import w as torque
@@ -55,9 +56,18 @@ class Curve:
         return np.asarray(without_polynomial(self.knots[0], HELD[self.variable]) @ splines @ mixtures(self.variable))
 
     def effect(self, scale: float) -> Effect:
-        """Return the effect −Σ aₖ·sₖ(x); |aₖ| is bounded by ten times ``scale`` [N m]."""
-        span = self.last - self.first
-        t = (sp.Min(sp.Max(SYMBOLS[self.variable], self.first), self.last) - self.first) * (INTERVALS / span)
+        """Return the effect Σ aₖ·sₖ(x); |aₖ| is bounded by ten times ``scale`` [N m].
+
+        The ends of the range are fixed parameters: one kernel serves every range.
+        """
+        ends = [
+            reference(f"shape_{name}", AXES[self.variable][1], f"{name} value of the missing torque's variable").but(
+                initial=value, lower=-np.inf, upper=np.inf
+            )
+            for name, value in (("first", self.first), ("last", self.last))
+        ]
+        first, last = (end.symbol for end in ends)
+        t = (sp.Min(sp.Max(SYMBOLS[self.variable], first), last) - first) * INTERVALS / (last - first)
         powers = [[w * sp.Max(t - place + 2 - j, 0) ** 3 / 6 for j, w in enumerate(BINOMIAL)] for place in PLACES]
         splines = sp.Matrix([sp.Add(*row) for row in powers])
         free = mixtures(self.variable)
@@ -65,11 +75,11 @@ class Curve:
             parameter(f"shape{k}", "N m", f"weight {k} of the missing torque", 0.0, -10 * scale, 10 * scale)
             for k in range(free.shape[1])
         )
-        missing = -sp.Add(*(q.symbol * (splines.T @ column)[0] for q, column in zip(quantities, free.T, strict=True)))
+        missing = sp.Add(*(q.symbol * (splines.T @ column)[0] for q, column in zip(quantities, free.T, strict=True)))
         name = self.variable.partition("_")[0]
         return Effect(
-            id=f"shape_over_{name}", title=f"missing torque over {name}", formula="−Σ aₖ·sₖ(x)", lives_in=name,
-            side="torque", parameters=quantities, amplitudes=len(quantities), torque=missing,
+            id=f"shape_over_{name}", title=f"missing torque over {name}", formula="Σ aₖ·sₖ(x)", lives_in=name,
+            side="torque", parameters=(*quantities, *ends), amplitudes=len(quantities), torque=missing,
         )  # fmt: skip
 
 

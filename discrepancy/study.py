@@ -91,6 +91,11 @@ class Study:
         scales = scales_over(self.fitted, theta)
         return {key: e.at(scales) for key, e in self.entries.items() if not e.random}
 
+    def in_joint(self, effect: Effect, column: int) -> Effect:
+        """Return an effect as one of the joint at place ``column``."""
+        del column
+        return effect
+
     def simulator(self, effects: Sequence[Effect] = ()) -> TwoStep:
         """Return a simulator of the base with ``effects``."""
         return self.factory(self.equations(effects))

@@ -91,7 +91,7 @@ class Surface:
         return np.column_stack([np.kron(first[:, i], second[:, j]) for i, j in self.terms])
 
     def effect(self, scale: float) -> Effect:
-        """Return the effect −Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂); |aᵢⱼ| is bounded by ten times ``scale`` [N m].
+        """Return the effect Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂); |aᵢⱼ| is bounded by ten times ``scale`` [N m].
 
         Centres and widths are fixed parameters: one kernel serves every range.
         """
@@ -104,9 +104,9 @@ class Surface:
         names = [variable.partition("_")[0] for variable in self.variables]
         return Effect(
             id=f"shape_over_{'_and_'.join(names)}", title=f"missing torque over {' and '.join(names)}",
-            formula="−Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂)", lives_in=names[0], side="torque",
+            formula="Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂)", lives_in=names[0], side="torque",
             parameters=(*weights, *ranges[0], *ranges[1]), amplitudes=len(weights),
-            torque=-sp.Add(*(a.symbol * first[i] * second[j] for a, (i, j) in zip(weights, self.terms, strict=True))),
+            torque=sp.Add(*(a.symbol * first[i] * second[j] for a, (i, j) in zip(weights, self.terms, strict=True))),
         )  # fmt: skip
 
 

@@ -71,7 +71,7 @@ def judge(study: Study, found: Search) -> Judgement:
         effects=effects,
         alternatives=rivals or _considered(found),
         next_experiment=proposal,
-        shape=missing(study, found.plain.solution) if verdict == "unlisted" and study.alone else None,
+        shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
         sentence=_sentence(verdict, effects, rivals, proposal, found),
     )
 

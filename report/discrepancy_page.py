@@ -224,12 +224,17 @@ def _settle(finding: Finding) -> list[str]:
     return [f"{which}: {run}{once}."]
 
 
-def _unnamed(shape: Shape, runs: str, prismatic: Sequence[bool]) -> Section:
+def _unnamed(shape: Shape, runs: str, finding: Finding) -> Section:
     """Show the torque that is missing as a function of the one or two variables in which it lives."""
     names = " and ".join(AXES[variable][0] for variable in shape.variables)
-    lines = [f"As a torque over {names} alone, what is missing would close {_closed(shape)} of the gap on {runs}."]
+    prismatic = [_slides(finding)[finding.joints.index(shape.joint)]]
+    joint = f" in joint {shape.joint}" if len(finding.joints) > 1 else ""
+    closed = _closed(shape)
+    lines = [f"As a torque{joint} over {names} alone, what is missing would close {closed} of the gap on {runs}."]
     if shape.alone:
         lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_closed(shape.alone)}.")
+    if len(finding.joints) > 1 and "position_rad" in shape.variables:
+        lines.append("Gravity in the base bends with position too: the base may hold a part of the bend.")
     if shape.closed < PARTLY:
         lines.append("Most of it does not live there: it depends on other variables, or has a state of its own.")
     if shape.suggestion:
@@ -269,9 +274,9 @@ def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
         draw(made, shape, prismatic)
     band = "its standard error beside it" if shape.alone else "with ±2 standard errors"
     caption = (
-        f"The torque that the base model lacks, as a function of {names} fitted together with all its parameters, "
-        f"{band}. What springs, friction and gain of the base hold, a constant and straight lines over position, speed "
-        "or torque, is left out."
+        f"The torque that the base model lacks, counted as the drive's is, as a function of {names} fitted together "
+        f"with all its parameters, {band}. What springs, friction and gain of the base hold, a constant and straight "
+        "lines over position, speed or torque, is left out."
     )
     return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {names}")
 
@@ -312,7 +317,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     )
     what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
     runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"
-    unnamed = [_unnamed(j.shape, runs, _slides(finding))] if j.shape else []
+    unnamed = [_unnamed(j.shape, runs, finding)] if j.shape else []
     where_pictured = where_picture(finding.maps, _slides(finding))
     sections = [
         Section(

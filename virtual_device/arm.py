@@ -37,11 +37,19 @@ class Arm:
     ``hidden`` gives each joint disturbances of `HIDDEN`: torques against the motion cubic·(q − epos)³,
     cog·sin(cog_number·q + cog_phase), drag_up·q̇ or drag_down·q̇ by direction, drag_square·|q̇|·q̇, and a command that
     arrives as τ·(1 − gain_fall·τ²).
+
+    Raises
+    ------
+    ValueError
+        Where something else is to be hidden: it would not be, and a study of it would find nothing.
     """
 
     def __init__(self, truth: Truth, hidden: Mapping[int, Mapping[str, float]] | None = None) -> None:
         self.truth, self._packed = truth, truth.packed()
         given = [(hidden or {}).get(j, {}) for j in range(JOINTS)]
+        if unknown := {name for one in given for name in one if name not in HIDDEN}:
+            msg = f"an arm hides {', '.join(HIDDEN)}, got {', '.join(sorted(unknown))}"
+            raise ValueError(msg)
         self._hidden = np.array([[float(one.get(name, 0.0)) for name in HIDDEN] for one in given])
         if _functions().arm_parameter_count() != self._packed.size:
             msg = f"the arm has {_functions().arm_parameter_count()} parameters, got {self._packed.size}"

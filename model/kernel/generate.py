@@ -10,7 +10,7 @@ from itertools import combinations
 import sympy as sp
 
 from model.equations import Equations
-from model.kernel.printing import slopes
+from model.kernel.printing import Magnitude, slopes
 from model.kernel.tangent import tangent_columns, tangent_source
 from model.kernel.text import assignments
 
@@ -46,7 +46,7 @@ def coupling(equations: Equations) -> sp.Expr:
     for i, j in combinations(range(len(equations.states)), 2):
         product = J[i][j] * J[j][i]
         if product != 0:
-            terms.append(sp.Abs(product))
+            terms.append(Magnitude(product))
     return sp.Add(*terms)
 
 

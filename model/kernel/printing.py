@@ -11,11 +11,13 @@ from sympy.printing.c import C99CodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
 FUNCTIONS = ("exp", "sin", "cos", "tanh", "sqrt", "Abs", "sign", "Heaviside")
-_C = {"exp": "hk_exp", "sin": "hk_sin", "cos": "hk_cos", "tanh": "hk_tanh", "Abs": "hk_abs", "sign": "hk_sign"}
+OWN = ("Magnitude", "Direction", "Max", "Min", "Piecewise")
+_C = {"exp": "hk_exp", "sin": "hk_sin", "cos": "hk_cos", "tanh": "hk_tanh", "Abs": "hk_abs", "Magnitude": "hk_abs"}
+_C |= {"Direction": "hk_sign"}
 
 
 class Direction(sp.Function):
-    """The sign of a real number: its derivative is taken as 0."""
+    """The sign of a real number, as it stands in what is printed: its derivative is taken as 0."""
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
         """Return 0."""
@@ -26,7 +28,8 @@ class Magnitude(sp.Function):
     """The magnitude of a real number, whose derivative is its sign.
 
     SymPy takes what it divides by for possibly 0, the quotient then for possibly not real, and differentiates its
-    ``Abs`` by real and imaginary part.
+    ``Abs`` by real and imaginary part; and that function asks of a long product what can be known of its sign, which
+    takes minutes where several joints move.
     """
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
@@ -36,10 +39,15 @@ class Magnitude(sp.Function):
 
 def slopes(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> list[sp.Expr]:
     """Return ∂expression/∂symbol for each symbol, almost everywhere, all being real: that of a step is taken as 0."""
-    real = _exchanged(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
+    real = of_reals(expression)
     free = real.free_symbols
-    back = ((DiracDelta, lambda *_: sp.S.Zero), (Magnitude, sp.Abs), (Direction, sp.sign))
-    return [_exchanged(sp.diff(real, s), back) if s in free else sp.S.Zero for s in symbols]
+    flat = ((DiracDelta, lambda *_: sp.S.Zero),)
+    return [_exchanged(sp.diff(real, s), flat) if s in free else sp.S.Zero for s in symbols]
+
+
+def of_reals(expression: sp.Expr) -> sp.Expr:
+    """Return the expression with `Magnitude` and `Direction` for SymPy's ``Abs`` and ``sign``."""
+    return _exchanged(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
 
 
 def _exchanged(expression: sp.Expr, pairs: Iterable[tuple[Any, Any]]) -> sp.Expr:
@@ -137,7 +145,8 @@ class PythonPrinter(PythonCodePrinter):
     """Expressions for the plain-Python fallback, with ``math`` and the two helpers ``sign`` and ``step``."""
 
     def __init__(self, names: dict[str, str]) -> None:
-        super().__init__({"fully_qualified_modules": True})
+        own = {"Magnitude": "abs", "Direction": "sign"}
+        super().__init__({"fully_qualified_modules": True, "user_functions": own})
         self.names = names
 
     def _print_Symbol(self, expr: sp.Symbol) -> str:
@@ -159,6 +168,6 @@ def check_functions(expressions: Any) -> None:
     for expression in expressions:
         for call in sp.sympify(expression).atoms(sp.Function):
             name = type(call).__name__
-            if name not in (*FUNCTIONS, "Max", "Min", "Piecewise") and not isinstance(call, Heaviside):
+            if name not in (*FUNCTIONS, *OWN) and not isinstance(call, Heaviside):
                 msg = f"the kernel has no function {name}; it has {', '.join(FUNCTIONS)}, Max, Min, Piecewise"
                 raise UnsupportedFunctionError(msg)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from model.equations import Equations
-from model.kernel.printing import slopes
+from model.kernel.printing import of_reals, slopes
 from model.kernel.text import assignments
 
 
@@ -23,7 +23,7 @@ def _tangent_function(e: Equations, head: str, target: str, expressions: Sequenc
     targets, values, products = [], [], []
     for i, f in enumerate(expressions):
         targets.append(f"{target}[{i}][0]")
-        values.append(f)
+        values.append(of_reals(f))
         terms = []
         for k, derivative in enumerate(slopes(f, [s.symbol for s in e.states])):
             if derivative != 0:

@@ -7,10 +7,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from discrepancy import shape
+from discrepancy.base import fit_base
 from discrepancy.coupled_study import CoupledStudy, coupled_study_of, placed, taken_off
 from discrepancy.finding import Finding, as_json, find
 from discrepancy.run import main
 from discrepancy.search import search
+from discrepancy.shape import missing
+from discrepancy.splines import SYMBOLS, without_polynomial
 from fmu_build.findings import at_values
 from measurement.campaign import Campaign
 from measurement.prepare import prepare
@@ -25,7 +29,7 @@ from virtual_device.campaign import header
 from virtual_device.inputs import AMPLITUDE, Cosine
 from virtual_device.sensor import Sensor
 from virtual_device.tables import write_campaign
-from virtual_device.truth import read_truth
+from virtual_device.truth import DRIVE, read_truth
 from virtual_device.whole import Controller, Reference, controlled_run, coupled_run, coupled_test
 
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
@@ -121,6 +125,19 @@ def test_the_scales_of_a_joint_are_its_own(with_cogging: Campaign):
     M = Arm(read_truth()).dynamics(np.zeros(6), np.zeros(6))[0]
     assert first.inertia == pytest.approx(M[0, 0], rel=0.5)
     assert second.inertia == pytest.approx(M[1, 1], rel=0.5)
+
+
+def test_what_has_no_name_is_a_torque_of_the_joint_in_which_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    study = coupled_study_of(campaign(tmp_path, {0: {"cubic": 0.3}}), (0, 1), {}, {}, threads=2)
+    monkeypatch.setattr(shape, "SYMBOLS", {"position_rad": SYMBOLS["position_rad"]})
+    found = missing(study, fit_base(study, starts=2).solution)
+    assert (found.joint, found.variables) == (0, ("position_rad",))
+    assert found.closed > 0.95
+    # the cubic of the virtual device, less the straight line that a spring would take up
+    q, epos = found.knots[0], float(read_truth().drives[0, DRIVE.index("epos")])
+    bend = without_polynomial(q, 2) @ (-0.3 * (q - epos) ** 3)
+    assert np.abs(found.torque - bend).max() < 0.2 * np.abs(bend).max()
+    assert found.as_json()["joint"] == 0
 
 
 @pytest.mark.parametrize(

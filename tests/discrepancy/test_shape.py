@@ -24,7 +24,7 @@ def torque_of(functions: Curve | Surface, weights: np.ndarray) -> np.ndarray:
     effect = functions.effect(1.0)
     values = {q.symbol: q.initial for q in effect.parameters}
     values |= {q.symbol: w for q, w in zip(effect.parameters[: effect.amplitudes], weights, strict=True)}
-    formula = sp.lambdify([SYMBOLS[v] for v in functions.variables], -effect.torque.subs(values), "numpy")
+    formula = sp.lambdify([SYMBOLS[v] for v in functions.variables], effect.torque.subs(values), "numpy")
     grid = np.meshgrid(*functions.knots, indexing="ij")
     return np.asarray(formula(*grid)).ravel()
 
