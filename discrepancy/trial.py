@@ -265,17 +265,19 @@ class Searcher:
         """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end.
 
         By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect; no more
-        than the study says.
+        than the study says, and the rivals of the best one beside them.
         """
         most = min(most or (LATER if solution.effects else len(self.entries)), self.study.most or len(self.entries))
         if most >= PROMISING:
             self.extended.add(keys_of(solution))
         rough = self.side_by_side(COARSE)
-        fresh = {s.key: s for s in self.beside(solution, self.scan(solution))[:most]}
+        scored = self.beside(solution, self.scan(solution))
+        likely = self.rivals(scored[0].key) if scored else set()
+        fresh = {s.key: s for k, s in enumerate(scored) if k < most or self.entries[s.key].id in likely}
         tried = [self.entries[key] for key in fresh]
         begun = self.mapped(partial(begin, rough, solution), tried, fresh.values())
         begun = self.ranked(begun)
-        named = {rival for s in begun[:1] for rival in s.effects[-1].rivals}
+        named = self.rivals(begun[0].effects[-1].key) if begun else set()
         promising = begun[:PROMISING] + [s for s in begun[PROMISING:] if s.effects[-1].id in named]
         scores = [fresh[s.effects[-1].key] for s in promising]
         done = self.mapped(partial(continued, rough, solution), promising, scores)
@@ -283,6 +285,11 @@ class Searcher:
             self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
         return self.ranked(s for s, _ in done)
+
+    def rivals(self, key: str) -> set[str]:
+        """Return ids of the entries that an entry has for rivals, and of those that have it for one."""
+        entry = self.entries[key]
+        return {*entry.rivals, *(other.id for other in self.entries.values() if entry.id in other.rivals)}
 
     def beside(self, solution: Solution, scored: Scan) -> list[Score]:
         """Return the scores of entries that are not in ``solution`` yet, in any variant, the best first."""

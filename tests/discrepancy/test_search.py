@@ -53,6 +53,15 @@ def begun(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial]:
     return tools(tmp_path_factory.mktemp("search"), Sensor(noise=2e-4))
 
 
+def test_the_rivals_of_what_scores_best_are_begun_too_whichever_names_the_other(tmp_path: Path) -> None:
+    entries = {key: catalogue()[key] for key in ("cubic_spring", "payload_gravity", "coulomb_drift", "viscous_drift")}
+    assert "payload_gravity" not in entries["cubic_spring"].rivals
+    s, start = tools_of(study_with(tmp_path / "c", {"cubic_spring": {"spring_cubic": 0.02}}, entries), starts=2)
+    scored = [score.key for score in s.beside(start.solution, s.scan(start.solution))]
+    assert scored[0] in ("cubic_spring", "payload_gravity")
+    assert {fit.effects[-1].key for fit in s.ready(start.solution, 1)} == {"cubic_spring", "payload_gravity"}
+
+
 def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tuple[Searcher, Trial]) -> None:
     s, start = begun
     effects = [s.entries["cogging"], s.entries["cubic_spring"]]
