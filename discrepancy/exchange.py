@@ -39,7 +39,7 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
         better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
         hopeless = best.left.far or (len(best.solution.effects) >= MOST and not best.adequate)
         tried_before = keys_of(smaller.solution) in s.extended
-        if better is None and not (smaller.adequate or hopeless or tried_before):
+        if better is None and not (smaller.adequate or hopeless or tried_before or (not best.adequate and s.spent())):
             tried = s.step(smaller.candidate, s.ready(smaller.solution, PROMISING))
             made += tried
             winner = chosen(tried)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import click
 from discrepancy.coupled_study import FEW, coupled_study_of
 from discrepancy.finding import Finding, as_json, find
 from discrepancy.stages import STAGES, staged
-from discrepancy.study import Study, study_of
+from discrepancy.study import EFFORT, Study, study_of
 from discrepancy.torque_finding import find_torque, torque_json
 from discrepancy.torque_study import torque_study_of
 from discrepancy.whole import whole_finding
@@ -48,6 +49,10 @@ from support.files import read_json, write_json, write_text
 )
 @click.option("--without", default="", metavar="ID,ID", help="Leave these entries out of the catalogue.")
 @click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of the base fit.")
+@click.option(
+    "--effort", default=EFFORT, show_default=True, type=click.IntRange(min=1),
+    help="Simulated runs after which no further combinations of effects are tried.",
+)  # fmt: skip
 @click.option("--fmu", "kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
 @exit_codes
 def main(
@@ -150,6 +155,7 @@ def _found(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | 
 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
+    study = replace(study, effort=choices["effort"])
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
     if choices["stage"] != "all":
         with bar:

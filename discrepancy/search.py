@@ -103,13 +103,13 @@ def _searched(
         trials = (*made, *more)
     result = Search(
         study=study, base=base, plain=start, scan=first, trials=trials, best=best, less=less,
-        simulations=s.simulations,
+        simulations=s.simulations, cut=s.cut,
     )  # fmt: skip
     return result, s
 
 
 def _with_cost_of(earlier: Search, found: Search) -> Search:
-    return replace(found, simulations=earlier.simulations + found.simulations)
+    return replace(found, simulations=earlier.simulations + found.simulations, cut=earlier.cut or found.cut)
 
 
 def _at_finer_step(found: Search, finer: Closer, best: Trial) -> Search:
@@ -135,6 +135,8 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
     while best is not start and not best.adequate and len(best.solution.effects) < MOST and beats(best, start):
+        if s.spent():
+            break
         made = s.step(best.candidate, s.ready(best.solution), FEW if len(best.solution.effects) > 1 else HOPELESS)
         made += pruned(s, made, start)
         trials += made
@@ -214,6 +216,8 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
     """
     made: list[Trial] = []
     for lead in leads:
+        if s.spent():
+            break
         rounded = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
         first, calls = sharpened(s.study, rounded, rounded.calls, ROUNDED)
         s.simulations += calls * len(s.study.fitted)

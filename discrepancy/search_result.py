@@ -35,6 +35,8 @@ class Search:
         The best model with an effect in place of its own that is no entry of the catalogue.
     simulations
         Simulated runs.
+    cut
+        Whether combinations of effects were left out for want of effort.
     """
 
     study: Study
@@ -46,6 +48,7 @@ class Search:
     less: dict[str, Candidate] = field(default_factory=dict)
     contenders: tuple[Trial, ...] = ()
     simulations: int = 0
+    cut: bool = False
 
     @property
     def rivals(self) -> tuple[Trial, ...]:

@@ -23,6 +23,8 @@ from support.errors import InputError
 REACH = 40.0
 """Largest stiffness, as a multiple of torque over travel."""
 DECADES = 100.0
+EFFORT = 30_000
+"""Simulated runs after which no further combinations of effects are tried: 144 of 146 names came sooner."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +51,8 @@ class Study:
         Threads that simulate runs side by side; the results do not depend on it.
     most
         Most entries that are begun on top of a model; None for no limit.
+    effort
+        Simulated runs after which no further combinations of effects are tried.
     """
 
     joint: int
@@ -61,6 +65,7 @@ class Study:
     factory: Factory = field(default_factory=Factory)
     threads: int = 1
     most: int | None = None
+    effort: int = EFFORT
 
     @property
     def name(self) -> str:

@@ -147,6 +147,8 @@ class Searcher:
         Fits to the end by the keys of their effects.
     extended
         Keys of the effects on top of which the catalogue has been tried, not its few best scores only.
+    cut
+        Whether combinations were left out for want of effort.
     """
 
     study: Study
@@ -157,6 +159,16 @@ class Searcher:
     simulations: int = 0
     finished: dict[frozenset[str], list[Trial]] = field(default_factory=dict)
     extended: set[frozenset[str]] = field(default_factory=set)
+    cut: bool = False
+
+    def spent(self) -> bool:
+        """Whether as many runs were simulated as the study's effort allows; if so, something is left out now."""
+        if self.simulations < self.study.effort:
+            return False
+        if not self.cut:
+            self.tell(f"{self.simulations} runs simulated: no further combinations")
+        self.cut = True
+        return True
 
     def scan(self, solution: Solution) -> Scan:
         """Score the catalogue about ``solution``."""

@@ -195,7 +195,8 @@ def _sentence(
         else:
             more = "the proposed run would" if proposal.tells else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
-    return f"Something is missing that no entry of the catalogue explains.{_nearest(found, names)}"
+    cut = f" Combinations beyond {found.study.effort} simulated runs were not tried (--effort)." if found.cut else ""
+    return f"Something is missing that no entry of the catalogue explains.{_nearest(found, names)}{cut}"
 
 
 def _with_title(id: str, trial: Trial, found: Search) -> str:

@@ -1,5 +1,7 @@
 """Two effects at once, one of them found first: the other on top of it, as it was fitted or from the first guesses."""
 
+from dataclasses import replace
+
 import pytest
 
 from discrepancy.homotopy import held
@@ -49,6 +51,16 @@ def lead(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial, Sol
     drift = s.entries["torque_bias_drift"]
     values = start.solution.values | {q.id: q.initial for q in drift.parameters}
     return s, start, solve(study, (drift,), Noise(), values, x0=start.solution.x0)
+
+
+def test_no_combination_is_begun_once_the_effort_is_spent(lead: tuple[Searcher, Trial, Solution]):
+    s, start, first = lead
+    told: list[str] = []
+    tired = replace(s, study=replace(s.study, effort=1), tell=told.append)
+    assert _two_at_once(tired, [first], start, _clear) == []
+    assert tired.cut
+    assert told == [f"{s.simulations} runs simulated: no further combinations"]
+    assert not s.cut
 
 
 @pytest.mark.parametrize("way", [_clear, _anew])
