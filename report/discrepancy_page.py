@@ -119,7 +119,7 @@ def _ranking(finding: Finding) -> list[Table]:
     return [
         Table(
             header=("effects", "gain in BIC", "evidence on unseen runs", "leaves only noise", "taken"),
-            rows=rows,
+            rows=list(dict.fromkeys(rows)),  # a model that two ways led to stands there once
             caption=f"Refitted with all parameters, over the base model, which leaves noise with p = "
             f"{np.nanmin([found.plain.left.p, found.plain.left_p]):.2g}",
         )
