@@ -48,6 +48,7 @@ def test_a_gap_is_seen_placed_and_looks_like_what_is_hidden(campaigns: dict[str,
     assert "% of the gap lies at a" in told
     what, told = run(campaigns["bent"], "what", tmp_path)
     assert what["scores"][0]["p"] < 1e-6
+    assert what["scores"][0]["p_sign_flips"] < 0.01
     assert "cubic_spring" in {s["id"] for s in what["scores"][:3]}
     assert "cubic_spring" in told
     assert not (tmp_path / "fmu").exists()
