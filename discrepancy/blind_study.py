@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -18,6 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from support.command import INTERRUPTED
 from support.errors import InputError, NumericalError
 from support.files import write_json
 
@@ -25,6 +27,8 @@ ROOT = Path(__file__).parent.parent
 PACKAGES = ("discrepancy", "fmu_build", "identification", "measurement", "model", "report", "support")
 MAKER = ("virtual_device", "support")
 STAMP, FAILED = "stamp.json", "failed.json"
+STOPPED = (INTERRUPTED, -signal.SIGINT, -signal.SIGTERM)
+"""Exit codes of a workflow that somebody stopped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,7 +109,10 @@ def worked(job: Job, stamp: str) -> bool:
 
 
 def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None:
-    """Run the workflow on one campaign, unless its result of the same code is there; a failure is kept as such."""
+    """Run the workflow on one campaign, unless its result of the same code is there.
+
+    A failure is kept as such; what was stopped is not, and is begun again.
+    """
     if worked(job, stamp):
         return
     done = job.out / STAMP
@@ -123,6 +130,8 @@ def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None
             check=False,
             timeout=limit,
         )
+        if ended.returncode in STOPPED:
+            return
         reason = "" if ended.returncode == 0 else f"exit code {ended.returncode}: {last_line(ended.stderr)}"
     except subprocess.TimeoutExpired:
         reason = f"not finished within {limit:g} s"
@@ -145,7 +154,7 @@ def work_all(
         if time.monotonic() > until and not worked(job, stamp):
             return None
         work(job, seed=seed, limit=limit, stamp=stamp, threads=threads)
-        return job
+        return job if worked(job, stamp) else None
 
     pool = ThreadPoolExecutor(workers)
     try:

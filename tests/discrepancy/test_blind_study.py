@@ -45,6 +45,8 @@ LINES = {
     "raises": "raise SystemExit('error: no start converged')",
     "hangs": "import time; time.sleep(60)",
     "silent": "pass",
+    "stopped": "raise SystemExit(130)",
+    "ended": "import os, signal; os.kill(os.getpid(), signal.SIGTERM)",
 }
 
 
@@ -100,6 +102,14 @@ def test_failures_are_kept_as_such(tmp_path, case, reason):
     assert one.result() is None
     assert reason in str(one.failure())
     assert (one.out / FAILED).exists()
+
+
+@pytest.mark.parametrize("case", ["stopped", "ended"])
+def test_what_was_stopped_is_no_failure_and_is_begun_again(tmp_path, case):
+    one = job(case, tmp_path)
+    assert work_all([one], seed=0, workers=1, limit=9.0, until=float("inf"), tell=lambda: None) == ()
+    assert not (one.out / STAMP).exists()
+    assert one.failure() is None
 
 
 def test_no_case_is_begun_after_the_time_is_up(tmp_path):
