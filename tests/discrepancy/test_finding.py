@@ -133,7 +133,7 @@ def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Pat
     shape = data["unnamed_shape"]
     assert shape["variable"] == "position_rad"
     q, torque = np.array(shape["knots"]), np.array(shape["torque_Nm"])
-    curve = 0.02 * (q - TRUTH["epos"]) ** 3
+    curve = -0.02 * (q - TRUTH["epos"]) ** 3
     curve -= np.polyval(np.polyfit(q, curve, 1), q)
     assert np.abs(torque - curve).max() < 0.02 * np.ptp(curve)
     assert shape["closed"] > 0.98
