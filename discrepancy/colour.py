@@ -3,12 +3,13 @@
 The residual of a wrong model repeats from cycle to cycle and lies on the harmonics of the drive; noise lies between.
 Harmonics (and their drift) and each cycle's amplitude are regressed out of the residual; a periodogram of it is fitted
 by white noise plus a first-order autoregressive process (Whittle 1953). Frequencies that the regression took away count
-by the share that it left.
+by the share that it left. A line that stands far above the fitted spectrum, at whatever frequency, is no noise either:
+it is regressed out as well, for a process that follows its skirts would explain it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
@@ -33,6 +34,8 @@ NEW = 1e-6
 """Least share of a column that the columns before it must leave for it to count."""
 CLIPPED = 8.0
 """A line this many times above the spectrum is no noise: it counts as this much."""
+LINE, LINES = 16.0, 4
+"""A line this many times above the spectrum, of which noise has one in 10⁴ runs, is taken out; by four at most."""
 NONE = float(np.exp(1.0 - CLIPPED))
 """Power, over the stated noise, below which a spectrum explains no line: it would count every one as no noise."""
 
@@ -70,17 +73,28 @@ def _inside(cycles: Cycles) -> Array:
     return np.asarray((cycles.index[:, None] == np.arange(cycles.count)).astype(float))
 
 
-def _left_over(r: Array, run: Run) -> tuple[Array, Array]:
-    """Periodogram of the residual's non-repeating part, and the share of each frequency that is left; both (n_f,)."""
+def _left_over(r: Array, run: Run, lines: Sequence[float] = ()) -> tuple[Array, Array, Array]:
+    """Frequency [rad per row], periodogram of the residual's non-repeating part, share that is left; each (n_f,).
+
+    The ``lines`` [rad/s] are taken out with it, and what lies up to half a wave in the run beside.
+    """
     known = _repeating(run)
     smooth = run.y - r[:, None] * run.sensor_std  # the simulated reading: the measured one holds the noise itself
-    amplitudes = Regressed.by(_inside(whole_cycles(run)) * smooth, beside=known.Q)
+    columns = [_inside(whole_cycles(run)) * smooth, *(_line(omega, run.t) for omega in lines)]
+    others = Regressed.by(np.column_stack(columns), beside=known.Q)
     rest = r
-    for Q in (known.Q, amplitudes.Q):
+    for Q in (known.Q, others.Q):
         rest = rest - Q @ (Q.T @ rest)
     power = np.abs(np.fft.rfft(rest)) ** 2 / r.size
-    left = 1.0 - known.taken[1:-1] - amplitudes.taken[1:-1]
-    return power[1:-1], np.clip(left, 0.0, 1.0)
+    left = 1.0 - known.taken[1:-1] - others.taken[1:-1]
+    angle = 2 * np.pi * np.arange(1, left.size + 1) / r.size
+    return angle, power[1:-1], np.clip(left, 0.0, 1.0)
+
+
+def _line(omega: float, t: Array) -> Array:
+    """Waves of constant and of growing amplitude, (n_t, 4)."""
+    wave = np.column_stack((np.cos(omega * t), np.sin(omega * t)))
+    return np.column_stack((wave, (t / t[-1] - 0.5)[:, None] * wave))
 
 
 def _spectrum(angle: Array, p: Array) -> Array:
@@ -91,21 +105,33 @@ def _spectrum(angle: Array, p: Array) -> Array:
 
 def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
     """Estimate the noise's correlation from residuals over the sensor's std; white where nothing speaks against it."""
-    angles, powers, shares = [], [], []
-    for r, run in zip(residuals, runs, strict=True):
-        scored = r[run.score_from :]
-        if scored.size != r.size:
-            continue
-        power, left = _left_over(r, run)
-        keep = left > LEFT
-        angles.append((2 * np.pi * np.arange(1, power.size + 1) / r.size)[keep])
-        powers.append(power[keep])
-        shares.append(left[keep])
-    if not angles:
+    whole = [(r, run) for r, run in zip(residuals, runs, strict=True) if run.score_from == 0]
+    if not whole:
         return Colour()
-    angle, power = np.concatenate(angles), np.concatenate(powers) / np.concatenate(shares)
+    spacing, lines = float(np.median(np.diff(runs[0].t))), list[float]()
+    while True:
+        left = [_left_over(r, run, lines) for r, run in whole]
+        colour = _fitted(left, spacing)
+        height, angle = max(_tallest(one, colour) for one in left)
+        if colour.white or height < LINE or len(lines) == LINES:
+            return colour
+        lines.append(angle / spacing)
 
-    spacing = float(np.median(np.diff(runs[0].t)))
+
+def _tallest(left: tuple[Array, Array, Array], colour: Colour) -> tuple[float, float]:
+    """Return by how much the tallest line of a run stands above the spectrum, and where [rad per row]."""
+    angle, power, share = left
+    turn = np.exp(-1j * angle)
+    S = np.abs(colour.sigma * (1 - colour.theta * turn) / (1 - colour.phi * turn)) ** 2
+    height = np.where(share > LEFT, power / np.maximum(share, LEFT) / S, 0.0)
+    at = int(np.argmax(height))
+    return float(height[at]), float(angle[at])
+
+
+def _fitted(each: Sequence[tuple[Array, Array, Array]], spacing: float) -> Colour:
+    """Fit periodograms with the shares that are left of them, of rows that are ``spacing`` [s] apart."""
+    angle = np.concatenate([angle[left > LEFT] for angle, _, left in each])
+    power = np.concatenate([(power / np.maximum(left, LEFT))[left > LEFT] for _, power, left in each])
     slowest = float(np.log(LONGEST / spacing))
 
     def deviance(p: Array) -> float:

@@ -1,6 +1,7 @@
 """The correlation of the noise, and how well its power at low frequency is known."""
 
 import numpy as np
+import pytest
 from scipy.signal import lfilter
 
 from discrepancy.chi_squared import log_tail
@@ -13,12 +14,13 @@ OMEGAS = (0.6, 1.1, 1.7, 2.2)
 PHI, STD = 0.9, 2e-4
 
 
-def noisy(rng: np.random.Generator, coloured: float, size: float = 1.0) -> Colour:
+def noisy(rng: np.random.Generator, coloured: float, size: float = 1.0, rhythm: float = 0.0) -> Colour:
     runs, rows = [], []
     for k, omega in enumerate(OMEGAS):
         start = rng.standard_normal() * PHI
         shocks = np.sqrt(1 - PHI**2) * rng.standard_normal(T.size)
         r = rng.standard_normal(T.size) + coloured * lfilter([1.0], [1.0, -PHI], shocks, zi=[start])[0]
+        r += rhythm * np.sin(3.88 * T)
         y = 0.4 * np.cos(omega * T) + STD * r
         runs.append(
             Run(
@@ -43,6 +45,13 @@ def test_white_noise_is_called_white_and_known():
     colour = noisy(np.random.default_rng(3), 0.0)
     assert colour.white
     assert colour.freedom == np.inf
+
+
+@pytest.mark.parametrize(("coloured", "rhythm"), [(0.0, 0.9), (1.0, 2.5)])
+def test_a_rhythm_between_the_harmonics_is_no_noise(coloured: float, rhythm: float):
+    without, beside = (noisy(np.random.default_rng(5), coloured, rhythm=a) for a in (0.0, rhythm))
+    assert beside.white == without.white
+    assert abs(np.log(beside.low_frequency_gain / without.low_frequency_gain)) < 0.15
 
 
 def test_a_residual_of_outliers_alone_is_no_noise():
