@@ -35,7 +35,7 @@ NEW = 1e-6
 CLIPPED = 8.0
 """A line this many times above the spectrum is no noise: it counts as this much."""
 LINE, LINES = 16.0, 4
-"""A line this many times above the spectrum, of which noise has one in 10⁴ runs, is taken out; by four at most."""
+"""A line this many times above the spectrum, as of 10⁷ lines of noise one is (e⁻¹⁶), is taken out; four at most."""
 NONE = float(np.exp(1.0 - CLIPPED))
 """Power, over the stated noise, below which a spectrum explains no line: it would count every one as no noise."""
 

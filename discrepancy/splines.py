@@ -18,6 +18,7 @@ from model.effect import q as position
 from model.effect import v as velocity
 from model.effect import w as torque
 from model.equations import TIME
+from model.quantity import Quantity
 
 INTERVALS, POINTS = 7, 15
 """Stretches of the variable, each with a cubic of its own, and values at which the torque is told."""
@@ -60,12 +61,7 @@ class Curve:
 
         The ends of the range are fixed parameters: one kernel serves every range.
         """
-        ends = [
-            reference(f"shape_{name}", AXES[self.variable][1], f"{name} value of the missing torque's variable").but(
-                initial=value, lower=-np.inf, upper=np.inf
-            )
-            for name, value in (("first", self.first), ("last", self.last))
-        ]
+        ends = [fixed_at(name, self.variable, value) for name, value in (("first", self.first), ("last", self.last))]
         first, last = (end.symbol for end in ends)
         t = (sp.Min(sp.Max(SYMBOLS[self.variable], first), last) - first) * INTERVALS / (last - first)
         powers = [[w * sp.Max(t - place + 2 - j, 0) ** 3 / 6 for j, w in enumerate(BINOMIAL)] for place in PLACES]
@@ -81,6 +77,13 @@ class Curve:
             id=f"shape_over_{name}", title=f"missing torque over {name}", formula="Σ aₖ·sₖ(x)", lives_in=name,
             side="torque", parameters=(*quantities, *ends), amplitudes=len(quantities), torque=missing,
         )  # fmt: skip
+
+
+def fixed_at(name: str, variable: str, value: float) -> Quantity:
+    """Return a fixed parameter ``shape_<name>``: a number that says where on its variable a missing torque lives."""
+    _, unit = AXES[variable]
+    row = reference(f"shape_{name}", unit, f"{name} of the missing torque's variable")
+    return row.but(initial=value, lower=-np.inf, upper=np.inf)
 
 
 def mixtures(variable: str) -> Array:

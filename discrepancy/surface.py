@@ -14,10 +14,9 @@ import numpy as np
 import sympy as sp
 from numpy.polynomial.chebyshev import chebvander
 
-from discrepancy.splines import HELD, SYMBOLS
-from discrepancy.where import AXES
+from discrepancy.splines import HELD, SYMBOLS, fixed_at
 from measurement.run import Array
-from model.effect import Effect, parameter, reference
+from model.effect import Effect, parameter
 from model.quantity import Quantity
 
 ORDER = 4
@@ -112,12 +111,7 @@ class Surface:
 
 def _symbolic(axis: Axis, number: int) -> tuple[sp.Expr, tuple[Quantity, Quantity]]:
     """Return s of one variable, with its centre and width as fixed parameters."""
-    _, unit = AXES[axis.variable]
-    centre, width = (
-        reference(f"shape_{name}{number}", unit, f"{name} of the missing torque's variable").but(
-            initial=value, lower=-np.inf, upper=np.inf
-        )
-        for name, value in (("centre", axis.centre), ("width", axis.width))
-    )
+    centre = fixed_at(f"centre{number}", axis.variable, axis.centre)
+    width = fixed_at(f"width{number}", axis.variable, axis.width)
     x = SYMBOLS[axis.variable] - centre.symbol
     return x / sp.sqrt(x**2 + width.symbol**2), (centre, width)
