@@ -87,13 +87,13 @@ class CoupledStudy(Study):
         return _formulas[key]
 
     def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
-        """Return every entry that any device can have in each joint, in its scales, but for what is known there."""
+        """Return every entry that any device can have in each joint, in its scales, but for what is known or random."""
         found = {}
         for i, j in enumerate(self.joints):
             scales = self.scales(i, theta)
             known = {e.id for e in self.known.get(j, ())}
             for effect in self.entries.values():
-                if effect.id not in known:
+                if effect.id not in known and not effect.random:
                     one = placed(effect.at(scales), j)
                     found[one.key] = one
         return found
@@ -150,7 +150,7 @@ def coupled_study_of(
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
         unseen=unseen, base=base, known=known,
-        entries={key: e for key, e in entries.items() if not of_the_test_alone(e)},
+        entries={key: e for key, e in entries.items() if e.random or not of_the_test_alone(e)},
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
     return replace(study, base=study.equations())

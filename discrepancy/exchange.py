@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from discrepancy.noise_estimate import SCATTER
 from discrepancy.refit import Candidate, judged, refit_with
 from discrepancy.solution import Solution, solve
 from discrepancy.trial import BETTER, MOST, PROMISING, Searcher, Trial, chosen, keys_of
@@ -25,8 +24,10 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
     """
     made: list[Trial] = []
     less = without_each(s, best, start)
-    if best.solution.effects and SCATTER in less:
-        smaller = s.trial(less[SCATTER], start.candidate)
+    for key in best.solution.random:
+        if not best.solution.effects or key not in less:
+            continue
+        smaller = s.trial(less[key], start.candidate)
         made.append(smaller)
         if smaller.adequate and _costs(smaller, best) < BETTER:
             best = smaller
@@ -86,13 +87,13 @@ def _improves(winner: Trial, best: Trial) -> bool:
 
 
 def without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate]:
-    """Refit the best model without each of its effects, the scatter among them."""
+    """Refit the best model without each of its effects, the random ones among them."""
     full = best.solution
     if len(full.keys) == 1 and full.effects:
         return {full.keys[0]: start.candidate}
     found = _less(s, full)
-    if full.noise.scatter > 0:
-        noise = full.noise.but(scatter=0.0)
+    for key, scatter in zip(full.random, full.noise.scatters, strict=True):
+        noise = full.noise.but(scatters=tuple(other for other in full.noise.scatters if other is not scatter))
         bare = solve(s.study, full.effects, noise, full.values, x0=full.x0)
-        found[SCATTER] = judged(s.study, bare, bare.calls)
+        found[key] = judged(s.study, bare, bare.calls)
     return found

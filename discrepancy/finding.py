@@ -146,7 +146,7 @@ def most_missed(runs: Sequence[Run], y: Sequence[Array]) -> tuple[int, tuple[Map
 def _beside(study: Study, found: Search, runs: tuple[Run, ...], after: Prediction) -> tuple[float, float] | None:
     """RMS of whitened residuals of the base and of the best model, both under the scatter of the best."""
     noise = found.best.solution.noise
-    if noise.scatter == 0.0:
+    if not noise.scatters:
         return None
     before = predict(study, found.plain.solution, runs, noise=noise)
     return float(np.sqrt(before.chi2 / before.rows)), float(np.sqrt(after.chi2 / after.rows))

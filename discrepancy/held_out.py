@@ -78,10 +78,10 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     held = {q.id: {"initial": float(p), "lower": float(p), "upper": float(p), "fixed": True}
             for q, p in zip(solution.equations.parameters, theta, strict=True)}  # fmt: skip
     simulator = study.factory(solution.equations.with_parameters(held))
-    problem = under_noise(simulator, runs, model.but(scatter=0.0), theta, (), threads=study.threads)
+    problem = under_noise(simulator, runs, model.but(scatters=()), theta, (), threads=study.threads)
     x = minimise(problem, np.zeros(problem.size), iterations=12).x
     x0 = problem.x0(x)
-    if model.scatter > 0:
+    if model.scatters:
         problem = under_noise(simulator, runs, model, theta, x0, threads=study.threads)
         x = minimise(problem, with_starts(problem, np.zeros(problem.size), x0), iterations=12).x
         x0 = problem.x0(x)
@@ -91,7 +91,7 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     left = [(run.y - s)[run.scored] for run, s in zip(runs, y, strict=True)]
     rms = tuple(float(np.sqrt(np.mean(e**2))) for e in left)
     rows = sum(scored_rows(run) for run in runs)
-    excess = _excess(runs, left) if study.noise_given and model.scatter == 0.0 else 0.0
+    excess = _excess(runs, left) if study.noise_given and not model.scatters else 0.0
     score = -0.5 * (chi2 + problem.log_determinant)
     return Prediction(score=score, rms=rms, y=y, chi2=chi2, rows=rows, excess=excess)
 

@@ -166,7 +166,7 @@ def _rival(study: Study, winner: Solution, rival: Solution) -> _Rival:
     problem = rival.problem
     weights = [root / run.sensor_std[0] for root, run in zip(problem.roots, study.fitted, strict=True)]
     pairs = zip(problem.whiteners, weights, there, own, strict=True)
-    difference = np.concatenate([whiten(weight * (a - b)) for whiten, weight, a, b in pairs])
+    difference = np.concatenate([whiten((weight * (a - b))[:, None]).ravel() for whiten, weight, a, b in pairs])
     J = rival.blocks.jacobian
     difference = np.pad(difference, (0, J.shape[0] - difference.size))
     places = np.flatnonzero(movable(rival))

@@ -2,7 +2,8 @@
 
 The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ: A is that of the
 sensor noise (an ARMA(1,1) process: white noise plus a first-order autoregressive one), and column c of M is the change
-of the reading with the relative amplitude of cycle c.
+of the readings with the relative amplitude of cycle c. Where several joints move together, each has cycles and a
+scatter of its own, and a cycle of one moves the readings of all.
 """
 
 from __future__ import annotations
@@ -51,25 +52,42 @@ class Colour:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Noise:
-    """Noise of all runs of a joint.
+class Scatter:
+    """Amplitudes of one joint that scatter from cycle to cycle of its torque.
 
     Parameters
     ----------
-    colour
-        Correlation of the sensor noise.
-    scatter
-        Standard deviation s of the relative amplitude of a cycle; 0 for none.
+    size
+        Standard deviation s of the relative amplitude of a cycle.
     path
         Whether the scatter acts on the torque or on the reading.
     centre
         Position about which the reading's amplitude is taken [rad].
+    column
+        Which of the run's joints it is.
     """
 
-    colour: Colour = field(default_factory=Colour)
-    scatter: float = 0.0
+    size: float = 0.0
     path: Path = "reading"
     centre: float = 0.0
+    column: int = 0
+
+    def but(self, **changes: Any) -> Scatter:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Noise of all runs: the correlation of the sensor noise, and what scatters, at most one of each joint."""
+
+    colour: Colour = field(default_factory=Colour)
+    scatters: tuple[Scatter, ...] = ()
+
+    @property
+    def terms(self) -> int:
+        """How many kinds of noise it has beside white noise: correlation, and the scatter of each joint."""
+        return len(self.scatters) + (not self.colour.white)
 
     def but(self, **changes: Any) -> Noise:
         """Return a copy with ``changes``."""
@@ -96,7 +114,7 @@ class Whitener:
     colour
         Inverse filter that is applied first.
     Q, growth
-        Orthonormal directions (n_t, K) in which the variance is 1 + λ, and λ (K,).
+        Orthonormal directions (n_t·n_joints, K) in which the variance is 1 + λ, and λ (K,).
     """
 
     colour: Colour = field(default_factory=Colour)
@@ -104,24 +122,24 @@ class Whitener:
     growth: Array | None = None
 
     @classmethod
-    def of(cls, colour: Colour, scatter: float = 0.0, M: Array | None = None) -> Whitener:
-        """Build from scatter s and M (n_t, n_cycles), the latter over the sensor's standard deviation.
+    def of(cls, colour: Colour, S: Array | None = None) -> Whitener:
+        """Build from S = s·M (n_t, n_joints, n_cycles), over the sensor's standard deviation.
 
-        Where the simulation behind M left the finite numbers there are no directions; the residual there is infinite.
+        Where the simulation behind S left the finite numbers there are no directions; the residual there is infinite.
         """
-        if scatter == 0.0 or M is None or not np.isfinite(M).all():
+        if S is None or not np.isfinite(S).all():
             return cls(colour=colour)
-        Q, d = directions(scatter * colour.whiten(M))
+        Q, d = directions(colour.whiten(S).reshape(-1, S.shape[-1]))
         return cls(colour=colour, Q=Q, growth=d**2)
 
     def __call__(self, x: Array) -> Array:
-        """Whiten x (n_t,) or (n_t, k), given over the sensor's standard deviation."""
+        """Whiten x (n_t, n_joints) or (n_t, n_joints, k), given over the sensor's standard deviation."""
         flat = self.colour.whiten(x)
         if self.Q is None or self.growth is None:
             return flat
+        rows = flat.reshape(len(self.Q), -1)
         shrink = 1.0 - 1.0 / np.sqrt(1.0 + self.growth)
-        along = self.Q.T @ flat
-        return np.asarray(flat - self.Q @ (shrink * along.T).T)
+        return np.asarray(rows - self.Q @ (shrink[:, None] * (self.Q.T @ rows))).reshape(x.shape)
 
     def log_determinant(self, rows: int) -> float:
         """Return ln det C."""

@@ -6,19 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
 from discrepancy.channels import channels
 from discrepancy.colour import estimate_colour
-from discrepancy.noise import Colour, Noise, Path
+from discrepancy.noise import Colour, Noise, Path, Scatter, Whitener
 from discrepancy.scan import movable
-from discrepancy.scatter import best_scatter, cycle_columns, restricted_likelihood
-from discrepancy.solution import Solution
+from discrepancy.scatter import best_scatter, cycle_columns, cycles_of, restricted_likelihood
+from discrepancy.solution import SCATTER, Solution
 from discrepancy.study import Study
 from measurement.run import Array, Run
 from support.threads import mapped
 
-SCATTER = "amplitude_scatter"
 PATHS: tuple[Path, ...] = ("reading", "torque")
 GAIN = 14.0
 """Twice the gain in restricted log-likelihood from which cycles count as scattering."""
@@ -28,68 +28,112 @@ WORTH = 4.0
 
 def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) -> Noise:
     """Estimate colour and scatter (where the catalogue has it) from the unwhitened residuals of ``solution``."""
-    each = channels(study.fitted)
-    colour = estimate_colour([solution.raw.rows[c.number][:, c.column] for c in each], tuple(c.run for c in each))
+    colour = _colour(study, solution.raw.rows)
     if SCATTER not in study.entries:
         return Noise(colour=colour)
-    found = [scatter_along(study, solution, path, Colour()) for path in paths]
-    best = min(found, key=lambda one: one.deviance)
-    if best.gain < GAIN:
+    found = _scattering(study, solution, paths)
+    if not found:
         return Noise(colour=colour)
-    settled = best.noise
-    left = remove_scatter(study, solution, settled)
-    colour = estimate_colour(left, study.fitted)
-    if not colour.white:
-        again = scatter_along(study, solution, settled.path, colour)
-        settled = again.noise if again.gain >= GAIN else Noise()
-    return settled.but(colour=colour)
+    colour = _colour(study, remove_scatter(study, solution, found))
+    if len(found) > 1 or not colour.white:
+        found = _again(study, solution, found, colour)
+    return Noise(colour=colour, scatters=found)
 
 
-def _columns(study: Study, solution: Solution, noise: Noise) -> list[Array]:
-    simulator, cycles = study.simulator(solution.effects), study.cycles()
-
-    def one(run: Run, x0: Array) -> Array:
-        return cycle_columns(simulator, run, noise, solution.theta, x0, cycles=cycles[run.file])
-
-    return mapped(one, solution.problem.runs, solution.x0, threads=study.threads)
+def _colour(study: Study, rows: Sequence[Array]) -> Colour:
+    """Estimate the colour from residuals over the sensor's std, those of a run (n_t, n_joints)."""
+    each = channels(study.fitted)
+    return estimate_colour([rows[c.number][:, c.column] for c in each], tuple(c.run for c in each))
 
 
-def remove_scatter(study: Study, solution: Solution, noise: Noise) -> list[Array]:
-    """Residuals of the runs without the best linear prediction of the cycles' amplitudes."""
+def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tuple[Scatter, ...]:
+    """Return what scatters under white noise: of one joint after the other, the one that stands out most first."""
+    found: list[Scatter] = []
+    free = list(range(len(study.fitted[0].free_joints)))
+    while free:
+        tried = [scatter_along(study, solution, path, Colour(), column=k, beside=found) for k in free for path in paths]
+        best = min(tried, key=lambda one: one.deviance)
+        if best.gain < GAIN:
+            break
+        found.append(best.scatter)
+        free.remove(best.scatter.column)
+    return tuple(sorted(found, key=lambda one: one.column))
+
+
+def _again(study: Study, solution: Solution, found: Sequence[Scatter], colour: Colour) -> tuple[Scatter, ...]:
+    """Weigh every scatter again beside the others under ``colour``; return those that still count."""
+    kept = list(found)
+    for one in found:
+        others = [other for other in kept if other.column != one.column]
+        again = scatter_along(study, solution, one.path, colour, column=one.column, beside=others)
+        kept = sorted([*others, *([again.scatter] if again.gain >= GAIN else [])], key=lambda s: s.column)
+    return tuple(kept)
+
+
+def _columns(study: Study, solution: Solution, scatter: Scatter) -> list[Array]:
+    """M of every fitted run at the optimum, its cycles those of the torque that was sent."""
+    simulator = study.simulator(solution.effects)
+
+    def one(run: Run, sent: Run, x0: Array) -> Array:
+        return cycle_columns(simulator, run, scatter, solution.theta, x0, cycles=cycles_of(sent, scatter))
+
+    return mapped(one, solution.problem.runs, study.fitted, solution.x0, threads=study.threads)
+
+
+def _scaled(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
+    """S = s·M of every fitted run, the columns of all ``scatters`` side by side: (n_t, n_joints, K)."""
+    each = [[scatter.size * M for M in _columns(study, solution, scatter)] for scatter in scatters]
+    return [np.concatenate(of_run, axis=2) for of_run in zip(*each, strict=True)]
+
+
+def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
+    """Residuals of the runs without the best linear prediction of the cycles' amplitudes, each (n_t, n_joints)."""
     left = []
-    for r, M in zip(solution.raw.rows, _columns(study, solution, noise), strict=True):
-        weight = M.T @ M + np.eye(M.shape[1]) / max(noise.scatter, 1e-9) ** 2
-        left.append(r[:, 0] - M @ np.linalg.solve(weight, M.T @ r[:, 0]))
+    for r, S in zip(solution.raw.rows, _scaled(study, solution, scatters), strict=True):
+        flat = S.reshape(r.size, -1)
+        weight = flat.T @ flat + np.eye(flat.shape[1])
+        left.append(r - S @ np.linalg.solve(weight, flat.T @ r.ravel()))
     return left
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scatter:
+class Weighed:
     """A scatter with twice its gain in restricted log-likelihood over none, and −2 ln L up to what all have alike."""
 
-    noise: Noise
+    scatter: Scatter
     gain: float
     deviance: float
 
 
-def scatter_along(study: Study, solution: Solution, path: Path, colour: Colour) -> Scatter:
-    """Return the best scatter on this path.
+def scatter_along(
+    study: Study,
+    solution: Solution,
+    path: Path,
+    colour: Colour,
+    *,
+    column: int = 0,
+    beside: Sequence[Scatter] = (),
+) -> Weighed:
+    """Return the best scatter of one joint on this path, ``beside`` those of others.
 
     Only differences between cycles of one run count: what moves all cycles of a run alike is taken out with the base
     parameters, for a deterministic effect does that too.
     """
-    middle = float(np.mean([run.y[:, 0].mean() for run in study.fitted]))
+    known = _scaled(study, solution, beside) if beside else [None for _ in study.fitted]
+    whiteners = [Whitener.of(colour, S) for S in known]
     if path == "torque":
-        noise = Noise(path=path)
-        return _restricted(study, solution, _columns(study, solution, noise), colour, noise)
-    reach = 0.3 * max(float(np.ptp(run.y)) for run in study.fitted)
-    columns = _columns(study, solution, Noise(path=path, centre=middle))
+        scatter = Scatter(path=path, column=column)
+        return _restricted(solution, _columns(study, solution, scatter), whiteners, scatter)
+    readings = [run.y[:, column] for run in study.fitted]
+    middle = float(np.mean([y.mean() for y in readings]))
+    reach = 0.3 * max(float(np.ptp(y)) for y in readings)
+    columns = _columns(study, solution, Scatter(path=path, centre=middle, column=column))
     masks = [M != 0 for M in columns]
-    std = [run.sensor_std[0] for run in study.fitted]
+    std = [run.sensor_std[column] for run in study.fitted]
 
-    def about(centre: float) -> Scatter:
+    def about(centre: float) -> Weighed:
         moved = [M - (centre - middle) * m / s for M, m, s in zip(columns, masks, std, strict=True)]
-        return _restricted(study, solution, moved, colour, Noise(path=path, centre=centre))
+        return _restricted(solution, moved, whiteners, Scatter(path=path, centre=centre, column=column))
 
     first = about(middle)
     if first.gain < WORTH:
@@ -99,25 +143,25 @@ def scatter_along(study: Study, solution: Solution, path: Path, colour: Colour) 
     return about(float(best.x))
 
 
-def _restricted(study: Study, solution: Solution, columns: list[Array], colour: Colour, noise: Noise) -> Scatter:
+def _restricted(
+    solution: Solution, columns: Sequence[Array], whiteners: Sequence[Whitener], scatter: Scatter
+) -> Weighed:
     """Scatter of largest restricted likelihood, parameters and one amplitude per run projected out."""
-    J = np.concatenate([*(colour.whiten(B[:, 0]) for B in solution.raw.jacobians or ())])
-    J = J[:, movable(solution)]
-    r = np.concatenate([colour.whiten(row[:, 0]) for row in solution.raw.rows])
-    edges = np.cumsum([0, *(run.t.size for run in study.fitted)])
-    common = np.zeros((r.size, len(columns)))
-    M = np.zeros((r.size, sum(c.shape[1] for c in columns)))
-    at = 0
-    for i, (column, a, b) in enumerate(zip(columns, edges[:-1], edges[1:], strict=True)):
-        whitened = colour.whiten(column)
-        M[a:b, at : at + column.shape[1]] = whitened
-        common[a:b, i] = whitened.sum(axis=1)
-        at += column.shape[1]
+    jacobians = zip(whiteners, solution.raw.jacobians or (), strict=True)
+    J = np.concatenate([_flat(w(B)) for w, B in jacobians])[:, movable(solution)]
+    r = np.concatenate([w(row).ravel() for w, row in zip(whiteners, solution.raw.rows, strict=True)])
+    each = [_flat(w(M)) for w, M in zip(whiteners, columns, strict=True)]
+    common, M = block_diag(*(m.sum(axis=1)[:, None] for m in each)), block_diag(*each)
     Q = orthonormal(np.column_stack((J, common)))
     r = r - Q @ (Q.T @ r)
     M -= Q @ (Q.T @ M)
-    scatter, gain = best_scatter(*restricted_likelihood(r, M))
-    return Scatter(noise=noise.but(scatter=scatter), gain=gain, deviance=float(r @ r) - gain)
+    size, gain = best_scatter(*restricted_likelihood(r, M))
+    return Weighed(scatter=scatter.but(size=size), gain=gain, deviance=float(r @ r) - gain)
+
+
+def _flat(x: Array) -> Array:
+    """Rows of all joints one after the other, (n_t·n_joints, k)."""
+    return x.reshape(-1, x.shape[-1])
 
 
 def orthonormal(A: Array) -> Array:

@@ -8,19 +8,21 @@ tallest single line of the last.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.fft import dct
 
-from discrepancy.channels import channels
+from discrepancy.channels import Channel, channels
 from discrepancy.chi_squared import log_tail
 from discrepancy.cycles import whole_cycles
 from discrepancy.harmonics import harmonics
+from discrepancy.noise import Whitener
 from discrepancy.scan import tangent_space
 from discrepancy.solution import Solution
 from discrepancy.study import Study
-from measurement.run import Array
+from measurement.run import Array, Run
 
 BAND = 40.0
 """Upper end of the band of motion [rad/s]."""
@@ -73,14 +75,15 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
     both = np.column_stack((r, Q))
     names = ("repeating", "drifting", "band")
     found: dict[str, list[Array]] = {name: [] for name in names}
-    for channel in channels(study.fitted):
-        run, whiten, mine = channel.run, solution.problem.whiteners[channel.number], both[channel.rows]
+    each, first = channels(study.fitted), 0
+    for number, run in enumerate(study.fitted):
+        own, mine = [c for c in each if c.number == number], both[first : first + run.y.size]
         for name, drifting in (("repeating", False), ("drifting", True)):
-            H = whiten(harmonics(run, whole_cycles(run), drifting=drifting))
-            H[1 : run.score_from] = 0.0
+            H = _waves(run, own, solution.problem.whiteners[number], drifting=drifting)
             found[name].append(np.linalg.qr(H)[0].T @ mine)
         lines = 1 + int(BAND * run.t[-1] / np.pi)
-        found["band"].append(dct(mine, axis=0, norm="ortho")[:lines])
+        found["band"] += [dct(both[c.rows], axis=0, norm="ortho")[:lines] for c in own]
+        first += run.y.size
     freedom = solution.noise.colour.freedom
     tests = {name: _tested(np.concatenate(rows), freedom) for name, rows in found.items()}
     parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]), freedom)}
@@ -88,6 +91,19 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
         energy=tests["repeating"][0], dof=tests["repeating"][1], p=min(1.0, len(parts) * min(parts.values())),
         parts=parts, total=solution.chi2, rows=study.rows,
     )  # fmt: skip
+
+
+def _waves(run: Run, own: Sequence[Channel], whiten: Whitener, *, drifting: bool) -> Array:
+    """Harmonics of each joint's drive in its readings, whitened: the columns of all joints, (n_t·n_joints, k)."""
+    columns = []
+    for channel in own:
+        waves = harmonics(channel.run, whole_cycles(channel.run), drifting=drifting)
+        H = np.zeros((*run.y.shape, waves.shape[1]))
+        H[:, channel.column] = waves
+        H = whiten(H)
+        H[1 : run.score_from] = 0.0
+        columns.append(H.reshape(run.y.size, -1))
+    return np.concatenate(columns, axis=1)
 
 
 def _tested(rows: Array, freedom: float) -> tuple[float, float, float]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from discrepancy.held_out import Prediction, predict
-from discrepancy.noise import Noise, Path
+from discrepancy.noise import Noise, Path, Scatter
 from discrepancy.noise_estimate import PATHS, estimate
 from discrepancy.omnibus import omnibus
 from discrepancy.scan import Score
@@ -95,7 +95,7 @@ def informed(solution: Solution) -> int:
             count += 1
         elif id in own:
             count += std[i] < INFORMED * min(1.0, float(upper[i] - lower[i]))
-    return count + (solution.noise.scatter > 0) + 2 * (not solution.noise.colour.white)
+    return count + len(solution.noise.scatters) + 2 * (not solution.noise.colour.white)
 
 
 def scaled_std(solution: Solution) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
@@ -203,7 +203,7 @@ def settle(
     solution, calls = sharpened(study, solution, calls + solution.calls)
     for k in range(SETTLING):
         noise = estimate(study, solution, paths)
-        if alike(noise, solution.noise, float(study.fitted[0].sensor_std[0])):
+        if alike(noise, solution.noise, study.fitted[0].sensor_std):
             break
         again = solve(study, solution.effects, noise, solution.values, x0=solution.x0, iterations=FULL)
         calls += again.calls
@@ -265,14 +265,19 @@ def significance(solution: Solution) -> tuple[float, bool]:
     return wald, at_bound
 
 
-def alike(a: Noise, b: Noise, std: float) -> bool:
-    """Whether two noise models are the same for all that a fit can tell, the sensor's noise being ``std``."""
-    if a.colour.white != b.colour.white or (a.scatter > 0) != (b.scatter > 0):
-        return False
-    if a.path != b.path or abs(a.centre - b.centre) * a.scatter > 0.1 * std:
+def alike(a: Noise, b: Noise, std: Array) -> bool:
+    """Whether two noise models are the same for all that a fit can tell, the sensors' noise being ``std``."""
+    if a.colour.white != b.colour.white or len(a.scatters) != len(b.scatters):
         return False
     near = abs(a.colour.low_frequency_gain / b.colour.low_frequency_gain - 1.0) < 0.05
-    return near and abs(a.scatter - b.scatter) <= 0.1 * max(a.scatter, b.scatter)
+    return near and all(_as_large(x, y, std) for x, y in zip(a.scatters, b.scatters, strict=True))
+
+
+def _as_large(a: Scatter, b: Scatter, std: Array) -> bool:
+    """Whether two scatters are of the same joint on the same path, and as large."""
+    same = (a.column, a.path) == (b.column, b.path)
+    centred = abs(a.centre - b.centre) * a.size <= 0.1 * float(std[a.column])
+    return same and centred and abs(a.size - b.size) <= 0.1 * max(a.size, b.size)
 
 
 def refit_with(study: Study, solution: Solution, effects: Sequence[Effect], values: Mapping[str, float]) -> Candidate:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from discrepancy.channels import alone
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import TwoStep
-from discrepancy.noise import Noise, directions
+from discrepancy.noise import Noise, Scatter, directions
 from identification.simulator import Simulator
 from measurement.cycles import Cycles
 from measurement.run import Array, Run
@@ -23,60 +26,81 @@ PROBE = 1e-2
 """Relative change of a cycle's torque from which its effect on the reading is taken."""
 
 
+def cycles_of(run: Run, scatter: Scatter) -> Cycles:
+    """Return the cycles of the torque of the joint whose amplitude scatters."""
+    return whole_cycles(alone(run, scatter.column))
+
+
 def cycle_columns(
-    simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array, *, cycles: Cycles | None = None
+    simulator: TwoStep, run: Run, scatter: Scatter, theta: Array, x0: Array, *, cycles: Cycles | None = None
 ) -> Array:
-    """Return M (n_t, n_cycles): change of the reading with the relative amplitude of each cycle, over the sensor's std.
+    """Return M (n_t, n_joints, n_cycles): change of the readings with each cycle's relative amplitude, over their std.
 
-    Where the scatter acts on the reading, column c is q − centre within cycle c and 0 outside; where it acts on the
-    torque, it is the difference of two simulations, the torque of cycle c changed by a hundredth. Like sensitivities,
-    they run at the coarse step.
+    Where the scatter acts on the reading, column c is q − centre of its joint within cycle c and 0 elsewhere; where it
+    acts on the torque, it is the difference of two simulations, the torque of cycle c changed by a hundredth. Like
+    sensitivities, they run at the coarse step.
     """
-    cycles = whole_cycles(run) if cycles is None else cycles
-    y = simulator.coarse.simulate(theta, run, x0=x0).y[:, 0]
+    cycles = cycles_of(run, scatter) if cycles is None else cycles
+    y, at = _readings(simulator.coarse, theta, run, x0), scatter.column
     inside = cycles.index[:, None] == np.arange(cycles.count)
-    if noise.path == "reading":
-        return np.asarray((y - noise.centre)[:, None] * inside / run.sensor_std[0])
-    columns = [_torque_column(simulator.coarse, run, theta, x0, y, mask) for mask in inside.T]
-    return np.stack(columns, axis=1) / run.sensor_std[0]
+    M = np.zeros((*y.shape, cycles.count))
+    if scatter.path == "reading":
+        M[:, at] = (y[:, at] - scatter.centre)[:, None] * inside
+    else:
+        for c, mask in enumerate(inside.T):
+            u = run.u.copy()
+            u[mask, at] *= 1.0 + PROBE
+            M[..., c] = (_readings(simulator.coarse, theta, run.but(u=u), x0) - y) / PROBE
+    return np.asarray(M / run.sensor_std[:, None])
 
 
-def _torque_column(simulator: Simulator, run: Run, theta: Array, x0: Array, y: Array, mask: Array) -> Array:
-    u = run.u.copy()
-    u[mask] *= 1.0 + PROBE
-    return np.asarray((simulator.simulate(theta, run.but(u=u), x0=x0).y[:, 0] - y) / PROBE)
+def _readings(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
+    return simulator.simulate(theta, run, x0=x0).y[:, : run.y.shape[1]]
 
 
 def relinearised(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
-    """Return the run about the most probable amplitudes of its cycles, and M there.
+    """Return the run about the most probable amplitudes of its cycles, and S = s·M (n_t, n_joints, K) there.
 
-    With torque u·exp(b) in a cycle, b ~ N(0, s²), the reading is linearised about the posterior mean b̂ instead of 0:
-    y(b) ≈ y(b̂) + σ·M·(b − b̂). The returned run has the torque u·exp(b̂) and the reading y + σ·M·b̂, so that residual
-    and M stay those of the linear model r = M·b + ε. A scatter on the reading is linear as it is.
+    With torque u·exp(s·ξ) in a cycle, ξ standard normal, the reading is linearised about the posterior mean ξ̂ instead
+    of 0: y(ξ) ≈ y(ξ̂) + σ·S·(ξ − ξ̂). The returned run has the torque u·exp(s·ξ̂) and the reading y + σ·S·ξ̂, so that
+    residual and S stay those of the linear model r = S·ξ + ε. A scatter on the reading is linear as it is.
     """
-    cycles = whole_cycles(run)
-    if noise.path == "reading":
-        return run, cycle_columns(simulator, run, noise, theta, x0, cycles=cycles)
-    b: Array = np.zeros(cycles.count)
+    cycles = [cycles_of(run, scatter) for scatter in noise.scatters]
+    counts = [c.count for c in cycles]
+    s = np.repeat([scatter.size for scatter in noise.scatters], counts)
+    acting = np.repeat([scatter.path == "torque" for scatter in noise.scatters], counts)
+
+    def columns(about: Run) -> Array:
+        pairs = zip(noise.scatters, cycles, strict=True)
+        each = [cycle_columns(simulator, about, scatter, theta, x0, cycles=c) for scatter, c in pairs]
+        return np.concatenate(each, axis=2) * s
+
+    if not acting.any():
+        return run, columns(run)
+    b: Array = np.zeros(s.size)
     for _ in range(LINEARISATIONS):
-        moved = run.but(u=run.u * np.exp(_spread(b, cycles))[:, None])
-        M = cycle_columns(simulator, moved, noise, theta, x0, cycles=cycles)
-        if not np.isfinite(M).all():
-            return run, M
-        r = (run.y[:, 0] - simulator.simulate(theta, moved, x0=x0).y[:, 0]) / run.sensor_std[0] + M @ b
-        shift = run.sensor_std[0] * (M @ b)
-        flat, left = noise.colour.whiten(M), noise.colour.whiten(r)
-        weight = flat.T @ flat + np.eye(b.size) / noise.scatter**2
-        before, b = b, np.clip(np.linalg.solve(weight, flat.T @ left), -LARGEST, LARGEST)
+        moved = run.but(u=run.u * np.exp(_spread(b, noise.scatters, cycles, run)))
+        S = columns(moved)
+        if not np.isfinite(S).all():
+            return run, S
+        shift = S @ (b / s)
+        r = (run.y - _readings(simulator, theta, moved, x0)) / run.sensor_std + shift
+        flat, left = noise.colour.whiten(S).reshape(-1, s.size), noise.colour.whiten(r).ravel()
+        xi = np.linalg.solve(flat.T @ flat + np.eye(s.size), flat.T @ left)
+        before, b = b, np.where(acting, np.clip(s * xi, -LARGEST, LARGEST), 0.0)
         if np.abs(b - before).max() < NEAR:
             break
-    return moved.but(y=run.y + shift[:, None]), M
+    return moved.but(y=run.y + run.sensor_std * shift), S
 
 
-def _spread(b: Array, cycles: Cycles) -> Array:
-    """Value of b in every row; 0 outside all cycles."""
-    inside = cycles.index[:, None] == np.arange(cycles.count)
-    return np.asarray(inside @ b)
+def _spread(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run: Run) -> Array:
+    """Value of b in every row of its joint, (n_t, n_joints); 0 outside all cycles."""
+    spread, first = np.zeros(run.u.shape), 0
+    for scatter, c in zip(scatters, cycles, strict=True):
+        inside = c.index[:, None] == np.arange(c.count)
+        spread[:, scatter.column] += inside @ b[first : first + c.count]
+        first += c.count
+    return spread
 
 
 def restricted_likelihood(r: Array, M: Array) -> tuple[Array, Array]:

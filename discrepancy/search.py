@@ -250,7 +250,7 @@ def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]
     noise = start.solution.noise.but(colour=Colour())
     most = SCATTERED * white.chi2
     instead = start.solution.chi2 < most < min((fit.chi2 for fit in fits), default=np.inf)
-    if noise.scatter > 0.0 and (not start.left.far or instead):
+    if noise.scatters and (not start.left.far or instead):
         s.tell("entries under scatter")
         yield s.ready(solve(s.study, (), noise, start.solution.values, x0=start.solution.x0))
 
@@ -268,9 +268,7 @@ def gets_on(now: Trial, before: Trial) -> bool:
 
 def simpler(winner: Trial, start: Trial) -> bool:
     """Whether the noise of an adequate winner needs less than that of the base: an effect was taken for noise."""
-    a, b = winner.solution.noise, start.solution.noise
-    fewer = (a.scatter > 0) + (not a.colour.white) < (b.scatter > 0) + (not b.colour.white)
-    return winner.adequate and fewer
+    return winner.adequate and winner.solution.noise.terms < start.solution.noise.terms
 
 
 def _rebased(found: Search) -> Solution | None:

@@ -66,7 +66,7 @@ class Signatures:
         edges = np.cumsum([0, *(run.y.size for run in study.fitted)])
         D = np.empty_like(self.raw)
         for w, run, a, b in zip(solution.problem.whiteners, study.fitted, edges[:-1], edges[1:], strict=True):
-            readings = self.raw[a:b].reshape(run.t.size, -1)
+            readings = self.raw[a:b].reshape(*run.y.shape, -1)
             D[a:b] = w(_scored(readings, run.score_from)).reshape(b - a, -1)
         return D
 

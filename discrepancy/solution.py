@@ -9,7 +9,7 @@ import numpy as np
 
 from discrepancy.kernels import TwoStep
 from discrepancy.levenberg import minimise
-from discrepancy.noise import Noise, Whitener
+from discrepancy.noise import Noise, Scatter, Whitener
 from discrepancy.scatter import relinearised
 from discrepancy.study import Study
 from discrepancy.whitened import Whitened
@@ -19,6 +19,8 @@ from model.effect import Effect
 from model.equations import Equations
 from support.threads import mapped
 
+SCATTER = "amplitude_scatter"
+"""Entry of the catalogue that is random: it stands in the noise."""
 ROUNDS = 2
 """Fits to the end, each about the cycles' columns of the scatter that the last one leads to."""
 ROUGH = 1.0
@@ -90,20 +92,30 @@ class Solution:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of the effects, the random one among them."""
-        return (*(e.key for e in self.effects), *(("amplitude_scatter",) if self.noise.scatter > 0 else ()))
+        """Keys of the effects, the random ones among them."""
+        return (*(e.key for e in self.effects), *self.random)
+
+    @property
+    def random(self) -> tuple[str, ...]:
+        """Keys of the random effects, in the order of the noise's scatters."""
+        return tuple(random_key(self.problem.runs[0], scatter) for scatter in self.noise.scatters)
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """Ids of the effects, the random one among them."""
+        """Ids of the effects, the random ones among them."""
         return tuple(dict.fromkeys(key.partition(":")[0] for key in self.keys))
+
+
+def random_key(run: Run, scatter: Scatter) -> str:
+    """Return the key of a scatter: ``amplitude_scatter``, where several joints move ``joint1_amplitude_scatter``."""
+    return SCATTER if len(run.free_joints) == 1 else f"joint{run.free_joints[scatter.column]}_{SCATTER}"
 
 
 def under_noise(
     simulator: TwoStep, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array], *, threads: int = 1
 ) -> Whitened:
     """Lay out the problem of ``runs`` under ``noise``, its scatter linearised about the trajectories at ``theta``."""
-    if noise.scatter == 0.0:
+    if not noise.scatters:
         return Whitened.under(
             simulator, tuple(runs), tuple(Whitener(colour=noise.colour) for _ in runs), threads=threads
         )
@@ -112,7 +124,7 @@ def under_noise(
         return relinearised(simulator, run, noise, theta, start)
 
     about = mapped(one, runs, x0, threads=threads)
-    whiteners = tuple(Whitener.of(noise.colour, noise.scatter, M) for _, M in about)
+    whiteners = tuple(Whitener.of(noise.colour, S) for _, S in about)
     return Whitened.under(simulator, tuple(run for run, _ in about), whiteners, threads=threads)
 
 
@@ -138,14 +150,14 @@ def solve(
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
     runs = study.fitted
-    problem = under_noise(simulator, runs, noise.but(scatter=0.0), theta, (), threads=study.threads)
+    problem = under_noise(simulator, runs, noise.but(scatters=()), theta, (), threads=study.threads)
     x = problem.first(theta)
     if x0 is not None:
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
-    for _ in range(ROUNDS if noise.scatter > 0 and tolerance < ROUGH else 1):
+    for _ in range(ROUNDS if noise.scatters and tolerance < ROUGH else 1):
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
-        if noise.scatter > 0 and noise.path == "torque":
+        if study.alone and any(scatter.path == "torque" for scatter in noise.scatters):
             problem, x = _balanced(study, simulator, noise, problem, x)
         found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
@@ -184,7 +196,7 @@ def _balanced(study: Study, simulator: TwoStep, noise: Noise, problem: Whitened,
     """
     pairs = [(moved.u[:, 0], run.u[:, 0]) for moved, run in zip(problem.runs, study.fitted, strict=True)]
     factor = sum(float(m @ u) for m, u in pairs) / max(sum(float(u @ u) for _, u in pairs), 1e-300)
-    if factor <= 0 or abs(factor - 1.0) < BALANCED * noise.scatter:
+    if factor <= 0 or abs(factor - 1.0) < BALANCED * noise.scatters[0].size:
         return problem, x
     quantities = simulator.equations.parameters
     driven = np.array([not q.fixed and _with_torque(q.unit) for q in quantities])

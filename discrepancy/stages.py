@@ -65,7 +65,8 @@ class Staged:
         return {
             "schema": "discrepancy_stage/1", "stage": self.stage, "joints": list(self.study.fitted[0].free_joints),
             "measured": measured, "sentence": self.sentence, "gap": self.gap, "omnibus_p": self.left.p,
-            "tests": dict(self.left.parts), "amplitude_scatter": self.plain.noise.scatter,
+            "tests": dict(self.left.parts),
+            "amplitude_scatter": max((one.size for one in self.plain.noise.scatters), default=0.0),
             "white_noise": bool(self.plain.noise.colour.white),
             "where": [r.as_json() | {"joint": self.joint} for r in self.regions], "scores": scores,
         }  # fmt: skip
@@ -92,11 +93,12 @@ class Staged:
         noise = self.plain.noise
         if self.gap:
             repeats = min(self.left.parts["repeating"], self.left.parts["drifting"]) <= LACK
-            varies = " Part of it differs from cycle to cycle." if noise.scatter > 0 else ""
+            varies = " Part of it differs from cycle to cycle." if noise.scatters else ""
             return f"It {'repeats' if repeats else 'does not repeat'} with the drive.{varies}"
         told = []
-        if noise.scatter > 0:
-            told.append(f"Amplitudes scatter from cycle to cycle, {100 * noise.scatter:.2g} % (random).")
+        for one in noise.scatters:
+            whose = "" if self.study.alone else f" of joint {self.study.fitted[0].free_joints[one.column]}"
+            told.append(f"Amplitudes{whose} scatter from cycle to cycle, {100 * one.size:.2g} % (random).")
         if not noise.colour.white:
             told.append("Neighbouring samples of the noise are correlated.")
         return " ".join(told)

@@ -8,11 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from discrepancy.channels import scored_rows
-from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory, TwoStep
 from identification.equations_for import device_of, equations_for
 from measurement.campaign import Campaign
-from measurement.cycles import Cycles
 from measurement.run import Run
 from model.effect import Effect
 from model.equations import Equations
@@ -108,10 +106,6 @@ class Study:
     def sketcher(self, effects: Sequence[Effect]) -> TwoStep:
         """Return a simulator of many sets of parameters at once."""
         return self.factory(self.equations(effects), many=True, tangent=self.alone)
-
-    def cycles(self) -> dict[str, Cycles]:
-        """Cycles of the torque of every fitted run, by file; a held-out end of a run bears its file's name too."""
-        return {run.file: whole_cycles(run) for run in self.fitted}
 
 
 def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, threads: int = 1) -> Study:

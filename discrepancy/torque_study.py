@@ -38,8 +38,8 @@ class Masked(Whitener):
     seen: Mask
 
     def __call__(self, x: Array) -> Array:
-        """Return x (n_t,) or (n_t, k) with zeros where rows are held out."""
-        return np.where(self.seen[:, None] if x.ndim == 2 else self.seen, x, 0.0)
+        """Return x (n_t, 1) or (n_t, 1, k) with zeros where rows are held out."""
+        return np.where(self.seen.reshape(-1, *(1,) * (x.ndim - 1)), x, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -366,10 +366,10 @@ class Searcher:
         Whether amplitudes scatter in the torque or in the reading is known only once both have been fitted: a torque's
         scatter is linear in the reading about its own most probable amplitudes alone.
         """
-        noise = made.solution.noise
-        if made.adequate or noise.scatter == 0.0 or made.left.far:
+        scatters = made.solution.noise.scatters
+        if made.adequate or not scatters or made.left.far:
             return made
-        other: Path = "torque" if noise.path == "reading" else "reading"
+        other: Path = "torque" if scatters[0].path == "reading" else "reading"
         turned = self.trial(settle(self.study, made.solution.effects, made.solution, paths=(other,)), before)
         return turned if turned.adequate else made
 

@@ -11,10 +11,11 @@ import numpy as np
 from discrepancy.jump import around, torques
 from discrepancy.kernels import COARSE
 from discrepancy.next_experiment import Proposal, propose
-from discrepancy.noise_estimate import SCATTER
+from discrepancy.noise import Scatter
+from discrepancy.scatter import cycles_of
 from discrepancy.search_result import Search
 from discrepancy.shape import Shape, missing
-from discrepancy.solution import Solution, solve
+from discrepancy.solution import SCATTER, Solution, solve
 from discrepancy.standard_errors import of_curvature, standard_errors
 from discrepancy.steps import at_step
 from discrepancy.study import Study
@@ -129,19 +130,22 @@ def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[Nam
         )
         for e in solution.effects
     ]  # fmt: skip
-    if solution.noise.scatter > 0:
-        # Only differences between the cycles of one run tell: what a run's cycles share could be any other parameter.
-        freedom = sum(found.study.cycles()[run.file].count - 1 for run in found.study.fitted)
-        s = solution.noise.scatter
-        named.append(
-            NamedEffect(
-                id=SCATTER, key=SCATTER, title="amplitude that scatters from cycle to cycle",
-                formula="each cycle's amplitude times (1 + s·ξ), ξ standard normal",
-                parameters={SCATTER: (s, float(s / np.sqrt(2 * max(freedom, 1))), "1")},
-                evidence=found.evidence(SCATTER),
-            )
-        )  # fmt: skip
-    return tuple(named)
+    return (*named, *(_random(scatter, found) for scatter in solution.noise.scatters))
+
+
+def _random(scatter: Scatter, found: Search) -> NamedEffect:
+    """Name a scatter; its error is that of a standard deviation.
+
+    Only differences between the cycles of one run tell: what a run's cycles share could be any other parameter.
+    """
+    study, s = found.study, scatter.size
+    freedom = sum(cycles_of(run, scatter).count - 1 for run in study.fitted)
+    effect = study.in_joint(study.entries[SCATTER], scatter.column)
+    std = float(s / np.sqrt(2 * max(freedom, 1)))
+    return NamedEffect(
+        id=effect.id, key=effect.key, title=effect.title, formula=effect.formula,
+        parameters={effect.parameters[0].id: (s, std, "1")}, evidence=found.evidence(effect.key),
+    )  # fmt: skip
 
 
 def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], runs: Sequence[Run]) -> float:

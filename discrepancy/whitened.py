@@ -19,7 +19,7 @@ OPTIONS = FitOptions(method="gauss_newton", weights=(1.0, 1.0))
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whitened(Problem):
-    """A problem whose residuals have covariance 1 under the noise model; scatter where one joint alone moves."""
+    """A problem whose residuals have covariance 1 under the noise model."""
 
     whiteners: tuple[Whitener, ...] = ()
 
@@ -41,10 +41,7 @@ class Whitened(Problem):
         rows = tuple(w(r) for w, r in zip(self.whiteners, found.rows, strict=True))
         slopes = None
         if found.jacobians is not None:
-            slopes = tuple(
-                w(J.reshape(J.shape[0], -1)).reshape(J.shape)
-                for w, J in zip(self.whiteners, found.jacobians, strict=True)
-            )
+            slopes = tuple(w(J) for w, J in zip(self.whiteners, found.jacobians, strict=True))
         return Blocks(rows=rows, jacobians=slopes, prior=found.prior, prior_jacobian=found.prior_jacobian)
 
     def constraints(self) -> tuple[Array, Array]:

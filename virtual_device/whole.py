@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,11 +10,14 @@ import numpy as np
 from virtual_device.arm import JOINTS, Arm
 from virtual_device.compiled import Array
 from virtual_device.inputs import AMPLITUDE, COUPLED, Cosine
-from virtual_device.sensor import Sensor
+from virtual_device.sensor import Sensor, cycle_factors
 from virtual_device.tables import RunTable
 
+SCATTERING = 1
+"""Of the random numbers of amplitudes that scatter, beside those of the sensor."""
 
-def coupled_run(
+
+def coupled_run(  # noqa: PLR0913 - what a user of a test bench sets, by keyword
     arm: Arm,
     cosines: Sequence[Cosine],
     joints: tuple[int, ...],
@@ -23,18 +26,29 @@ def coupled_run(
     name: str,
     seed: Sequence[int],
     posture: Sequence[float] = (0.0,) * JOINTS,
+    scatter: Mapping[int, tuple[float, bool]] | None = None,
 ) -> RunTable:
-    """Drive each of ``joints`` by its own cosine (held between rows), from rest; the others stay at ``posture``."""
+    """Drive each of ``joints`` by its own cosine (held between rows), from rest; the others stay at ``posture``.
+
+    ``scatter`` gives joints the standard deviation of the relative amplitude of a cycle of their own torque, and
+    whether it is the torque's that scatters, or that of the reading about the place of rest.
+    """
     t, rng = cosines[0].times(), np.random.default_rng(list(seed))
-    torque = np.zeros((t.size, JOINTS))
+    torque, factors = np.zeros((t.size, JOINTS)), np.ones((t.size, JOINTS))
     for joint, cosine in zip(joints, cosines, strict=True):
         torque[:, joint] = cosine.torque()
-    state = np.concatenate([arm.rest(joints, np.array(posture)), np.zeros(2 * JOINTS)])
+        if joint in (scatter or {}):
+            own = np.random.default_rng([*seed, SCATTERING, joint])
+            factors[:, joint] = cycle_factors(t, cosine.period, (scatter or {})[joint][0], own)
+    on_torque = np.array([(scatter or {}).get(joint, (0.0, False))[1] for joint in range(JOINTS)])
+    driven, rest = torque * np.where(on_torque, factors, 1.0), arm.rest(joints, np.array(posture))
+    state = np.concatenate([rest, np.zeros(2 * JOINTS)])
     positions = np.empty((t.size, JOINTS))
     for k, step in enumerate([*np.diff(t), 0.0]):
         positions[k] = state[:JOINTS]
         if step > 0:
-            arm.advance(joints, state, torque[k], float(step))
+            arm.advance(joints, state, driven[k], float(step))
+    positions = np.where(on_torque | (factors == 1.0), positions, rest + (positions - rest) * factors)
     columns: dict[str, Array] = {"time_s": t}
     for joint in joints:
         columns[f"torque_{joint}_Nm"] = torque[:, joint]
@@ -42,12 +56,19 @@ def coupled_run(
     return RunTable(file=name, free_joints=joints, columns=columns, use=cosines[0].use)
 
 
-def coupled_test(arm: Arm, number: int, *, sensor: Sensor, seed: Sequence[int]) -> RunTable:
+def coupled_test(
+    arm: Arm,
+    number: int,
+    *,
+    sensor: Sensor,
+    seed: Sequence[int],
+    scatter: Mapping[int, tuple[float, bool]] | None = None,
+) -> RunTable:
     """Make run ``number`` of the coupled test, `COUPLED`: joints 0 and 1 driven by cosines of their own."""
     frequencies, use = COUPLED[number]
     cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
     name = f"joints01_{number}_w{frequencies[0]:.4g}_{frequencies[1]:.4g}.csv.gz"
-    return coupled_run(arm, cosines, (0, 1), sensor=sensor, name=name, seed=seed)
+    return coupled_run(arm, cosines, (0, 1), sensor=sensor, name=name, seed=seed, scatter=scatter)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,9 +2,10 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from discrepancy.noise import Colour, Noise
+from discrepancy.noise import Colour, Noise, Scatter
 from discrepancy.noise_estimate import estimate
 from discrepancy.refit import alike
 from discrepancy.solution import solve
@@ -35,9 +36,10 @@ def estimated(folder: Path, scatter: float) -> Noise:
 
 def test_the_reading_scatters_about_the_place_of_rest(tmp_path: Path):
     noise = estimated(tmp_path, 0.02)
-    assert noise.path == "reading"
-    assert noise.scatter == pytest.approx(0.02, rel=0.5)  # 17 cycles
-    assert noise.centre == pytest.approx(TRUTH["epos"], abs=0.003)
+    (found,) = noise.scatters
+    assert found.path == "reading"
+    assert found.size == pytest.approx(0.02, rel=0.5)  # 17 cycles
+    assert found.centre == pytest.approx(TRUTH["epos"], abs=0.003)
 
 
 def test_the_place_of_rest_is_found_beside_gravity_and_eight_runs(tmp_path: Path):
@@ -46,8 +48,9 @@ def test_the_place_of_rest_is_found_beside_gravity_and_eight_runs(tmp_path: Path
     make_joint_campaign(tmp_path, 5, truth, rich(5), effects=effects, sensor=SENSOR, seed=31)
     study = study_of(prepare(read_campaign(tmp_path)), 5, catalogue())
     rest = rest_position(truth)
-    noise = estimate(study, solve(study, (), Noise(scatter=0.02, centre=rest), truth))
-    assert noise.centre == pytest.approx(rest, abs=2e-3)
+    begun = Noise(scatters=(Scatter(size=0.02, centre=rest),))
+    noise = estimate(study, solve(study, (), begun, truth))
+    assert noise.scatters[0].centre == pytest.approx(rest, abs=2e-3)
     assert noise.colour == Colour()
 
 
@@ -56,7 +59,7 @@ def test_a_fit_beside_a_scatter_of_the_torque_does_not_stop_at_a_common_factor(t
     effects = {"amplitude_scatter": {"scatter": 0.02, "scatter_on_torque": 1.0}}
     make_joint_campaign(tmp_path, 3, TRUTH, INPUTS, effects=effects, sensor=SENSOR, known=known, seed=2)
     study = study_of(prepare(read_campaign(tmp_path)), 3, catalogue())
-    noise = Noise(scatter=0.02, path="torque")
+    noise = Noise(scatters=(Scatter(size=0.02, path="torque"),))
     driven = ("inertia", "Ks", "sigma0", "sigma1", "sigma2", "Fs", "Fc")
     off = TRUTH | {name: 0.93 * TRUTH[name] for name in driven}
     right, found = solve(study, (), noise, TRUTH), solve(study, (), noise, off)
@@ -69,11 +72,13 @@ def test_white_noise_has_neither_scatter_nor_colour(tmp_path: Path):
 
 
 def test_noises_are_alike_where_no_fit_could_tell():
-    one = Noise(scatter=0.02, centre=0.1)
-    std = 2e-4
-    assert alike(one, one.but(centre=0.1005), std)
-    assert not alike(one, one.but(centre=0.13), std)
-    assert not alike(one, one.but(path="torque"), std)
-    assert not alike(one, one.but(scatter=0.0), std)
+    std = np.array([2e-4, 2e-4])
+    plain = Scatter(size=0.02, centre=0.1)
+    one = Noise(scatters=(plain,))
+    assert alike(one, one.but(scatters=(plain.but(centre=0.1005),)), std)
+    for other in (plain.but(centre=0.13), plain.but(path="torque"), plain.but(column=1), plain.but(size=0.03)):
+        assert not alike(one, one.but(scatters=(other,)), std)
+    assert not alike(one, one.but(scatters=()), std)
+    assert not alike(one, one.but(scatters=(plain, plain.but(column=1))), std)
     assert not alike(one, one.but(colour=Colour(phi=0.9, theta=0.5, sigma=1.0)), std)
     assert alike(Noise(), Noise(), std)

@@ -1,21 +1,35 @@
 """Cycles' amplitudes on the torque: the linear model holds about the most probable ones, not about none."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+from discrepancy.coupled_study import coupled_study_of
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory
-from discrepancy.noise import Colour, Noise, Whitener, directions
-from discrepancy.scatter import LARGEST, cycle_columns, relinearised, restricted_likelihood
+from discrepancy.noise import Colour, Noise, Scatter, Whitener, directions
+from discrepancy.scatter import LARGEST, cycle_columns, cycles_of, relinearised, restricted_likelihood
 from identification.simulator import initial_state
+from measurement.prepare import prepare
+from measurement.reading import read_campaign
 from measurement.run import Run
+from model.effects import catalogue
 from model.joint import joint_equations
+from virtual_device.arm import Arm
+from virtual_device.campaign import header
+from virtual_device.sensor import Sensor
+from virtual_device.tables import write_campaign
+from virtual_device.truth import read_truth
+from virtual_device.whole import coupled_test
 
 VALUES = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,
     "sigma1": 0.003, "sigma2": 1.3e-3, "vs": 0.06, "Fs": 1.5e-3, "Fc": 1.1e-3,
 }  # fmt: skip
 OMEGA = 2.0
+SCATTER = Scatter(size=0.03, path="torque")
+NOISE = Noise(scatters=(SCATTER,))
 
 
 def run_with(u: np.ndarray, y: np.ndarray, t: np.ndarray) -> Run:
@@ -38,15 +52,14 @@ def test_amplitudes_are_found_and_leave_far_less_than_the_first_linearisation():
     x0 = initial_state(equations, driven)
     y = simulator.simulate(theta, driven, x0=x0).y[:, 0]
     run = run_with(u, y + 1e-4 * rng.standard_normal(t.size), t)
-    noise = Noise(scatter=0.03, path="torque")
 
-    about, M = relinearised(simulator, run, noise, theta, x0)
+    about, S = relinearised(simulator, run, NOISE, theta, x0)
     found = np.log(np.array([about.u[cycles.index == k, 0][0] / u[cycles.index == k][0] for k in range(cycles.count)]))
     assert found[:5] == pytest.approx(b[:5], abs=2e-3)
     left = (about.y[:, 0] - simulator.simulate(theta, about, x0=x0).y[:, 0]) / 1e-4
-    assert np.mean((left - M @ found) ** 2) < 1.1
+    assert np.mean((left - S[:, 0] @ found / SCATTER.size) ** 2) < 1.1
 
-    naive = cycle_columns(simulator, run, noise, theta, x0)
+    naive = cycle_columns(simulator, run, SCATTER, theta, x0)[:, 0]
     r = (run.y[:, 0] - simulator.simulate(theta, run, x0=x0).y[:, 0]) / 1e-4
     rest = r - naive @ np.linalg.lstsq(naive, r, rcond=None)[0]
     assert np.mean(rest**2) > 2.0
@@ -61,11 +74,11 @@ def test_a_simulation_that_runs_away_has_no_directions_and_breaks_nothing():
     run = run_with(0.008 * np.cos(OMEGA * t), np.zeros_like(t), t)
     x0 = np.array([1.0, 0.0, 0.0])
 
-    about, M = relinearised(simulator, run, Noise(scatter=0.03, path="torque"), theta, x0)
+    about, S = relinearised(simulator, run, NOISE, theta, x0)
     assert about is run
-    assert not np.isfinite(M).all()
-    assert Whitener.of(Colour(), 0.03, M) == Whitener()
-    assert [part.size for part in restricted_likelihood(np.zeros(t.size), M)] == [0, 0]
+    assert not np.isfinite(S).all()
+    assert Whitener.of(Colour(), S) == Whitener()
+    assert [part.size for part in restricted_likelihood(np.zeros(t.size), S[:, 0])] == [0, 0]
 
 
 def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
@@ -74,8 +87,8 @@ def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
     t = np.arange(0.0, 8.0, 0.01)
     run = run_with(0.008 * np.cos(OMEGA * t), np.full_like(t, 50.0), t)
     x0 = initial_state(equations, run.but(y=np.zeros((t.size, 1))))
-    about, M = relinearised(simulator, run, Noise(scatter=0.5, path="torque"), theta, x0)
-    assert np.isfinite(M).all()
+    about, S = relinearised(simulator, run, Noise(scatters=(SCATTER.but(size=0.5),)), theta, x0)
+    assert np.isfinite(S).all()
     moved = np.abs(about.u[:, 0]) > np.abs(run.u[:, 0]) * np.exp(LARGEST) * (1 + 1e-9)
     assert not moved.any()
 
@@ -88,3 +101,46 @@ def test_directions_are_those_of_the_singular_value_decomposition_where_columns_
     exact = np.linalg.svd(M)[1][:6]
     np.testing.assert_allclose(np.sort(d)[::-1], exact, rtol=1e-6)
     np.testing.assert_allclose(U.T @ U, np.eye(6), atol=1e-6)
+
+
+def test_of_two_joints_each_has_cycles_and_amplitudes_of_its_own(tmp_path: Path):
+    sensor = Sensor(noise=1e-4, resolution=0.0)
+    runs = [coupled_test(Arm(read_truth()), number, sensor=sensor, seed=(7, number)) for number in (0, 3)]
+    write_campaign(tmp_path, header("coupled", "freedom6s", sensor), runs, joints=6)
+    study = coupled_study_of(prepare(read_campaign(tmp_path)), (0, 1), catalogue(), {})
+    simulator, run = study.simulator(), study.fitted[0]
+    assert not [key for key in study.in_si({q.id: q.initial for q in study.base.parameters}) if "scatter" in key]
+    theta, x0 = np.array([q.initial for q in study.base.parameters]), initial_state(study.base, run)
+    on_torque, on_reading = Scatter(size=0.03, path="torque"), Scatter(size=0.02, path="reading", centre=0.05, column=1)
+    first, second = (cycles_of(run, scatter) for scatter in (on_torque, on_reading))
+    assert first.count != second.count
+    rng = np.random.default_rng(4)
+    b = 0.03 * rng.standard_normal(first.count)
+    u = run.u.copy()
+    u[:, 0] *= np.exp(b[first.index])
+    y = simulator.simulate(theta, run.but(u=u), x0=x0).y[:, :2]
+    y[:, 1] = 0.05 + (y[:, 1] - 0.05) * (1.0 + 0.02 * rng.standard_normal(second.count)[second.index])
+    read = run.but(y=y + run.sensor_std * rng.standard_normal(y.shape))
+
+    about, S = relinearised(simulator, read, Noise(scatters=(on_torque, on_reading)), theta, x0)
+    assert S.shape == (*run.y.shape, first.count + second.count)
+    assert np.array_equal(about.u[:, 1], run.u[:, 1])
+    found = np.log(np.array([about.u[first.index == k, 0][0] / run.u[first.index == k, 0][0] for k in range(len(b))]))
+    assert found == pytest.approx(b, abs=3e-3)
+    moved = np.abs(S).max(axis=0)
+    assert (moved[1, : first.count] > 0.1).all()  # the torque of one joint moves the other as well
+    assert not moved[0, first.count :].any()
+    r = (about.y - simulator.simulate(theta, about, x0=x0).y[:, :2]) / run.sensor_std
+    white = Whitener.of(Colour(), S)(r)
+    assert np.mean(white**2) < 1.1
+
+
+def test_a_whitener_of_several_joints_is_the_root_of_their_inverse_covariance():
+    rng = np.random.default_rng(6)
+    S, x = rng.standard_normal((40, 2, 5)), rng.standard_normal((40, 2, 3))
+    whiten = Whitener.of(Colour(), S)
+    C = np.eye(80) + S.reshape(80, 5) @ S.reshape(80, 5).T
+    white, flat = whiten(x).reshape(80, 3), x.reshape(80, 3)
+    np.testing.assert_allclose(white.T @ white, flat.T @ np.linalg.solve(C, flat), rtol=1e-9)
+    assert whiten.log_determinant(80) == pytest.approx(np.linalg.slogdet(C)[1])
+    np.testing.assert_allclose(whiten(x[:, :, 0]), whiten(x)[:, :, 0], rtol=1e-12)

@@ -13,7 +13,7 @@ from discrepancy.exchange import exchanged, pruned
 from discrepancy.held_out import predict
 from discrepancy.homotopy import through_homotopy
 from discrepancy.kernels import SKETCH
-from discrepancy.noise import Noise
+from discrepancy.noise import Noise, Scatter
 from discrepancy.omnibus import Omnibus
 from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
 from discrepancy.scan import scan
@@ -181,7 +181,7 @@ def test_entries_are_tried_under_scatter_where_it_makes_up_for_most_of_a_large_g
 ):
     s, start = begun
     base = start.solution
-    noise = Noise(scatter=scatter, path="torque")
+    noise = Noise(scatters=(Scatter(size=scatter, path="torque"),) if scatter else ())
     far = Omnibus(energy=1e5, dof=100.0, p=0.0, parts={}, total=1e5, rows=100)
 
     def with_share(share: float) -> Blocks:
@@ -256,7 +256,7 @@ def test_a_large_compliance_is_begun_at_its_size_though_it_scores_nothing(begun:
 
 def test_a_run_whose_start_moves_only_once_its_scatter_is_out_is_predicted(begun: tuple[Searcher, Trial]) -> None:
     s, start = begun
-    solution, noise = start.solution, Noise(scatter=0.03, path="torque")
+    solution, noise = start.solution, Noise(scatters=(Scatter(size=0.03, path="torque"),))
     simulator, run = s.study.factory(solution.equations), s.study.fitted[0]
     slope, std = (float(each[0]) for each in first_slopes(run))
     moved = slope
