@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -11,7 +11,9 @@ from discrepancy.homotopy import observed, through_homotopy
 from discrepancy.solution import Solution, start_vector
 from discrepancy.study import Study
 from identification.sobol import sobol_starts
+from measurement.run import Array
 from support.errors import NumericalError
+from support.threads import mapped
 
 AGREE = 2
 """Starts that must reach the best minimum before the rest are left out."""
@@ -56,9 +58,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
     scaling = observed(study, ()).scaling
     found: list[Solution] = []
     calls = 0
-    for theta in sobol_starts(scaling, first, starts, seed):
-        named = {q.id: float(p) for q, p in zip(study.base.parameters, theta, strict=True)}
-        solution, used = through_homotopy(study, (), named)
+    for solution, used in _fits(study, sobol_starts(scaling, first, starts, seed)):
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)
@@ -70,3 +70,15 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
     costs = tuple(s.chi2 for s in found)
     best = min(found, key=lambda s: s.chi2)
     return Base(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
+
+
+def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int]]:
+    """Yield the fit from each start with its cost, `AGREE` of them side by side: so many are needed at least."""
+    alone = replace(study, threads=1) if len(starts) > 1 else study
+
+    def one(theta: Array) -> tuple[Solution, int]:
+        named = {q.id: float(p) for q, p in zip(study.base.parameters, theta, strict=True)}
+        return through_homotopy(alone, (), named)
+
+    for k in range(0, len(starts), AGREE):
+        yield from mapped(one, starts[k : k + AGREE], threads=study.threads)

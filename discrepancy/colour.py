@@ -121,9 +121,7 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
 def _tallest(left: tuple[Array, Array, Array], colour: Colour) -> tuple[float, float]:
     """Return by how much the tallest line of a run stands above the spectrum, and where [rad per row]."""
     angle, power, share = left
-    turn = np.exp(-1j * angle)
-    S = np.abs(colour.sigma * (1 - colour.theta * turn) / (1 - colour.phi * turn)) ** 2
-    height = np.where(share > LEFT, power / np.maximum(share, LEFT) / S, 0.0)
+    height = np.where(share > LEFT, power / np.maximum(share, LEFT) / colour.gain(angle) ** 2, 0.0)
     at = int(np.argmax(height))
     return float(height[at]), float(angle[at])
 

@@ -5,12 +5,19 @@ A name that had nothing of its kind to beat is no finding: all that is late look
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 
+from discrepancy.noise import Noise
 from discrepancy.refit import FIRST, likeliest
-from discrepancy.solution import solve
+from discrepancy.solution import Solution, solve
+from discrepancy.study import Study
 from discrepancy.trial import Searcher, Trial
+from measurement.run import Array
 from model.effect import Effect
+
+Place = tuple[Mapping[str, float], Sequence[Array]]
+"""Parameters and initial states at which a fit begins."""
 
 
 def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
@@ -30,13 +37,15 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         places = ((values, best.solution.x0), (values | start.solution.values | contender.neutral, start.solution.x0))
         others = [e for e in best.solution.effects if e is not effect]
         for left in (others, *([e for e in others if e is not other] for other in others)):
-            begun = [
-                solve(s.study, [*left, contender], best.solution.noise, there, x0=x0, iterations=FIRST)
-                for there, x0 in places
-            ]
+            begun = s.each(partial(_begun, [*left, contender], best.solution.noise), places)
             s.simulations += sum(b.calls for b in begun) * len(s.study.fitted)
             made.append(s.finish(start.candidate, likeliest(*begun)))
     return made
+
+
+def _begun(effects: Sequence[Effect], noise: Noise, study: Study, place: Place) -> Solution:
+    values, x0 = place
+    return solve(study, effects, noise, values, x0=x0, iterations=FIRST)
 
 
 def _uncontested(s: Searcher, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Effect]]:

@@ -7,7 +7,9 @@ from dataclasses import replace
 
 from discrepancy.refit import Candidate, judged, refit_with
 from discrepancy.solution import Solution, solve
+from discrepancy.study import Study
 from discrepancy.trial import BETTER, MOST, PROMISING, Searcher, Trial, chosen, keys_of
+from model.effect import Effect
 
 
 def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
@@ -69,10 +71,11 @@ def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
 
 def _less(s: Searcher, full: Solution) -> dict[str, Candidate]:
     """Refit a model without each of its effects, by key."""
-    return {
-        e.key: refit_with(s.study, full, [other for other in full.effects if other is not e], full.values)
-        for e in full.effects
-    }
+
+    def without(study: Study, effect: Effect) -> Candidate:
+        return refit_with(study, full, [other for other in full.effects if other is not effect], full.values)
+
+    return dict(zip((e.key for e in full.effects), s.each(without, full.effects), strict=True))
 
 
 def _costs(smaller: Trial, best: Trial) -> float:

@@ -45,10 +45,15 @@ class Colour:
             return np.asarray(x / self.sigma)
         return np.asarray(lfilter([1.0, -self.phi], [1.0, -self.theta], x, axis=0) / self.sigma)
 
+    def gain(self, angle: Array) -> Array:
+        """Return the noise's amplitude at ``angle`` [rad per row] over that of the stated white noise."""
+        turn = np.exp(-1j * angle)
+        return np.asarray(self.sigma * np.abs((1.0 - self.theta * turn) / (1.0 - self.phi * turn)))
+
     @property
     def low_frequency_gain(self) -> float:
-        """Return the noise's amplitude at frequency 0 over that of the stated white noise."""
-        return self.sigma * abs((1.0 - self.theta) / (1.0 - self.phi))
+        """Return `gain` at frequency 0."""
+        return float(self.gain(np.zeros(1))[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,6 +22,7 @@ from discrepancy.study import Study
 from model.effect import Effect, renamed
 from support.threads import mapped
 
+S = TypeVar("S")
 T = TypeVar("T")
 Tried = tuple[tuple[Effect, ...], Guided]
 """Effects with their fit under the observer."""
@@ -192,6 +193,7 @@ class Searcher:
         What was begun from the first guesses is ``freed`` already.
         """
         trials: list[Trial] = []
+        ahead: dict[frozenset[str], Candidate] = {}
         ready = self.best_of_each(begun)
         while ready and len(trials) < FINISHED:
             if any(t.adequate for t in trials):
@@ -201,7 +203,10 @@ class Searcher:
                 break
             if ready:
                 best = ready.pop(0)
-                trials.append(self.known(current, best) or self.finish(current, best))
+                if (made := self.known(current, best)) is None:
+                    self.look_ahead(ahead, [best, *(ready if trials else ())])
+                    made = self.finish(current, best, ahead.pop(keys_of(best)))
+                trials.append(made)
         trials = self.with_twins(current, trials)
         return trials if freed else self.with_best_freed(current, trials)
 
@@ -349,9 +354,25 @@ class Searcher:
         """BIC up to a constant: the smaller, the sooner a fit is looked at."""
         return effect_parameters(solution) * float(np.log(self.study.rows)) - 2.0 * solution.log_likelihood
 
-    def finish(self, current: Candidate, begun: Solution) -> Trial:
-        """Fit to the end what was begun on top of ``current``, judge it and tell of it."""
-        made = self.trial(settle(self.study, begun.effects, begun), current)
+    def look_ahead(self, ahead: dict[frozenset[str], Candidate], ready: Sequence[Solution]) -> None:
+        """Fit the first of ``ready`` to the end unless it is there, and what may come next side by side with it.
+
+        The first of all is fitted alone, for it is the likeliest to leave only noise; what was fitted in vain changes
+        neither results nor the count of simulations.
+        """
+        if keys_of(ready[0]) not in ahead:
+            fresh = [ready[0], *(s for s in ready[1:] if keys_of(s) not in self.finished)][: self.study.threads]
+            done = self.each(lambda study, s: settle(study, s.effects, s), fresh)
+            ahead.update(zip(map(keys_of, fresh), done, strict=True))
+
+    def each(self, function: Callable[[Study, S], T], chosen: Sequence[S]) -> list[T]:
+        """Return ``function`` of the study and each of ``chosen``: several side by side, on one thread each."""
+        study = self.study if len(chosen) == 1 else replace(self.study, threads=1)
+        return self.mapped(partial(function, study), chosen)
+
+    def finish(self, current: Candidate, begun: Solution, fitted: Candidate | None = None) -> Trial:
+        """Fit to the end what was begun on top of ``current`` (if it is not ``fitted``), judge it and tell of it."""
+        made = self.trial(fitted or settle(self.study, begun.effects, begun), current)
         made = self.on_its_path(made, current)
         self.finished.setdefault(keys_of(begun), []).append(made)
         self.tell(

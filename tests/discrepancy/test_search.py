@@ -12,7 +12,7 @@ from discrepancy.closer import BEYOND, closer
 from discrepancy.exchange import exchanged, pruned
 from discrepancy.held_out import predict
 from discrepancy.homotopy import through_homotopy
-from discrepancy.kernels import SKETCH
+from discrepancy.kernels import COARSE, SKETCH
 from discrepancy.noise import Noise, Scatter
 from discrepancy.omnibus import Omnibus
 from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
@@ -53,13 +53,41 @@ def begun(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial]:
     return tools(tmp_path_factory.mktemp("search"), Sensor(noise=2e-4))
 
 
-def test_the_rivals_of_what_scores_best_are_begun_too_whichever_names_the_other(tmp_path: Path) -> None:
-    entries = {key: catalogue()[key] for key in ("cubic_spring", "payload_gravity", "coulomb_drift", "viscous_drift")}
-    assert "payload_gravity" not in entries["cubic_spring"].rivals
-    s, start = tools_of(study_with(tmp_path / "c", {"cubic_spring": {"spring_cubic": 0.02}}, entries), starts=2)
+@pytest.fixture(scope="module")
+def among_drifts(tmp_path_factory: pytest.TempPathFactory) -> tuple[Searcher, Trial]:
+    """Return the tools where a catalogue of weight and drifts is searched beside the spring that is hidden."""
+    keys = ("cubic_spring", "payload_gravity", "coulomb_drift", "viscous_drift", "gain_drift")
+    folder, hidden = tmp_path_factory.mktemp("drifts"), {"cubic_spring": {"spring_cubic": 0.02}}
+    return tools_of(study_with(folder, hidden, {key: catalogue()[key] for key in keys}), starts=2)
+
+
+def test_the_rivals_of_what_scores_best_are_begun_too_whichever_names_the_other(
+    among_drifts: tuple[Searcher, Trial],
+) -> None:
+    s, start = among_drifts
+    assert "payload_gravity" not in s.entries["cubic_spring"].rivals
     scored = [score.key for score in s.beside(start.solution, s.scan(start.solution))]
     assert scored[0] in ("cubic_spring", "payload_gravity")
     assert {fit.effects[-1].key for fit in s.ready(start.solution, 1)} == {"cubic_spring", "payload_gravity"}
+
+
+def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
+    among_drifts: tuple[Searcher, Trial],
+) -> None:
+    s, start = among_drifts
+    solution, rough = start.solution, at_step(s.study, COARSE)
+    scores = {score.key: score for score in s.scan(solution).scores}
+    fits = [begin(rough, solution, s.entries[key], scores[key]) for key in scores if key.endswith("drift")]
+    assert len(fits) == 3
+
+    def stepped(threads: int) -> tuple[list[tuple[tuple[str, ...], float]], int]:
+        study = replace(s.study, threads=threads)
+        own = Searcher(study, s.entries, s.found, s.tests, lambda _: None)
+        made = own.step(start.candidate, fits, most=3, freed=True)
+        assert len(made) == 2  # the third is fitted beside the second, in vain
+        return [(t.solution.keys, t.solution.log_likelihood) for t in made], own.simulations
+
+    assert stepped(1) == stepped(2)
 
 
 def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tuple[Searcher, Trial]) -> None:
