@@ -19,7 +19,6 @@ from scipy.optimize import minimize
 from discrepancy.cycles import whole_cycles
 from discrepancy.harmonics import harmonics
 from discrepancy.noise import Colour
-from measurement.cycles import Cycles
 from measurement.run import Array, Run
 
 EVIDENCE = 20.0
@@ -63,14 +62,7 @@ class Regressed:
 def _repeating(run: Run) -> Regressed:
     """Harmonics of the drive, their drift, and each cycle's mean: the same for every residual of a run."""
     cycles = whole_cycles(run)
-    return Regressed.by(
-        np.column_stack((harmonics(run, cycles, highest=60.0, most=60, drifting=True), _inside(cycles)))
-    )
-
-
-def _inside(cycles: Cycles) -> Array:
-    """Return 1 where a row lies in a cycle, (n_t, n_cycles)."""
-    return np.asarray((cycles.index[:, None] == np.arange(cycles.count)).astype(float))
+    return Regressed.by(np.column_stack((harmonics(run, cycles, highest=60.0, most=60, drifting=True), cycles.inside)))
 
 
 def _left_over(r: Array, run: Run, lines: Sequence[float] = ()) -> tuple[Array, Array, Array]:
@@ -80,7 +72,7 @@ def _left_over(r: Array, run: Run, lines: Sequence[float] = ()) -> tuple[Array, 
     """
     known = _repeating(run)
     smooth = run.y - r[:, None] * run.sensor_std  # the simulated reading: the measured one holds the noise itself
-    columns = [_inside(whole_cycles(run)) * smooth, *(_line(omega, run.t) for omega in lines)]
+    columns = [whole_cycles(run).inside * smooth, *(_line(omega, run.t) for omega in lines)]
     others = Regressed.by(np.column_stack(columns), beside=known.Q)
     rest = r
     for Q in (known.Q, others.Q):

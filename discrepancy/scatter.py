@@ -42,12 +42,11 @@ def cycle_columns(
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
     y, at = _readings(simulator.coarse, theta, run, x0), scatter.column
-    inside = cycles.index[:, None] == np.arange(cycles.count)
     M = np.zeros((*y.shape, cycles.count))
     if scatter.path == "reading":
-        M[:, at] = (y[:, at] - scatter.centre)[:, None] * inside
+        M[:, at] = (y[:, at] - scatter.centre)[:, None] * cycles.inside
     else:
-        for c, mask in enumerate(inside.T):
+        for c, mask in enumerate(cycles.inside.T):
             u = run.u.copy()
             u[mask, at] *= 1.0 + PROBE
             M[..., c] = (_readings(simulator.coarse, theta, run.but(u=u), x0) - y) / PROBE
@@ -97,8 +96,7 @@ def _spread(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run
     """Value of b in every row of its joint, (n_t, n_joints); 0 outside all cycles."""
     spread, first = np.zeros(run.u.shape), 0
     for scatter, c in zip(scatters, cycles, strict=True):
-        inside = c.index[:, None] == np.arange(c.count)
-        spread[:, scatter.column] += inside @ b[first : first + c.count]
+        spread[:, scatter.column] += c.inside @ b[first : first + c.count]
         first += c.count
     return spread
 

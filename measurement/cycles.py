@@ -41,6 +41,11 @@ class Cycles:
         """Number of cycles, an unfinished one at the end included."""
         return int(self.index[-1]) + 1
 
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """Which rows lie in each cycle, shape (n_t, n_cycles)."""
+        return np.asarray(self.index[:, None] == np.arange(self.count))
+
 
 def find_cycles(run: Run, column: int = 0) -> Cycles:
     """Find the cycles of ``run.u[:, column]``.
