@@ -30,8 +30,6 @@ LOST, LESS = 40.0, 0.1
 EDGE, NEAR = 1e-3, 0.5
 """Relative distance from the lower bound at which a wave number or time constant counts as lying there, and the largest
 one at which it does because two of its standard errors reach the bound."""
-NOTHING = 4.0
-"""Squared ratio to its standard error below which a one-sided first amplitude is none."""
 INFORMED = 0.5
 """A shape parameter counts as fitted where its std is below this share of its range (or of a factor e)."""
 
@@ -239,8 +237,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
 
     A wave number or a time constant at the lower end of its range, or one that cannot be told from it, counts as at its
     bound: there it stands for something else (a wave longer than the travel for a bent spring). So does a first
-    amplitude that cannot be told from 0, its lower bound, while others carry the effect (a slack of nothing in an
-    elastic tendon).
+    amplitude, 0 its lower bound, that does not earn what BIC charges for it, ln n, while others carry the effect (a
+    slack of nothing in an elastic tendon).
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
@@ -255,7 +253,7 @@ def significance(solution: Solution) -> tuple[float, bool]:
         if effect is not solution.effects[-1] and not effect.threshold:
             wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
         one_sided = lower[at[0]] >= zero[at[0]]
-        at_bound |= bool(one_sided and len(at) > 1 and a[0] ** 2 < NOTHING * covariance[at[0], at[0]])
+        at_bound |= bool(one_sided and len(at) > 1 and a[0] ** 2 < np.log(len(J)) * covariance[at[0], at[0]])
         room = 1e-4 * (upper[at] - lower[at])
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))

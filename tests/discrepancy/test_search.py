@@ -232,7 +232,7 @@ def test_minima_count_as_one_by_the_noise_or_by_their_share_of_a_large_gap():
     assert agreeing((), rows=1000) == 0
 
 
-@pytest.mark.parametrize(("slack", "none"), [(0.0, True), (1e-4, True), (3e-3, False)])
+@pytest.mark.parametrize(("slack", "none"), [(0.0, True), (1e-4, True), (2.2e-3, True), (3e-3, False)])
 def test_a_slack_that_cannot_be_told_from_none_stands_for_something_else(slack: float, none: bool):
     rng = np.random.default_rng(7)
     ids = ("slack_half_width", "slack_compliance", "slack_rotor_share", "slack_damping_time")
