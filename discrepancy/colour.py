@@ -29,6 +29,8 @@ LONGEST = 0.5
 """Longest correlation time that counts as sensor noise [s]; what is slower is drift or a wrong model."""
 LEAST_FREEDOM = 10.0
 """Fewest degrees of freedom that a spectrum is taken to have where its likelihood has no clear maximum."""
+FLAT = 1e-10
+"""Share of the largest curvature of a likelihood below which it has no clear maximum."""
 NEW = 1e-6
 """Least share of a column that the columns before it must leave for it to count."""
 CLIPPED = 8.0
@@ -154,7 +156,10 @@ def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
             a, b = step * np.eye(n)[i], step * np.eye(n)[k]
             H[i, k] = deviance(p + a + b) - deviance(p + a - b) - deviance(p - a + b) + deviance(p - a - b)
     H /= 8.0 * step**2  # of −ln L, half the deviance
-    if not np.isfinite(H).all() or np.linalg.eigvalsh(H)[0] <= 0.0:
+    if not np.isfinite(H).all():
+        return LEAST_FREEDOM
+    curvatures = np.linalg.eigvalsh(H)
+    if curvatures[0] <= FLAT * curvatures[-1]:
         return LEAST_FREEDOM
     base = np.log(_spectrum(np.zeros(1), p)[0])
     slope = np.array([np.log(_spectrum(np.zeros(1), p + 1e-4 * e)[0]) - base for e in np.eye(n)]) / 1e-4

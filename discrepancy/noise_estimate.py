@@ -13,7 +13,7 @@ from discrepancy.channels import channels
 from discrepancy.colour import estimate_colour
 from discrepancy.noise import Colour, Noise, Path, Scatter, Whitener
 from discrepancy.scan import movable
-from discrepancy.scatter import best_scatter, cycle_columns, cycles_of, restricted_likelihood
+from discrepancy.scatter import best_scatter, cycle_columns, cycles_of, most_probable, restricted_likelihood
 from discrepancy.solution import SCATTER, Solution
 from discrepancy.study import Study
 from measurement.run import Array, Run
@@ -90,9 +90,7 @@ def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]
     """Residuals of the runs without the best linear prediction of the cycles' amplitudes, each (n_t, n_joints)."""
     left = []
     for r, S in zip(solution.raw.rows, _scaled(study, solution, scatters), strict=True):
-        flat = S.reshape(r.size, -1)
-        weight = flat.T @ flat + np.eye(flat.shape[1])
-        left.append(r - S @ np.linalg.solve(weight, flat.T @ r.ravel()))
+        left.append(r - S @ most_probable(S.reshape(r.size, -1), r.ravel()))
     return left
 
 

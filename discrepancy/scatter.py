@@ -85,11 +85,16 @@ def relinearised(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: A
         shift = S @ (b / s)
         r = (run.y - _readings(simulator, theta, moved, x0)) / run.sensor_std + shift
         flat, left = noise.colour.whiten(S).reshape(-1, s.size), noise.colour.whiten(r).ravel()
-        xi = np.linalg.solve(flat.T @ flat + np.eye(s.size), flat.T @ left)
+        xi = most_probable(flat, left)
         before, b = b, np.where(acting, np.clip(s * xi, -LARGEST, LARGEST), 0.0)
         if np.abs(b - before).max() < NEAR:
             break
     return moved.but(y=run.y + run.sensor_std * shift), S
+
+
+def most_probable(S: Array, r: Array) -> Array:
+    """Return ξ̂ = (SᵀS + I)⁻¹·Sᵀ·r of the model r = S·ξ + ε, shape (K,)."""
+    return np.asarray(np.linalg.lstsq(S.T @ S + np.eye(S.shape[1]), S.T @ r, rcond=None)[0])
 
 
 def _spread(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run: Run) -> Array:

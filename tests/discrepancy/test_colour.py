@@ -5,7 +5,7 @@ import pytest
 from scipy.signal import lfilter
 
 from discrepancy.chi_squared import log_tail
-from discrepancy.colour import estimate_colour, to_arma
+from discrepancy.colour import LEAST_FREEDOM, _freedom, estimate_colour, to_arma
 from discrepancy.noise import Colour
 from measurement.run import Run
 
@@ -62,6 +62,12 @@ def test_a_residual_of_outliers_alone_is_no_noise():
 def test_a_power_that_is_estimated_makes_the_tail_heavier():
     assert log_tail(460.0, 356, 100.0) > log_tail(460.0, 356) + 3
     assert abs(log_tail(460.0, 356, 1e7) - log_tail(460.0, 356)) < 1e-3
+
+
+@pytest.mark.parametrize("scale", [0.0, 20.0, 2e5])
+def test_a_likelihood_with_a_ridge_tells_as_little_as_can_be(scale: float):
+    across = scale * np.array([[2.0, 1.0, 0.0], [-2.0, -1.0, -3.0]])
+    assert _freedom(np.zeros(3), lambda p: float(((across @ p) ** 2).sum())) == LEAST_FREEDOM
 
 
 def test_white_and_correlated_part_become_one_process_of_the_same_spectrum():

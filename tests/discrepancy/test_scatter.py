@@ -9,7 +9,7 @@ from discrepancy.coupled_study import coupled_study_of
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory
 from discrepancy.noise import Colour, Noise, Scatter, Whitener, directions
-from discrepancy.scatter import LARGEST, cycle_columns, cycles_of, relinearised, restricted_likelihood
+from discrepancy.scatter import LARGEST, cycle_columns, cycles_of, most_probable, relinearised, restricted_likelihood
 from identification.simulator import initial_state
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
@@ -91,6 +91,11 @@ def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
     assert np.isfinite(S).all()
     moved = np.abs(about.u[:, 0]) > np.abs(run.u[:, 0]) * np.exp(LARGEST) * (1 + 1e-9)
     assert not moved.any()
+
+
+def test_amplitudes_of_cycles_that_nothing_tells_apart_are_shared():
+    S = np.full((50, 2), 1e9)
+    assert most_probable(S, np.full(50, 1e9)) == pytest.approx([0.5, 0.5], rel=1e-6)
 
 
 def test_directions_are_those_of_the_singular_value_decomposition_where_columns_repeat():
