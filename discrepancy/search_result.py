@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from discrepancy.base import Base
 from discrepancy.refit import Candidate
 from discrepancy.scan import Scan
@@ -52,7 +54,10 @@ class Search:
 
     @property
     def rivals(self) -> tuple[Trial, ...]:
-        """Other trials with other effects that predict as well as the best one, the better first, one per set."""
+        """Other trials with other effects that predict as well as the best one, the better first, one per set.
+
+        What a parameter more costs in BIC tells nothing of entries that the catalogue calls rivals, where both fit.
+        """
         best = self.best.candidate
         close: dict[frozenset[str], Trial] = {}
         for t in sorted((*self.trials, *self.contenders), key=lambda t: t.candidate.criterion):
@@ -61,11 +66,21 @@ class Search:
                 ids != frozenset(best.ids)
                 and t.acceptable
                 and len(ids) <= len(best.ids)
-                and t.candidate.criterion - best.criterion < RIVAL
+                and t.candidate.criterion - best.criterion < RIVAL + self._price(t)
                 and (t.adequate or not self.best.adequate)
             ):
                 close.setdefault(ids, t)
         return tuple(close.values())
+
+    def _price(self, other: Trial) -> float:
+        """Return what a trial's further parameters cost it, k·ln n, where a rival has the place of one effect."""
+        ours, theirs = self.best.solution, other.solution
+        mine = [e for e in ours.effects if e.id not in theirs.ids]
+        its = [e for e in theirs.effects if e.id not in ours.ids]
+        if len(mine) != 1 or len(its) != 1 or not (its[0].id in mine[0].rivals or mine[0].id in its[0].rivals):
+            return 0.0
+        further = other.candidate.parameters - self.best.candidate.parameters
+        return max(further, 0) * float(np.log(self.study.rows))
 
     @property
     def beaten_by(self) -> Trial | None:

@@ -19,6 +19,7 @@ from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, 
 from discrepancy.scan import scan
 from discrepancy.scatter import relinearised
 from discrepancy.search import _ways
+from discrepancy.search_result import Search
 from discrepancy.signatures import signatures
 from discrepancy.solution import ROUGH, solve
 from discrepancy.steps import INVISIBLE, at_step, visible
@@ -69,6 +70,35 @@ def test_the_rivals_of_what_scores_best_are_begun_too_whichever_names_the_other(
     scored = [score.key for score in s.beside(start.solution, s.scan(start.solution))]
     assert scored[0] in ("cubic_spring", "payload_gravity")
     assert {fit.effects[-1].key for fit in s.ready(start.solution, 1)} == {"cubic_spring", "payload_gravity"}
+
+
+@pytest.mark.parametrize(
+    ("key", "further", "worse", "rival"),
+    [
+        ("payload_gravity", 2, 9.0, True),
+        ("payload_gravity", 2, 11.0, False),
+        ("payload_gravity", 0, 11.0, False),
+        ("gain_drift", 0, 9.0, True),
+        ("gain_drift", 2, 0.0, False),
+    ],
+)
+def test_a_rival_of_the_catalogue_that_fits_as_well_need_not_earn_its_parameters(
+    among_drifts: tuple[Searcher, Trial], key: str, further: int, worse: float, rival: bool
+) -> None:
+    """``worse`` is its criterion beside what its ``further`` parameters cost."""
+    s, start = among_drifts
+    clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
+    prediction = replace(start.candidate.prediction, chi2=100.0, rows=100, excess=0.0)
+
+    def trial(key: str, parameters: int, bic: float) -> Trial:
+        solution = replace(start.solution, effects=(s.entries[key],))
+        made = replace(start.candidate, solution=solution, prediction=prediction, parameters=parameters, bic=bic)
+        return Trial(candidate=made, left=clean, left_p=0.5, gain=100.0, held_out=100.0, worth=100.0)
+
+    price = further * np.log(s.study.rows)
+    best, other = trial("cubic_spring", 1, 0.0), trial(key, 1 + further, price + worse)
+    found = Search(study=s.study, base=None, plain=start, scan=None, trials=(best, other), best=best)
+    assert [t.candidate.ids for t in found.rivals] == ([(key,)] if rival else [])
 
 
 def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
