@@ -109,12 +109,10 @@ def worked(job: Job, stamp: str) -> bool:
 
 
 def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None:
-    """Run the workflow on one campaign, unless its result of the same code is there.
+    """Run the workflow on one campaign, in place of any result that is there.
 
     A failure is kept as such; what was stopped is not, and is begun again.
     """
-    if worked(job, stamp):
-        return
     done = job.out / STAMP
     for old in (done, job.out / FAILED, *(job.out / "discrepancy").glob("joint*.json")):
         old.unlink(missing_ok=True)
@@ -151,9 +149,10 @@ def work_all(
     threads = max(1, (os.cpu_count() or 1) // workers)
 
     def one(job: Job) -> Job | None:
-        if time.monotonic() > until and not worked(job, stamp):
-            return None
-        work(job, seed=seed, limit=limit, stamp=stamp, threads=threads)
+        if not worked(job, stamp):
+            if time.monotonic() > until:
+                return None
+            work(job, seed=seed, limit=limit, stamp=stamp, threads=threads)
         return job if worked(job, stamp) else None
 
     pool = ThreadPoolExecutor(workers)

@@ -55,6 +55,8 @@ class Proposal:
         Length of the run [s].
     evidence
         Expected twice the difference of log-likelihoods by one such run, beside the runs that are there.
+    repeats
+        How many such runs tell the rivals apart; more than `MANY` where that many do not.
     rows
         Readings of the run.
     unit
@@ -68,17 +70,13 @@ class Proposal:
     duration: float
     rows: int
     evidence: float = 0.0
+    repeats: int = MANY + 1
     unit: str = "N m"
 
     @property
     def separation(self) -> float:
         """RMS of what a rival cannot make good, over the noise."""
         return math.sqrt(max(self.evidence, 0.0) / self.rows)
-
-    @property
-    def repeats(self) -> int:
-        """How many such runs tell the rivals apart."""
-        return max(1, math.ceil(CLEAR / max(self.evidence, 1e-6)))
 
     @property
     def tells(self) -> bool:
@@ -136,12 +134,15 @@ class _Rival:
 
 
 def propose(study: Study, winner: Solution, rivals: Sequence[Solution]) -> Proposal:
-    """Return the run of the grid after which the least separated rival is expected to be furthest from the winner."""
+    """Return the run of the grid that tells the least separated rival from the winner in the fewest repeats.
+
+    Of those, and where none does, it is the one that alone takes that rival furthest.
+    """
     against = [_rival(study, winner, r) for r in rivals]
     template = max(study.fitted, key=lambda run: run.t[-1])
     tried = mapped(partial(_tried, study, winner, against, template), _grid(study, template), threads=study.threads)
     inside = [p for p, excursion in tried if excursion <= ROOM]
-    return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: p.evidence)
+    return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: (-p.repeats, p.evidence))
 
 
 def _grid(study: Study, template: Run) -> list[Proposal]:
@@ -198,23 +199,35 @@ def _tried(
     excursion = max(travelled.min() - y.min(), y.max() - travelled.max()) / max(np.ptp(travelled), 1e-12)
     if not np.isfinite(excursion):
         return proposal, np.inf
-    evidence = min(_evidence(study, rival, silent.but(y=y), rival.solution.x0[at]) for rival in rivals)
-    return replace(proposal, evidence=evidence), float(excursion)
+    made = silent.but(y=y)
+    evidence = np.min([_evidence(study, rival, made, rival.solution.x0[at]) for rival in rivals], axis=0)
+    enough = np.flatnonzero(evidence >= CLEAR)
+    repeats = int(enough[0]) + 1 if enough.size else MANY + 1
+    return replace(proposal, evidence=float(evidence[0]), repeats=repeats), float(excursion)
 
 
-def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> float:
-    """Return what a run of the winner's readings adds to the least ‖r‖² of a rival refitted to all, to first order."""
+def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
+    """Return what 1, 2, … `MANY` runs of the winner's readings leave of a rival refitted to all, shape (`MANY`,).
+
+    It is the least ‖r‖² to first order. k runs tell no more than k times what one does: what one leaves to a parameter
+    that the runs which are there hardly hold, several hold.
+    """
     solution = rival.solution
     simulator = study.factory(solution.equations)
     problem = under_noise(simulator, (run,), solution.noise, solution.theta, (x0,))
     blocks = problem.blocks(with_starts(problem, problem.first(solution.theta), (x0,)))
     if blocks.jacobians is None or not np.isfinite(blocks.residual).all():
-        return 0.0
+        return np.zeros(MANY)
     n = problem.n_parameters
     J = blocks.jacobians[0][:, 0]
     m, starts = rival.free.size, problem.size - n
-    both = np.block([[rival.R, np.zeros((m, starts))], [J[:, rival.free], J[:, n:]]])
-    both /= np.maximum(np.linalg.norm(both, axis=0), 1e-300)
-    known = np.concatenate([rival.told, blocks.rows[0][:, 0]])
-    left = known - both @ np.linalg.lstsq(both, known, rcond=1e-12)[0]
+    _, new = np.linalg.qr(np.column_stack([J[:, rival.free], J[:, n:], blocks.rows[0][:, 0]]))
+    there = np.column_stack([rival.R, np.zeros((m, starts)), rival.told])
+    return np.array([_left(np.vstack([there, math.sqrt(k) * new])) for k in range(1, MANY + 1)])
+
+
+def _left(rows: Array) -> float:
+    """Return the least ‖A·δ + b‖² of rows [A, b]."""
+    A = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=0), 1e-300)
+    left = rows[:, -1] - A @ np.linalg.lstsq(A, rows[:, -1], rcond=1e-12)[0]
     return float(left @ left)

@@ -51,7 +51,8 @@ def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tupl
     found: list[Scatter] = []
     free = list(range(len(study.fitted[0].free_joints)))
     while free:
-        tried = [scatter_along(study, solution, path, Colour(), column=k, beside=found) for k in free for path in paths]
+        whiteners = _whiteners(study, solution, Colour(), found)
+        tried = [scatter_along(study, solution, path, k, whiteners) for k in free for path in paths]
         best = min(tried, key=lambda one: one.deviance)
         if best.gain < GAIN:
             break
@@ -65,7 +66,7 @@ def _again(study: Study, solution: Solution, found: Sequence[Scatter], colour: C
     kept = list(found)
     for one in found:
         others = [other for other in kept if other.column != one.column]
-        again = scatter_along(study, solution, one.path, colour, column=one.column, beside=others)
+        again = scatter_along(study, solution, one.path, one.column, _whiteners(study, solution, colour, others))
         kept = sorted([*others, *([again.scatter] if again.gain >= GAIN else [])], key=lambda s: s.column)
     return tuple(kept)
 
@@ -86,6 +87,13 @@ def _scaled(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> li
     return [np.concatenate(of_run, axis=2) for of_run in zip(*each, strict=True)]
 
 
+def _whiteners(study: Study, solution: Solution, colour: Colour, scatters: Sequence[Scatter]) -> list[Whitener]:
+    """Whiteners of the fitted runs under a colour and ``scatters``."""
+    if not scatters:
+        return [Whitener.of(colour) for _ in study.fitted]
+    return [Whitener.of(colour, S) for S in _scaled(study, solution, scatters)]
+
+
 def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
     """Residuals of the runs without the best linear prediction of the cycles' amplitudes, each (n_t, n_joints)."""
     left = []
@@ -103,22 +111,12 @@ class Weighed:
     deviance: float
 
 
-def scatter_along(
-    study: Study,
-    solution: Solution,
-    path: Path,
-    colour: Colour,
-    *,
-    column: int = 0,
-    beside: Sequence[Scatter] = (),
-) -> Weighed:
-    """Return the best scatter of one joint on this path, ``beside`` those of others.
+def scatter_along(study: Study, solution: Solution, path: Path, column: int, whiteners: Sequence[Whitener]) -> Weighed:
+    """Return the best scatter of the joint in ``column`` on this path, beside the noise of ``whiteners``.
 
     Only differences between cycles of one run count: what moves all cycles of a run alike is taken out with the base
     parameters, for a deterministic effect does that too.
     """
-    known = _scaled(study, solution, beside) if beside else [None for _ in study.fitted]
-    whiteners = [Whitener.of(colour, S) for S in known]
     if path == "torque":
         scatter = Scatter(path=path, column=column)
         return _restricted(solution, _columns(study, solution, scatter), whiteners, scatter)

@@ -10,7 +10,7 @@ import numpy as np
 
 from discrepancy.jump import around, torques
 from discrepancy.kernels import COARSE
-from discrepancy.next_experiment import Proposal, propose
+from discrepancy.next_experiment import MANY, Proposal, propose
 from discrepancy.noise import Scatter
 from discrepancy.scatter import cycles_of
 from discrepancy.search_result import Search
@@ -59,14 +59,14 @@ class Judgement:
 
 def judge(study: Study, found: Search) -> Judgement:
     """Turn a search into a verdict with one sentence that an engineer reads first."""
-    verdict, solution = verdict_of(found), found.best.solution
+    verdict, fine, solution = verdict_of(found), study, found.best.solution
     if verdict in ("named", "ambiguous"):
         fine, solution = finer(study, solution)
         effects = named_effects(found, solution, standard_errors(fine, solution))
     else:
         effects = named_effects(found, solution, of_curvature(solution))
     rivals = found.rivals if verdict == "ambiguous" else ()
-    proposal = _proposal(study, found.best, rivals) if rivals and study.alone else None
+    proposal = _proposal(fine, solution, found.best, rivals) if rivals and study.alone else None
     return Judgement(
         verdict=verdict,
         effects=effects,
@@ -166,17 +166,16 @@ def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
 
 
-def _proposal(study: Study, best: Trial, rivals: Sequence[Trial]) -> Proposal:
+def _proposal(fine: Study, winner: Solution, best: Trial, rivals: Sequence[Trial]) -> Proposal:
     """Return the run that separates the rivals most; rivals with the same equations are apart by nothing.
 
-    All are refitted at the finer step: a faster torque than any that was sent shows errors of the step that the runs
-    which are there do not.
+    Rivals are refitted at the finer step as the winner is: a faster torque than any that was sent shows errors of the
+    step that the runs which are there do not.
     """
     apart = [t.solution for t in rivals if not _same_equations(best, t)]
-    fine, winner = finer(study, best.solution)
-    others = [finer(study, rival)[1] for rival in apart or [t.solution for t in rivals]]
+    others = [finer(fine, rival)[1] for rival in apart or [t.solution for t in rivals]]
     proposal = propose(fine, winner, others)
-    return proposal if apart else replace(proposal, evidence=0.0)
+    return proposal if apart else replace(proposal, evidence=0.0, repeats=MANY + 1)
 
 
 def _same_equations(best: Trial, rival: Trial) -> bool:

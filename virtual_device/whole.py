@@ -33,14 +33,14 @@ def coupled_run(  # noqa: PLR0913 - what a user of a test bench sets, by keyword
     ``scatter`` gives joints the standard deviation of the relative amplitude of a cycle of their own torque, and
     whether it is the torque's that scatters, or that of the reading about the place of rest.
     """
-    t, rng = cosines[0].times(), np.random.default_rng(list(seed))
+    t, rng, scatters = cosines[0].times(), np.random.default_rng(list(seed)), scatter or {}
     torque, factors = np.zeros((t.size, JOINTS)), np.ones((t.size, JOINTS))
     for joint, cosine in zip(joints, cosines, strict=True):
         torque[:, joint] = cosine.torque()
-        if joint in (scatter or {}):
+        if joint in scatters:
             own = np.random.default_rng([*seed, SCATTERING, joint])
-            factors[:, joint] = cycle_factors(t, cosine.period, (scatter or {})[joint][0], own)
-    on_torque = np.array([(scatter or {}).get(joint, (0.0, False))[1] for joint in range(JOINTS)])
+            factors[:, joint] = cycle_factors(t, cosine.period, scatters[joint][0], own)
+    on_torque = np.array([scatters.get(joint, (0.0, False))[1] for joint in range(JOINTS)])
     driven, rest = torque * np.where(on_torque, factors, 1.0), arm.rest(joints, np.array(posture))
     state = np.concatenate([rest, np.zeros(2 * JOINTS)])
     positions = np.empty((t.size, JOINTS))

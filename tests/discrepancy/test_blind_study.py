@@ -78,12 +78,14 @@ def test_what_cannot_be_made_is_said_in_one_line(tmp_path):
         make(tmp_path, {**ASKED, "effects": "nonsense"}, workers=1)
 
 
-def test_finished_cases_are_kept_until_the_code_changes(tmp_path):
+def test_finished_cases_are_kept_until_the_code_changes(tmp_path, monkeypatch):
     one = job("writes", tmp_path)
-    for stamp, runs in (("a", 1), ("a", 1), ("b", 1)):
-        work(one, seed=3, limit=30.0, stamp=stamp, threads=1)
+    for stamp, seed, worked_with in (("a", 3, "3"), ("a", 4, "3"), ("b", 5, "5")):
+        monkeypatch.setattr("discrepancy.blind_study.digest", lambda stamp=stamp: stamp)
+        work_all([one], seed=seed, workers=1, limit=30.0, until=float("inf"), tell=lambda: None)
         found = one.result()
-        assert found == {"n": runs, "given": ["campaign", "3"]}  # each time from an empty folder
+        assert found == {"n": 1, "given": ["campaign", worked_with]}  # each time from an empty folder
+    monkeypatch.undo()
     assert json.loads((one.out / STAMP).read_text())["code"] == "b"
     assert len(digest()) == 12
 
