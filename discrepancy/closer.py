@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from discrepancy.refit import settle
+from discrepancy.searcher import FEW, FINISHED, Searcher
 from discrepancy.steps import INVISIBLE, at_step, step_for, visible
-from discrepancy.trial import FEW, FINISHED, Searcher, Trial, chosen
+from discrepancy.trial import Trial, chosen
 
 BEYOND = 10.0
 """Multiple of the step's visible error that is not of the step."""

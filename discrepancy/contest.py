@@ -10,9 +10,10 @@ from functools import partial
 
 from discrepancy.noise import Noise
 from discrepancy.refit import FIRST, likeliest
+from discrepancy.searcher import Searcher
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
-from discrepancy.trial import Searcher, Trial
+from discrepancy.trial import Trial
 from measurement.run import Array
 from model.effect import Effect
 

@@ -6,9 +6,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from discrepancy.refit import Candidate, judged, refit_with
+from discrepancy.searcher import MOST, PROMISING, Searcher
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
-from discrepancy.trial import BETTER, MOST, PROMISING, Searcher, Trial, chosen, keys_of
+from discrepancy.trial import BETTER, Trial, chosen, keys_of
 from model.effect import Effect
 
 

@@ -19,11 +19,12 @@ from discrepancy.noise import Colour, Noise
 from discrepancy.refit import judged, settle, sharpened
 from discrepancy.scan import Scan, scan
 from discrepancy.search_result import Search
+from discrepancy.searcher import FEW, HOPELESS, MOST, PROMISING, Searcher
 from discrepancy.signatures import Signatures, signatures
 from discrepancy.solution import Solution, solve
 from discrepancy.steps import at_step, step_for
 from discrepancy.study import Study
-from discrepancy.trial import BETTER, FEW, HOPELESS, MOST, PROMISING, Searcher, Trial, chosen, keys_of
+from discrepancy.trial import BETTER, Trial, chosen, keys_of
 from model.effect import Effect
 
 Way = Callable[[Searcher, Solution], list[Trial]]

@@ -20,11 +20,12 @@ from discrepancy.scan import scan
 from discrepancy.scatter import relinearised
 from discrepancy.search import _ways
 from discrepancy.search_result import Search
+from discrepancy.searcher import Searcher
 from discrepancy.signatures import signatures
 from discrepancy.solution import ROUGH, solve
 from discrepancy.steps import INVISIBLE, at_step, visible
 from discrepancy.study import Study, scales_over
-from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Searcher, Trial, keys_of
+from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Trial, keys_of
 from discrepancy.verdict import at_their_bounds
 from identification.problem import Blocks
 from identification.starting import MOVING, first_slopes, start_of

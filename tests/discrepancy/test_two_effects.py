@@ -8,9 +8,10 @@ from discrepancy.homotopy import held
 from discrepancy.noise import Noise
 from discrepancy.refit import judged
 from discrepancy.search import Way, _anew, _clear, _two_at_once
+from discrepancy.searcher import Searcher
 from discrepancy.solution import Solution, solve
 from discrepancy.study import study_of
-from discrepancy.trial import Searcher, Trial
+from discrepancy.trial import Trial
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
 from model.effects import catalogue
