@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from discrepancy.constancy import constancy
 from discrepancy.homotopy import Guided, at_fine, guided, held, released, through_homotopy
 from discrepancy.kernels import COARSE, SKETCH
 from discrepancy.noise import Path
@@ -102,6 +103,10 @@ class Searcher:
         judged = Trial(candidate=candidate, left=omnibus(self.study, solution), worth=wald, at_bound=at_bound)
         if judged.passes:
             judged = replace(judged, left_p=self.scan(solution).family_p)
+        if judged.adequate and solution.effects:
+            p, calls = constancy(self.study, solution)
+            self.simulations += calls
+            judged = replace(judged, constant_p=p)
         return judged if before is None else judged.against(before)
 
     def step(

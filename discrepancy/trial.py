@@ -39,6 +39,8 @@ class Trial:
         Omnibus test of what it leaves.
     left_p
         Smallest p over the catalogue of what it leaves; NaN where another test has found something already.
+    constant_p
+        p of its parameters being the same in all runs, the unseen ones too; tested where nothing else is found.
     gain
         By how much its criterion is better than that of the model that it extends.
     held_out
@@ -55,6 +57,7 @@ class Trial:
     candidate: Candidate
     left: Omnibus
     left_p: float = np.nan
+    constant_p: float = 1.0
     gain: float = 0.0
     held_out: float = 0.0
     worth: float = np.inf
@@ -77,7 +80,12 @@ class Trial:
     @property
     def adequate(self) -> bool:
         """Whether it leaves nothing but noise, on fitted and on unseen runs."""
-        return self.passes and self.left_p > (REFUTABLE if self.refuted else FAMILY)
+        return self.passes and self.left_p > (REFUTABLE if self.refuted else FAMILY) and not self.varies
+
+    @property
+    def varies(self) -> bool:
+        """Whether it leaves nothing but noise, but with other parameters in every run."""
+        return self.constant_p <= LACK
 
     @property
     def passes(self) -> bool:

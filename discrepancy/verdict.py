@@ -224,4 +224,6 @@ def _nearest(found: Search, names: str) -> str:
     if (other := found.beaten_by) is not None:
         titles = " and ".join(e.title for e in other.solution.effects if e.key not in found.study.entries)
         return f" It is of the kind of {names}, but not that: {titles} would follow it better."
+    if found.best.varies:
+        return f" {names} would leave noise alone, but with other parameters in every run: it only stands in for it."
     return f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if names else ""

@@ -111,7 +111,7 @@ def _ranking(finding: Finding) -> list[Table]:
             " + ".join(t.solution.keys) or "noise alone",
             f"{before.bic - t.candidate.bic:.0f}",
             f"{2 * (t.candidate.prediction.score - before.prediction.score):.0f}",
-            "yes" if t.adequate else "no",
+            "yes" if t.adequate else "with other parameters in every run" if t.varies else "no",
             "yes" if t is found.best else "",
         )
         for t in sorted(found.trials, key=lambda t: t.candidate.criterion)
