@@ -1,0 +1,72 @@
+"""Whether one set of parameters holds in every run: against fits of every run by itself."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.stats import chi2
+
+from discrepancy.constancy import constancy
+from discrepancy.noise import Noise
+from discrepancy.solution import Solution, solve
+from discrepancy.study import Study, study_of
+from discrepancy.trial import LACK
+from measurement.reading import read_campaign
+from model.effects import catalogue
+from tests.discrepancy.test_finding import TRUTH
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.inputs import Cosine
+from virtual_device.sensor import Sensor
+
+ENTRIES = catalogue()
+FREE = ("inertia", "Ks", "sigma2")
+KNOWN = {id: {"fixed": value} for id, value in TRUTH.items() if id not in FREE}
+TORQUES = ((0.008, 1.5, 0.004), (0.006, 2.5, 0.004), (0.007, 2.0, None))
+
+
+def study_with(folder: Path, last: float, seed: int) -> Study:
+    """Return a study with three runs of a joint whose delay [s] is ``last`` in the unseen third one."""
+    runs = []
+    for k, (amplitude, frequency, delay) in enumerate(TORQUES):
+        cosine = Cosine(amplitude=amplitude, frequency=frequency, duration=8.0, spacing=0.01)
+        hidden = {"time_delay": {"delay": last if delay is None else delay}}
+        there, sensor = folder / f"{k}", Sensor(noise=2e-4)
+        make_joint_campaign(there, 3, TRUTH, [cosine], effects=hidden, sensor=sensor, known=KNOWN, seed=10 * seed + k)
+        runs.append(study_of(read_campaign(there), 3, ENTRIES))
+    return replace(runs[0], fitted=(*runs[0].fitted, *runs[1].fitted), unseen=runs[2].fitted)
+
+
+def fitted(study: Study) -> Solution:
+    values = TRUTH | {"delay_time": 0.004}
+    return solve(study, (ENTRIES["time_delay"],), Noise(), values, iterations=60, tolerance=1e-6)
+
+
+def ratio(study: Study) -> float:
+    """Return by how much ‖r‖² of all runs together exceeds the sum of every run's alone."""
+    every = (*study.fitted, *study.unseen)
+    apart = [fitted(replace(study, fitted=(run,), unseen=())).chi2 for run in every]
+    return fitted(replace(study, fitted=every, unseen=())).chi2 - sum(apart)
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_it_is_the_likelihood_ratio_to_parameters_of_every_run(tmp_path: Path, seed: int):
+    study = study_with(tmp_path, 0.004, seed)
+    p, simulations = constancy(study, fitted(study))
+    dof = (len(FREE) + 1) * (len(TORQUES) - 1)
+    assert p > LACK
+    assert np.log(p) == pytest.approx(chi2.logsf(ratio(study), dof), abs=0.1)
+    assert simulations % len(TORQUES) == 0
+    assert simulations > 0
+
+
+def test_a_run_with_another_delay_is_told(tmp_path: Path):
+    study = study_with(tmp_path, 0.005, 3)
+    p, _ = constancy(study, fitted(study))
+    assert p < LACK
+
+
+def test_one_run_says_nothing(tmp_path: Path):
+    study = study_with(tmp_path, 0.004, 1)
+    alone = replace(study, fitted=study.fitted[:1], unseen=())
+    assert constancy(alone, fitted(alone)) == (1.0, 0)
