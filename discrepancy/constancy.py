@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from discrepancy.chi_squared import log_tail
 from discrepancy.noise_estimate import estimate
@@ -17,7 +18,6 @@ from discrepancy.refit import alike
 from discrepancy.scan import movable, tangent_space
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
-from measurement.run import Array
 
 OWN = 1e-4
 """Squared sine of the angle to what the fit can move below which a direction is none of a run's own."""
@@ -37,25 +37,24 @@ def constancy(study: Study, solution: Solution) -> tuple[float, int]:
 
 
 def _p(fit: Solution) -> float:
+    """Return p of the energy; columns as long as all readings are never laid out, only their products."""
     Q = tangent_space(fit)
     r = fit.residual - Q @ (Q.T @ fit.residual)
-    own = _of_each_run(fit)
-    own -= Q @ (Q.T @ own)
-    values, vectors = np.linalg.eigh(own.T @ own)
-    kept = values > OWN
-    along = (vectors[:, kept].T @ (own.T @ r)) / np.sqrt(values[kept])
-    return float(np.exp(log_tail(float(along @ along), int(kept.sum()), fit.noise.colour.freedom)))
-
-
-def _of_each_run(fit: Solution) -> Array:
-    """Columns J_p·1_r of unit length, shape (n_r, n_columns)."""
     places = np.flatnonzero(movable(fit))
     J = fit.blocks.jacobian[:, places[places < fit.problem.n_parameters]]
-    columns, first = np.zeros((len(J), len(fit.problem.runs), J.shape[1])), 0
-    for k, run in enumerate(fit.problem.runs):
+    products, held, along, first = [], [], [], 0
+    for run in fit.problem.runs:
         rows = slice(first, first + run.y.size)
-        columns[rows, k] = J[rows]
+        size = np.linalg.norm(J[rows], axis=0)
+        own = J[rows, size > 0.0] / size[size > 0.0]
+        products.append(own.T @ own)
+        held.append(Q[rows].T @ own)
+        along.append(own.T @ r[rows])
         first += run.y.size
-    flat = columns.reshape(len(J), -1)
-    size = np.linalg.norm(flat, axis=0)
-    return np.asarray(flat[:, size > 0.0] / size[size > 0.0])
+    H = np.concatenate(held, axis=1)
+    values, vectors = np.linalg.eigh(block_diag(*products) - H.T @ H)
+    kept = values > OWN
+    if not kept.any():
+        return 1.0
+    energy = float(((vectors[:, kept].T @ np.concatenate(along)) ** 2 / values[kept]).sum())
+    return float(np.exp(log_tail(energy, int(kept.sum()), fit.noise.colour.freedom)))
