@@ -16,6 +16,8 @@ FEW_TURNS = 0.95
 """The same where the run has fewer than two cycles, so that a drift is not taken for one."""
 SLIVER = 0.1
 """A piece at either end shorter than this share of a cycle joins its neighbour."""
+ROUNDED, ROUGH, SURE = 1e-6, 1e-4, 5.0
+"""Least and largest share of a cycle by which a boundary may be missed, and how many standard errors of the phase."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -30,11 +32,15 @@ class Cycles:
         Share of the torque's variance on that line.
     index
         Number of the cycle that each row lies in, from 0, shape (n_t,). All 0 where the torque is not periodic.
+    turns
+        Phase of the line in cycles, shape (n_t,), those added by which a boundary may be missed: a row that rounding
+        puts just before one lies behind it.
     """
 
     omega: float
     share: float
     index: NDArray[np.int64]
+    turns: Array
 
     @property
     def count(self) -> int:
@@ -56,16 +62,26 @@ def find_cycles(run: Run, column: int = 0) -> Cycles:
     does not.
     """
     t, u = run.t, run.u[:, column]
-    nothing = Cycles(omega=0.0, share=0.0, index=np.zeros(t.size, dtype=np.int64))
+    nothing = Cycles(omega=0.0, share=0.0, index=np.zeros(t.size, dtype=np.int64), turns=np.zeros(t.size))
     if np.ptp(u) == 0:
         return nothing
     omega = _refined(t, u, _strongest_line(t, u))
     (a, b, _), share = _line(t, u, omega)
     turns_in_all = omega * t[-1] / (2 * np.pi)
     if turns_in_all < 1 or share < (PERIODIC if turns_in_all > 2 else FEW_TURNS):
-        return Cycles(omega=omega, share=share, index=nothing.index)
-    turns = (omega * t + np.arctan2(-b, a)) / (2 * np.pi)
-    return Cycles(omega=omega, share=share, index=_numbered(turns))
+        return Cycles(omega=omega, share=share, index=nothing.index, turns=nothing.turns)
+    turns = (omega * t + np.arctan2(-b, a)) / (2 * np.pi) + _missed(share, t.size)
+    return Cycles(omega=omega, share=share, index=_numbered(turns), turns=turns)
+
+
+def _missed(share: float, rows: int) -> float:
+    """Return the share of a cycle by which a boundary may be missed.
+
+    The phase at an end of the run has the standard error 2·√(2/n)·σ/A, A the line's amplitude and
+    σ² = A²/2·(1/share − 1) the power beside it, as if that were noise.
+    """
+    error = 2.0 * np.sqrt(max(1.0 / share - 1.0, 0.0) / rows) / (2 * np.pi)
+    return float(np.clip(SURE * error, ROUNDED, ROUGH))
 
 
 def _strongest_line(t: Array, u: Array) -> float:

@@ -45,6 +45,7 @@ def test_amplitudes_are_found_and_leave_far_less_than_the_first_linearisation():
     t = np.arange(0.0, 16.0, 0.01)
     u = 0.008 * np.cos(OMEGA * t)
     cycles = whole_cycles(run_with(u, np.zeros_like(t), t))
+    np.testing.assert_array_equal(cycles.index, np.floor(OMEGA * t / (2 * np.pi)))
     assert cycles.count == 6  # 5.09 cycles: the last tenth of a cycle has an amplitude of its own
     rng = np.random.default_rng(2)
     b = 0.03 * rng.standard_normal(cycles.count)

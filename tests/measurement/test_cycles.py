@@ -32,6 +32,16 @@ def test_cycles_of_a_cosine(omega, amplitude, offset):
     assert abs(cycles.count - last) <= 1
 
 
+def test_a_row_just_before_a_boundary_lies_before_it_and_one_that_rounding_moved_behind_it():
+    omega = 3.0  # 8 cycles end at 16.75516 s, the row before is 8e-5 of a cycle away
+    index = find_cycles(run(np.cos(omega * T))).index
+    row = int(16.755 * 200)
+    assert index[row : row + 2].tolist() == [7, 8]
+    for digits in (6, 9, 12):  # periods of 500 rows, torque as written with some digits
+        u = np.round(0.01 * np.cos(2 * np.pi * T / 2.5), digits)
+        assert np.flatnonzero(np.diff(find_cycles(run(u)).index)).tolist() == list(range(499, 3999, 500))
+
+
 def test_index_never_falls_and_starts_at_zero():
     u = np.cos(7 * T + 1.0) + 0.3 * np.cos(11 * T)
     index = find_cycles(run(u)).index
