@@ -1,7 +1,8 @@
 """First-order signatures: how each entry of the catalogue would move the readings, over its grid of shapes.
 
-Column j of an entry is (y(θ, effect at a small size) − y(θ, no effect))/σ at the base's optimum, simulated for all
-shapes side by side. Parameters whose grid holds amplitudes (a dead band, a time constant) are taken at those.
+Column j of an entry is (y(θ, s·a) − y(θ, 0))/(s·σ) at the base's optimum, a its typical amplitude and s a share of it,
+simulated for all shapes side by side. Parameters whose grid holds amplitudes (a dead band, a time constant) are taken
+at those, s = 1.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ from identification.simulator import initial_state
 from measurement.run import Array
 from model.effect import Effect
 
+SHARE = 0.03
+"""s: at the whole amplitude, the curvature of what the base nearly takes up passes for what it does not."""
 BLOWN = 1e6
 """A column larger than this many standard deviations counts as a simulation that blew up."""
 
@@ -75,22 +78,28 @@ def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
     """Return for every shape of an SI-scaled effect the parameter values of its columns."""
     initial = {x.id: x.initial for x in effect.parameters}
     amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
-    gridded = {id for id, _ in effect.shapes}
     found: list[tuple[dict[str, float], ...]] = []
     for combination in itertools.product(*(grid for _, grid in effect.shapes)):
         chosen = initial | {id: value for (id, _), value in zip(effect.shapes, combination, strict=True)}
-        if gridded & set(amplitudes):
+        if _gridded(effect):
             found.append((chosen,))
         else:
             found.append(tuple(chosen | {a: 0.0 for a in amplitudes if a != alone} for alone in amplitudes))
     return found
 
 
+def _gridded(effect: Effect) -> bool:
+    """Whether the grid of an effect holds amplitudes."""
+    return bool({id for id, _ in effect.shapes} & {x.id for x in effect.parameters[: effect.amplitudes]})
+
+
 def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[list[tuple[dict[str, float], ...]], Array]:
     """Return the shapes of one entry and its raw columns over σ (n_rows, n_columns), rows of all runs stacked."""
     simulator = study.sketcher((*solution.effects, effect))
     grid = shapes(effect)
-    sets = [{}, *(values for point in grid for values in point)]
+    share = 1.0 if _gridded(effect) else SHARE
+    amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
+    sets = [{}, *(values | {a: share * values[a] for a in amplitudes} for point in grid for values in point)]
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
     theta = np.array([_parameters(simulator, solution, neutral | values) for values in sets])
     stacked = []
@@ -98,7 +107,7 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
         start = np.array(initial_state(simulator.equations, run))
         start[: x0.size] = x0
         y = simulator.simulate_many(theta, run, x0=start) / run.sensor_std
-        stacked.append((y[1:] - y[0]).reshape(len(sets) - 1, -1).T)
+        stacked.append((y[1:] - y[0]).reshape(len(sets) - 1, -1).T / share)
     return grid, np.concatenate(stacked)
 
 

@@ -1,0 +1,39 @@
+"""Signatures to first order: the score is what a refit gains, where the base takes up nearly all of an effect too."""
+
+from pathlib import Path
+
+import pytest
+
+from discrepancy.base import fit_base
+from discrepancy.noise import Noise
+from discrepancy.scan import scan
+from discrepancy.signatures import signatures
+from discrepancy.solution import solve
+from discrepancy.study import study_of
+from measurement.reading import read_campaign
+from model.effects import catalogue
+from tests.discrepancy.test_finding import TRUTH
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.inputs import Cosine
+from virtual_device.sensor import Sensor
+
+INPUTS = [Cosine(amplitude=a, frequency=w, duration=10.0, spacing=0.01) for a, w in ((0.008, 1.5), (0.012, 2.5))]
+
+
+@pytest.mark.parametrize(
+    ("key", "hidden"), [("asymmetric_spring", {"spring_quadratic": 2e-4}), ("cubic_spring", {"spring_cubic": 1e-3})]
+)
+def test_a_score_is_what_a_refit_gains(tmp_path: Path, key: str, hidden: dict[str, float]):
+    effects = {key: hidden} if hidden else {}
+    truth = TRUTH | {"gravity_cos": 0.002, "gravity_sin": -0.001}
+    make_joint_campaign(tmp_path, 3, truth, INPUTS, effects=effects, sensor=Sensor(noise=1e-4), seed=3)
+    entries = {key: catalogue()[key]}
+    study = study_of(read_campaign(tmp_path), 3, entries)
+    base = fit_base(study, starts=4, seed=0).solution
+    plain = solve(study, (), Noise(), base.values, x0=base.x0, iterations=200, tolerance=1e-6)
+    effect = study.in_si(plain.values)[key]
+    found = signatures(study, plain, [effect])
+    (score,) = scan(study, plain, found, {key: effect}).scores
+    again = solve(study, (effect,), Noise(), plain.values, x0=plain.x0, iterations=200, tolerance=1e-6)
+    assert score.survives < 0.02
+    assert pytest.approx(plain.chi2 - again.chi2, rel=0.25) == score.T  # signatures run at a coarser step
