@@ -16,7 +16,10 @@ from measurement.run import Array
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its next major version at every import
-    import arviz as az
+    try:
+        import arviz as az
+    except FileNotFoundError:  # another process moved the stamp of that announcement away meanwhile: it is there now
+        import arviz as az
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
