@@ -191,15 +191,25 @@ def resolve(effects: Mapping[str, float | Mapping[str, float]], scales: Scales, 
     ----------
     effects
         By name: a size, or the parameters themselves. A size of 0 leaves the joint as it is.
+
+    Raises
+    ------
+    InputError
+        Where a name is unknown, or two of them set the same parameter.
     """
     values: Values = {}
     for name, size in effects.items():
         if name not in FORMULAS:
             raise InputError(where="effects", expected=f"one of {', '.join(FORMULAS)}", got=repr(name))
+        own: Mapping[str, float] = {}
         if isinstance(size, Mapping):
-            values |= size
+            own = size
         elif size != 0.0:
-            values |= FORMULAS[name](scales, float(size), shape or Shape())
+            own = FORMULAS[name](scales, float(size), shape or Shape())
+        if both := sorted(set(own) & set(values)):
+            got = f"{name}, which sets {both[0]} as another one does"
+            raise InputError(where="effects", expected="disturbances with parameters of their own", got=got)
+        values |= own
     return values
 
 

@@ -16,6 +16,8 @@ KINDS = {"none": 4, "single": 10, "pair": 2, "scatter": 1, "scatter_with": 2, "u
 SIZES = ("nominal", "small", "threshold")
 RANDOM = "amplitude_scatter"
 NAMED = tuple(name for name in LISTED if name != RANDOM)
+ONE_TENDON = {"tendon_elasticity", "tendon_slack"}
+"""Two descriptions of the one tendon that a joint has: together they are the second alone."""
 UPRIGHT = (0, 3)
 """Joints with a vertical axis: no gravity in their equation."""
 
@@ -67,7 +69,7 @@ def _hidden(kind: str, sizes: Sequence[str], effects: Sequence[str]) -> list[tup
     elif kind == "scatter":
         choices = [((RANDOM,), size) for size in sizes]
     elif kind == "pair":
-        choices = [(names, "nominal") for names in itertools.combinations(NAMED, 2)]
+        choices = [(names, "nominal") for names in itertools.combinations(NAMED, 2) if set(names) != ONE_TENDON]
     elif kind == "scatter_with":
         choices = [((name, RANDOM), "nominal") for name in NAMED]
     else:

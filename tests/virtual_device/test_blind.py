@@ -14,7 +14,7 @@ from support.errors import InputError
 from virtual_device.arm import Arm
 from virtual_device.asked import add_run
 from virtual_device.blind import make_cases
-from virtual_device.effects import LISTED, UNLISTED
+from virtual_device.effects import LISTED, UNLISTED, Scales, resolve
 from virtual_device.inputs import rich
 from virtual_device.joint import integrate
 from virtual_device.plan import NAMED, plan
@@ -119,6 +119,16 @@ def test_cases_repeat_and_workers_do_not_matter(tmp_path: Path) -> None:
     make_cases(second, 2, 5, kinds=("none",), inputs="table3", workers=2)
     files = [{path.relative_to(out): path.read_bytes() for path in out.rglob("*.*")} for out in (first, second)]
     assert files[0] == files[1]
+
+
+def test_two_disturbances_of_one_tendon_are_not_hidden_together() -> None:
+    pairs = len(NAMED) * (len(NAMED) - 1) // 2 - 1
+    drawn = plan(pairs, np.random.default_rng(0), ["pair"], ["nominal"], "rich")
+    assert len({case.effects for case in drawn}) == pairs
+    assert ("tendon_elasticity", "tendon_slack") not in {tuple(sorted(case.effects)) for case in drawn}
+    scales = Scales(torque=0.01, amplitude=0.3, speed=1.0, rest=0.0, inertia=1e-4, Ks=0.02, sigma2=1e-3)
+    with pytest.raises(InputError, match="tendon_slack, which sets inertia as another one does"):
+        resolve({"tendon_elasticity": 1.0, "tendon_slack": 1.0}, scales)
 
 
 def test_unknown_kinds_are_refused() -> None:
