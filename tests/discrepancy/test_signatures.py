@@ -24,9 +24,8 @@ INPUTS = [Cosine(amplitude=a, frequency=w, duration=10.0, spacing=0.01) for a, w
     ("key", "hidden"), [("asymmetric_spring", {"spring_quadratic": 2e-4}), ("cubic_spring", {"spring_cubic": 1e-3})]
 )
 def test_a_score_is_what_a_refit_gains(tmp_path: Path, key: str, hidden: dict[str, float]):
-    effects = {key: hidden} if hidden else {}
     truth = TRUTH | {"gravity_cos": 0.002, "gravity_sin": -0.001}
-    make_joint_campaign(tmp_path, 3, truth, INPUTS, effects=effects, sensor=Sensor(noise=1e-4), seed=3)
+    make_joint_campaign(tmp_path, 3, truth, INPUTS, effects={key: hidden}, sensor=Sensor(noise=1e-4), seed=3)
     entries = {key: catalogue()[key]}
     study = study_of(read_campaign(tmp_path), 3, entries)
     base = fit_base(study, starts=4, seed=0).solution
@@ -36,4 +35,5 @@ def test_a_score_is_what_a_refit_gains(tmp_path: Path, key: str, hidden: dict[st
     (score,) = scan(study, plain, found, {key: effect}).scores
     again = solve(study, (effect,), Noise(), plain.values, x0=plain.x0, iterations=200, tolerance=1e-6)
     assert score.survives < 0.02
-    assert pytest.approx(plain.chi2 - again.chi2, rel=0.25) == score.T  # signatures run at a coarser step
+    gained = plain.chi2 - again.chi2
+    assert abs(score.T - gained) < 0.25 * gained  # signatures run at a coarser step
