@@ -10,9 +10,9 @@ from __future__ import annotations
 import multiprocessing
 import os
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, contextmanager
 from threading import Thread
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
@@ -79,6 +79,19 @@ def _end_with_the_parent() -> None:
         os._exit(1)
 
 
+@contextmanager
+def _interrupts_held_back() -> Iterator[None]:
+    """Hold Ctrl-C back; processes that are started meanwhile keep it so: they import for seconds before they can."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 class Processes(Submitting, AbstractContextManager["Processes"]):
     """Processes on this machine, started on first use."""
 
@@ -92,7 +105,8 @@ class Processes(Submitting, AbstractContextManager["Processes"]):
             self._pool = ProcessPoolExecutor(
                 self.count, mp_context=multiprocessing.get_context("spawn"), initializer=_left_to_the_parent
             )
-        return self._pool.submit(single_threaded, function, *task)
+        with _interrupts_held_back():
+            return self._pool.submit(single_threaded, function, *task)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
