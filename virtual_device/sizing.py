@@ -19,8 +19,9 @@ SIGNED = ("epos", "gravity_cos", "gravity_sin")
 """Parameters that may be of either sign."""
 LARGEST = 4.0
 SMALLEST = 1e-4
-REFITS, WORTH = 6, 0.95
-"""Most chord steps of a refit, and what the next has to leave of the last one's rest at most."""
+REFITS, ARRIVED, SLOW, NOTHING = 20, 1.05, 0.5, 1e-4
+"""Most steps of a refit, how near to what the slopes promise it has to come, what share of the rest a step leaves where
+the next one takes the slopes anew, and the share of the change that is as good as nothing."""
 SHARES = (1.0, 0.3, 0.1)
 """Shares of a step that are tried, the whole one first."""
 FARTHEST = 5.0
@@ -57,35 +58,44 @@ class Reach:
 
     def share(self, change: Array) -> float:
         """RMS of a change over the RMS of the motion about its mean."""
-        return float(np.sqrt(np.mean(change**2)) / np.std(self.motion))
+        return float(_rms(change) / np.std(self.motion))
 
     def left(self, change: Array) -> float:
-        """RMS of what a refit leaves of a change [rad]: chord steps with the slopes, as long as they leave less.
+        """RMS of what a refit leaves of a change [rad]: Gauss-Newton steps, the slopes taken anew where they mislead.
 
         To first order alone a refit that has to go far (weight and stiffness that take up a bent spring) seems to leave
-        more than it does.
+        more than it does. Where no step leads on, it is what the slopes promise.
         """
-        moved = np.zeros(self.slopes.shape[1])
-        step, best = self._refitted(change)
+        moved, slopes, fresh, rest = np.zeros(self.slopes.shape[1]), self.slopes, True, _rms(change)
+        left = change
         for _ in range(REFITS):
-            for share in SHARES:
-                try:
-                    tried = self.motion + change - self.at(moved + share * step)
-                except NumericalError:
-                    continue
-                further, rest = self._refitted(tried)
-                if rest < WORTH * best:
-                    moved, step, best = moved + share * step, further, rest
-                    break
-            else:
+            step, rest = _refitted(slopes, left)
+            if _rms(left) < max(ARRIVED * rest, NOTHING * _rms(change)):
                 break
-        return best
+            found = self._further(change, moved, step, _rms(left))
+            if found is None and fresh:
+                break
+            fresh = found is None or _rms(found[1]) > SLOW * _rms(left)
+            moved, left = found or (moved, left)
+            if fresh:
+                slopes = reach(self._moved(moved), self.runs, self.fixed).slopes
+        return rest
 
-    def _refitted(self, left: Array) -> tuple[Array, float]:
-        """Return the step that takes up most of ``left`` to first order, and the RMS of the rest [rad]."""
-        scale = np.maximum(np.linalg.norm(self.slopes, axis=0), 1e-300)
-        step = np.linalg.lstsq(self.slopes / scale, left, rcond=1e-8)[0] / scale
-        return step, float(np.sqrt(np.mean((left - self.slopes @ step) ** 2)))
+    def _further(self, change: Array, moved: Array, step: Array, before: float) -> tuple[Array, Array] | None:
+        """Return where the first share of a step that leaves less than before leads, and what it leaves; else None."""
+        for share in SHARES:
+            try:
+                left = self.motion + change - self.at(moved + share * step)
+            except NumericalError:
+                continue
+            if _rms(left) < before:
+                return moved + share * step, left
+        return None
+
+    @property
+    def fixed(self) -> tuple[str, ...]:
+        """Names of the parameters that a fit may not change."""
+        return tuple(name for name in BASE if name not in self.free)
 
     def at(self, moved: Array) -> Array:
         """Return positions with the free parameters and the starts moved, shape (n,).
@@ -95,13 +105,27 @@ class Reach:
         NumericalError
             Where it runs away, or a positive parameter goes beyond `FARTHEST`.
         """
+        return positions(self._moved(moved), self.runs) + self.slopes[:, len(self.free) :] @ moved[len(self.free) :]
+
+    def _moved(self, moved: Array) -> dict[str, float]:
         parameters = dict(self.parameters)
         for name, change in zip(self.free, moved, strict=False):
             parameters[name] = parameters[name] + float(change)
             if name not in SIGNED and not 1 / FARTHEST < parameters[name] / self.parameters[name] < FARTHEST:
                 msg = f"{name} would have to go from {self.parameters[name]:g} to {parameters[name]:g}"
                 raise NumericalError(msg)
-        return positions(parameters, self.runs) + self.slopes[:, len(self.free) :] @ moved[len(self.free) :]
+        return parameters
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _refitted(slopes: Array, left: Array) -> tuple[Array, float]:
+    """Return the step that takes up most of ``left`` to first order, and the RMS of the rest [rad]."""
+    scale = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
+    step = np.linalg.lstsq(slopes / scale, left, rcond=1e-8)[0] / scale
+    return step, _rms(left - slopes @ step)
 
 
 def positions(parameters: Mapping[str, float], runs: Sequence[Cosine], shift: float = 0.0) -> Array:

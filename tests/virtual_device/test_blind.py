@@ -101,6 +101,8 @@ def test_what_a_refit_reaches_leaves_nothing_and_cogging_leaves_most() -> None:
     base = reach(joint, rich(4)[:4])
     spring = positions(joint | {"Ks": joint["Ks"] * 1.001}, base.runs) - base.motion
     assert base.left(spring) < 0.02 * np.sqrt(np.mean(spring**2))
+    stiffer = positions(joint | {"Ks": 2 * joint["Ks"], "sigma2": 2 * joint["sigma2"]}, base.runs) - base.motion
+    assert base.left(stiffer) < 1e-3 * np.sqrt(np.mean(stiffer**2))
     cogging = base.effect({"cogging": 2e-5, "cogging_number": 12.0})
     assert base.left(cogging) > 0.4 * np.sqrt(np.mean(cogging**2))
 
