@@ -237,8 +237,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
 
     A wave number or a time constant at the lower end of its range, or one that cannot be told from it, counts as at its
     bound: there it stands for something else (a wave longer than the travel for a bent spring). So does a first
-    amplitude, 0 its lower bound, that does not earn what BIC charges for it, ln n, while others carry the effect (a
-    slack of nothing in an elastic tendon).
+    amplitude, 0 its lower bound, that does not earn what BIC charges for it, ln n, while other parameters carry the
+    effect: a slack of nothing in an elastic tendon, a compliance of 0.3 ± 2 whose pole makes a delay of a lag.
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
@@ -253,7 +253,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
         if effect is not solution.effects[-1] and not effect.threshold:
             wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
         one_sided = lower[at[0]] >= zero[at[0]]
-        at_bound |= bool(one_sided and len(at) > 1 and a[0] ** 2 < np.log(len(J)) * covariance[at[0], at[0]])
+        told = effect.threshold or a[0] ** 2 > np.log(len(J)) * covariance[at[0], at[0]]
+        at_bound |= bool(one_sided and not told)
         room = 1e-4 * (upper[at] - lower[at])
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))

@@ -277,6 +277,27 @@ def test_a_slack_that_cannot_be_told_from_none_stands_for_something_else(slack: 
     assert at_bound == none
 
 
+@pytest.mark.parametrize(
+    ("key", "size", "none"),
+    [
+        ("tendon_elasticity", 2e-3, True),  # a pole of rotor and tendon may do what neither is
+        ("tendon_elasticity", 4e-3, False),
+        ("amplifier_dead_band:jump", 2e-3, False),  # where a jump lies changes nothing between two torques
+    ],
+)
+def test_a_lone_amplitude_that_cannot_be_told_from_none_stands_for_something_else(key: str, size: float, none: bool):
+    effect, rng = catalogue()[key], np.random.default_rng(7)
+    lower, upper = (np.array([getattr(q, end) for q in effect.parameters]) for end in ("lower", "upper"))
+    ids = tuple(q.id for q in effect.parameters)
+    scaling = SimpleNamespace(ids=ids, scaled=lambda p: p, bounds=(lower, upper))
+    x = np.array([size, *(q.initial for q in effect.parameters[1:])])
+    blocks = SimpleNamespace(jacobian=rng.standard_normal((400, x.size)) * 1e3)
+    blocks.jacobian[:, 0] *= 0.05  # 0.001 of the amplitude is one standard error
+    problem = SimpleNamespace(scaling=scaling)
+    found = SimpleNamespace(problem=problem, blocks=blocks, x=x, theta=x, effects=(effect,))
+    assert significance(found)[1] == none
+
+
 def test_an_effect_found_earlier_has_to_stay_significant_beside_the_last_one():
     rng = np.random.default_rng(8)
     entries = catalogue()
