@@ -11,7 +11,7 @@ from scipy.special import logsumexp
 from discrepancy.channels import scored_rows
 from discrepancy.jump import places
 from discrepancy.levenberg import minimise
-from discrepancy.noise import Noise
+from discrepancy.noise import Colour, Noise
 from discrepancy.solution import Solution, under_noise, with_starts
 from discrepancy.study import Study
 from measurement.run import Array, Run
@@ -36,7 +36,7 @@ class Prediction:
         ‖r‖² over all runs, and how many rows count.
     excess
         Largest relative excess of a run's mean square over the sensor's noise, beyond `SPREAD` of its standard
-        deviations, where that noise is stated and no amplitude scatters; 0 otherwise.
+        deviations, where that noise is stated; 0 otherwise. What scatters is whitened, what is correlated is not.
     """
 
     score: float
@@ -91,13 +91,17 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     left = [(run.y - s)[run.scored] for run, s in zip(runs, y, strict=True)]
     rms = tuple(float(np.sqrt(np.mean(e**2))) for e in left)
     rows = sum(scored_rows(run) for run in runs)
-    excess = _excess(runs, left) if study.noise_given and not model.scatters else 0.0
+    excess = 0.0
+    if study.noise_given:
+        stated = model.but(colour=Colour())
+        white = problem if model == stated else under_noise(simulator, runs, stated, theta, x0, threads=study.threads)
+        excess = _excess(runs, white.blocks(with_starts(white, np.zeros(white.size), x0), jacobian=False).rows)
     score = -0.5 * (chi2 + problem.log_determinant)
     return Prediction(score=score, rms=rms, y=y, chi2=chi2, rows=rows, excess=excess)
 
 
-def _excess(runs: Sequence[Run], left: Sequence[Array]) -> float:
-    """Return the largest excess of a run's mean square over the sensor's noise, beyond chance."""
-    powers = [float(np.mean((e / run.sensor_std) ** 2)) - 1.0 for e, run in zip(left, runs, strict=True)]
+def _excess(runs: Sequence[Run], whitened: Sequence[Array]) -> float:
+    """Return the largest excess of a run's mean square over the stated noise, beyond chance."""
+    powers = [float((r**2).sum()) / scored_rows(run) - 1.0 for r, run in zip(whitened, runs, strict=True)]
     chance = [SPREAD * np.sqrt(2.0 / scored_rows(run)) for run in runs]
     return max(0.0, *(float(p - c) for p, c in zip(powers, chance, strict=True)))

@@ -13,7 +13,7 @@ from discrepancy.exchange import exchanged, pruned
 from discrepancy.held_out import predict
 from discrepancy.homotopy import through_homotopy
 from discrepancy.kernels import COARSE, SKETCH
-from discrepancy.noise import Noise, Scatter
+from discrepancy.noise import Colour, Noise, Scatter
 from discrepancy.omnibus import Omnibus
 from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
 from discrepancy.scan import scan
@@ -360,6 +360,16 @@ def test_effects_may_not_take_a_gap_for_correlated_noise_where_the_noise_is_stat
     assert start.candidate.prediction.excess == pytest.approx(gap - 5.0 * np.sqrt(2.0 / run.t.size))
     estimated = predict(replace(s.study, noise_given=False), start.solution)
     assert estimated.excess == 0.0
+    scatter = Scatter(size=1e-6, path="reading")
+    for noise in (
+        Noise(scatters=(scatter,)),
+        Noise(colour=Colour(phi=0.98, theta=0.95, sigma=2.0), scatters=(scatter,)),
+    ):
+        beside = predict(s.study, start.solution, noise=noise)  # a scatter of next to nothing, correlation or none
+        assert beside.excess == pytest.approx(start.candidate.prediction.excess, rel=0.05)
+    large = predict(s.study, start.solution, noise=Noise(scatters=(scatter.but(size=0.2),)))
+    assert large.excess == pytest.approx(large.chi2 / large.rows - 1.0 - 5.0 * np.sqrt(2.0 / large.rows))
+    assert large.excess < 0.8 * gap
     clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
     whitened = replace(start.candidate.prediction, chi2=100.0, rows=100, excess=0.1)
     explained = replace(start.solution, effects=(catalogue()["cubic_spring"],))
