@@ -84,9 +84,12 @@ class Search:
 
     @property
     def beaten_by(self) -> Trial | None:
-        """Return the best contender where it predicts better than the best model by more than rivals differ."""
+        """Return the best contender where it predicts better than the best model by more than rivals differ.
+
+        It may leave more than noise itself: what it beats is no finding all the same.
+        """
         least = self.best.candidate.criterion - RIVAL
-        better = [t for t in self.contenders if t.adequate and t.candidate.criterion < least]
+        better = [t for t in self.contenders if t.candidate.criterion < least]
         return min(better, key=lambda t: t.candidate.criterion, default=None)
 
     def evidence(self, key: str) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Collection
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from discrepancy.contest import contested
 from discrepancy.finding import Finding, as_json, find
 from discrepancy.noise import Noise
 from discrepancy.refit import settle
+from discrepancy.search_result import Search
 from discrepancy.solution import solve
 from discrepancy.trial import Trial
 from model.effect import w
@@ -152,3 +154,13 @@ def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
     assert set(made) >= {("cogging", "odd_bend"), ("odd_bend",)}
     assert made["odd_bend",].adequate
     assert made["odd_bend",].candidate.criterion < best.candidate.criterion
+
+
+@pytest.mark.parametrize(("ahead", "beaten"), [(30.0, True), (5.0, False), (np.nan, False)])
+def test_a_contender_that_follows_better_beats_a_name_though_it_leaves_more_than_noise(ahead: float, beaten: bool):
+    """A drift of both frictions was 271 better than three stand-ins that left only noise; one of them drifted."""
+    best, contender = (
+        SimpleNamespace(candidate=SimpleNamespace(criterion=c), adequate=c == 0.0) for c in (0.0, -ahead)
+    )
+    found = SimpleNamespace(best=best, contenders=(contender,))
+    assert Search.beaten_by.fget(found) is (contender if beaten else None)
