@@ -137,10 +137,17 @@ def runs_still(pid: str) -> bool:
 
 
 def with_workers(command: list[str]) -> tuple[subprocess.Popen[str], list[str]]:
-    """Start a run and wait for two workers, still importing, and the tracker."""
-    process = subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=ROOT
-    )
+    """Start a run and wait for two workers, still importing, and the tracker.
+
+    A shell that puts the tests into the background has them, and all that they start, ignore Ctrl-C.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        process = subprocess.Popen(
+            command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True, cwd=ROOT
+        )
+    finally:
+        signal.signal(signal.SIGINT, before)
     children = Path(f"/proc/{process.pid}/task/{process.pid}/children")
     ours: list[str] = []
     while process.poll() is None and len(ours) < 3:
