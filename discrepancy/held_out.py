@@ -91,11 +91,13 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     left = [(run.y - s)[run.scored] for run, s in zip(runs, y, strict=True)]
     rms = tuple(float(np.sqrt(np.mean(e**2))) for e in left)
     rows = sum(scored_rows(run) for run in runs)
-    excess = 0.0
-    if study.noise_given:
-        stated = model.but(colour=Colour())
-        white = problem if model == stated else under_noise(simulator, runs, stated, theta, x0, threads=study.threads)
-        excess = _excess(runs, white.blocks(with_starts(white, np.zeros(white.size), x0), jacobian=False).rows)
+    stated, excess = model.but(colour=Colour()), 0.0
+    if study.noise_given and model == stated:
+        excess = _excess(runs, found.rows)
+    elif study.noise_given:
+        problem_stated = under_noise(simulator, runs, stated, theta, x0, threads=study.threads)
+        at = with_starts(problem_stated, np.zeros(problem_stated.size), x0)
+        excess = _excess(runs, problem_stated.blocks(at, jacobian=False).rows)
     score = -0.5 * (chi2 + problem.log_determinant)
     return Prediction(score=score, rms=rms, y=y, chi2=chi2, rows=rows, excess=excess)
 

@@ -159,8 +159,7 @@ def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
 @pytest.mark.parametrize(("ahead", "beaten"), [(30.0, True), (5.0, False), (np.nan, False)])
 def test_a_contender_that_follows_better_beats_a_name_though_it_leaves_more_than_noise(ahead: float, beaten: bool):
     """A drift of both frictions was 271 better than three stand-ins that left only noise; one of them drifted."""
-    best, contender = (
-        SimpleNamespace(candidate=SimpleNamespace(criterion=c), adequate=c == 0.0) for c in (0.0, -ahead)
-    )
+    best = SimpleNamespace(candidate=SimpleNamespace(criterion=0.0), adequate=True)
+    contender = SimpleNamespace(candidate=SimpleNamespace(criterion=-ahead), adequate=False)
     found = SimpleNamespace(best=best, contenders=(contender,))
     assert Search.beaten_by.fget(found) is (contender if beaten else None)
