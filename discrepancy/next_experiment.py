@@ -133,14 +133,15 @@ class _Rival:
     told: Array
 
 
-def propose(study: Study, winner: Solution, rivals: Sequence[Solution]) -> Proposal:
+def propose(study: Study, winners: Sequence[Solution], rivals: Sequence[Solution]) -> Proposal:
     """Return the run of the grid that tells the least separated rival from the winner in the fewest repeats.
 
-    Of those, and where none does, it is the one that alone takes that rival furthest.
+    Of those, and where none does, it is the one that alone takes that rival furthest. Of a winner in several variants
+    each may be the truth: a rival counts as far as it is from the nearest of them.
     """
-    against = [_rival(study, winner, r) for r in rivals]
+    worlds = [(winner, [_rival(study, winner, r) for r in rivals]) for winner in winners]
     template = max(study.fitted, key=lambda run: run.t[-1])
-    tried = mapped(partial(_tried, study, winner, against, template), _grid(study, template), threads=study.threads)
+    tried = mapped(partial(_tried, study, worlds, template), _grid(study, template), threads=study.threads)
     inside = [p for p, excursion in tried if excursion <= ROOM]
     return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: (-p.repeats, p.evidence))
 
@@ -185,25 +186,35 @@ def _readings(study: Study, solution: Solution) -> list[Array]:
 
 
 def _tried(
-    study: Study, winner: Solution, rivals: Sequence[_Rival], template: Run, proposal: Proposal
+    study: Study, worlds: Sequence[tuple[Solution, Sequence[_Rival]]], template: Run, proposal: Proposal
 ) -> tuple[Proposal, float]:
-    """Return a proposal with its evidence, and the share of the travel by which it leaves it.
+    """Return a proposal with its evidence, and the share of the travel by which it leaves it."""
+    told, farthest = [], 0.0
+    for winner, rivals in worlds:
+        made, excursion = _made(study, winner, template, proposal)
+        if not math.isfinite(excursion):
+            return proposal, np.inf
+        farthest = max(farthest, excursion)
+        at = study.fitted.index(template)
+        told += [_evidence(study, rival, made, rival.solution.x0[at]) for rival in rivals]
+    evidence = np.min(told, axis=0)
+    enough = np.flatnonzero(evidence >= CLEAR)
+    repeats = int(enough[0]) + 1 if enough.size else MANY + 1
+    return replace(proposal, evidence=float(evidence[0]), repeats=repeats), farthest
+
+
+def _made(study: Study, winner: Solution, template: Run, proposal: Proposal) -> tuple[Run, float]:
+    """Simulate a proposal; return the run, and the share of the travel by which it leaves it.
 
     It has the times of ``template``, the longest run, and starts where that did.
     """
-    at = study.fitted.index(template)
     torque = proposal.torque(template.t)[:, None]
     silent = template.but(file="proposed", u=torque, v=None, extra={}, score_from=0)
-    y = study.factory(winner.equations).simulate(winner.theta, silent, x0=winner.x0[at]).y
+    x0 = winner.x0[study.fitted.index(template)]
+    y = study.factory(winner.equations).simulate(winner.theta, silent, x0=x0).y
     travelled = np.concatenate([run.y[:, 0] for run in study.fitted])
     excursion = max(travelled.min() - y.min(), y.max() - travelled.max()) / max(np.ptp(travelled), 1e-12)
-    if not np.isfinite(excursion):
-        return proposal, np.inf
-    made = silent.but(y=y)
-    evidence = np.min([_evidence(study, rival, made, rival.solution.x0[at]) for rival in rivals], axis=0)
-    enough = np.flatnonzero(evidence >= CLEAR)
-    repeats = int(enough[0]) + 1 if enough.size else MANY + 1
-    return replace(proposal, evidence=float(evidence[0]), repeats=repeats), float(excursion)
+    return silent.but(y=y), float(excursion)
 
 
 def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:

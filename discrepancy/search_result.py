@@ -10,7 +10,7 @@ from discrepancy.base import Base
 from discrepancy.refit import Candidate
 from discrepancy.scan import Scan
 from discrepancy.study import Study
-from discrepancy.trial import RIVAL, Trial
+from discrepancy.trial import RIVAL, Trial, keys_of
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,23 +54,35 @@ class Search:
 
     @property
     def rivals(self) -> tuple[Trial, ...]:
-        """Other trials with other effects that predict as well as the best one, the better first, one per set.
+        """Other trials with other effects that predict as well as the best one, the better first, one per set."""
+        close: dict[frozenset[str], Trial] = {}
+        for t in self._close:
+            if frozenset(t.candidate.ids) != frozenset(self.best.candidate.ids):
+                close.setdefault(frozenset(t.candidate.ids), t)
+        return tuple(close.values())
+
+    def variants(self, trial: Trial) -> tuple[Trial, ...]:
+        """Return other variants of a trial's effects that predict as well as the best one, the better first."""
+        close: dict[frozenset[str], Trial] = {keys_of(trial.solution): trial}
+        for t in self._close:
+            if frozenset(t.candidate.ids) == frozenset(trial.candidate.ids):
+                close.setdefault(keys_of(t.solution), t)
+        return tuple(close.values())[1:]
+
+    @property
+    def _close(self) -> list[Trial]:
+        """Trials that predict as well as the best one, the better first.
 
         What a parameter more costs in BIC tells nothing of entries that the catalogue calls rivals, where both fit.
         """
-        best = self.best.candidate
-        close: dict[frozenset[str], Trial] = {}
-        for t in sorted((*self.trials, *self.contenders), key=lambda t: t.candidate.criterion):
-            ids = frozenset(t.candidate.ids)
-            if (
-                ids != frozenset(best.ids)
-                and t.acceptable
-                and len(ids) <= len(best.ids)
-                and t.candidate.criterion - best.criterion < RIVAL + self._price(t)
-                and (t.adequate or not self.best.adequate)
-            ):
-                close.setdefault(ids, t)
-        return tuple(close.values())
+        return [
+            t
+            for t in sorted((*self.trials, *self.contenders), key=lambda t: t.candidate.criterion)
+            if t.acceptable
+            and len(frozenset(t.candidate.ids)) <= len(self.best.candidate.ids)
+            and t.candidate.criterion - self.best.candidate.criterion < RIVAL + self._price(t)
+            and (t.adequate or not self.best.adequate)
+        ]
 
     def _price(self, other: Trial) -> float:
         """Return what a trial's further parameters cost it, k·ln n, where a rival has the place of one effect."""

@@ -66,7 +66,7 @@ def judge(study: Study, found: Search) -> Judgement:
     else:
         effects = named_effects(found, solution, of_curvature(solution))
     rivals = found.rivals if verdict == "ambiguous" else ()
-    proposal = _proposal(fine, solution, found.best, rivals) if rivals and study.alone else None
+    proposal = _proposal(fine, solution, found, rivals) if rivals and study.alone else None
     return Judgement(
         verdict=verdict,
         effects=effects,
@@ -166,15 +166,17 @@ def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
 
 
-def _proposal(fine: Study, winner: Solution, best: Trial, rivals: Sequence[Trial]) -> Proposal:
+def _proposal(fine: Study, winner: Solution, found: Search, rivals: Sequence[Trial]) -> Proposal:
     """Return the run that separates the rivals most; rivals with the same equations are apart by nothing.
 
     Rivals are refitted at the finer step as the winner is: a faster torque than any that was sent shows errors of the
-    step that the runs which are there do not.
+    step that the runs which are there do not. Other variants that predict as well may be the truth too, on both sides.
     """
-    apart = [t.solution for t in rivals if not _same_equations(best, t)]
-    others = [finer(fine, rival)[1] for rival in apart or [t.solution for t in rivals]]
-    proposal = propose(fine, winner, others)
+    apart = [t for t in rivals if not _same_equations(found.best, t)]
+    against = apart or list(rivals)
+    others = [finer(fine, t.solution)[1] for rival in against for t in (rival, *found.variants(rival))]
+    winners = [winner, *(finer(fine, t.solution)[1] for t in found.variants(found.best))]
+    proposal = propose(fine, winners, others)
     return proposal if apart else replace(proposal, evidence=0.0, repeats=MANY + 1)
 
 

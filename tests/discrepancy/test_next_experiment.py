@@ -80,7 +80,7 @@ def test_expected_evidence_is_what_a_refit_of_the_rival_to_the_new_runs_leaves(
     start = TRUTH | winner.values | {"lag_time": 0.004}
     rival = solve(study, (lag,), Noise(), start, x0=winner.x0, iterations=60, tolerance=1e-8)
 
-    proposal = propose(study, winner, [rival])
+    proposal = propose(study, [winner], [rival])
 
     template = study.fitted[0]
     run = template.but(file="new", u=proposal.torque(template.t)[:, None])
@@ -96,3 +96,25 @@ def test_expected_evidence_is_what_a_refit_of_the_rival_to_the_new_runs_leaves(
     assert evidence(1) == pytest.approx(proposal.evidence, rel=0.1)
     assert evidence(repeats) > 0.9 * CLEAR
     assert repeats == 1 or evidence(repeats - 1) < 1.1 * CLEAR
+
+
+def test_a_rival_counts_as_far_as_it_is_from_the_nearest_variant_of_the_winner(tmp_path: Path):
+    """A run that tells the settled lag from a delay may not tell the one that was at rest from it."""
+    inputs = [Cosine(amplitude=0.008, frequency=1.5, duration=8.0, spacing=0.02)]
+    make_joint_campaign(tmp_path, 3, TRUTH, inputs, effects={"time_delay": {"delay": 0.004}}, sensor=Sensor(noise=2e-4))
+    entries = catalogue()
+    study = study_of(read_campaign(tmp_path), 3, entries)
+    fits = {
+        key: solve(study, (entries[key],), Noise(), TRUTH | {parameter: 0.004})
+        for key, parameter in (
+            ("amplifier_lag:rest", "lag_time"),
+            ("amplifier_lag:settled", "settled_lag_time"),
+            ("time_delay", "delay_time"),
+        )
+    }
+    rest, settled, late = fits.values()
+    either = propose(study, [rest, settled], [late])
+    alone = [propose(study, [one], [late]) for one in (rest, settled)]
+    assert either.evidence < max(one.evidence for one in alone)
+    assert either.repeats >= max(one.repeats for one in alone)
+    assert either.evidence == propose(study, [settled, rest], [late]).evidence

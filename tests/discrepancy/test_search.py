@@ -73,6 +73,15 @@ def test_the_rivals_of_what_scores_best_are_begun_too_whichever_names_the_other(
     assert {fit.effects[-1].key for fit in s.ready(start.solution, 1)} == {"cubic_spring", "payload_gravity"}
 
 
+def clean(start: Trial, effect: Effect, parameters: int, bic: float) -> Trial:
+    """Return a trial of one effect that leaves nothing but noise."""
+    left = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
+    prediction = replace(start.candidate.prediction, chi2=100.0, rows=100, excess=0.0)
+    solution = replace(start.solution, effects=(effect,))
+    made = replace(start.candidate, solution=solution, prediction=prediction, parameters=parameters, bic=bic)
+    return Trial(candidate=made, left=left, left_p=0.5, gain=100.0, held_out=100.0, worth=100.0)
+
+
 @pytest.mark.parametrize(
     ("key", "further", "worse", "rival"),
     [
@@ -88,18 +97,30 @@ def test_a_rival_of_the_catalogue_that_fits_as_well_need_not_earn_its_parameters
 ) -> None:
     """``worse`` is its criterion beside what its ``further`` parameters cost."""
     s, start = among_drifts
-    clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
-    prediction = replace(start.candidate.prediction, chi2=100.0, rows=100, excess=0.0)
-
-    def trial(key: str, parameters: int, bic: float) -> Trial:
-        solution = replace(start.solution, effects=(s.entries[key],))
-        made = replace(start.candidate, solution=solution, prediction=prediction, parameters=parameters, bic=bic)
-        return Trial(candidate=made, left=clean, left_p=0.5, gain=100.0, held_out=100.0, worth=100.0)
-
     price = further * np.log(s.study.rows)
-    best, other = trial("cubic_spring", 1, 0.0), trial(key, 1 + further, price + worse)
+    best = clean(start, s.entries["cubic_spring"], 1, 0.0)
+    other = clean(start, s.entries[key], 1 + further, price + worse)
     found = Search(study=s.study, base=None, plain=start, scan=None, trials=(best, other), best=best)
     assert [t.candidate.ids for t in found.rivals] == ([(key,)] if rival else [])
+
+
+def test_variants_that_predict_as_well_are_no_rivals_but_may_be_the_truth_too(
+    among_drifts: tuple[Searcher, Trial],
+) -> None:
+    s, start = among_drifts
+    entries = catalogue()
+    best, other, far = (
+        clean(start, entries[f"end_stop:{variant}"], 2, bic)
+        for variant, bic in (("upper", 0.0), ("lower", 9.0), ("both", 11.0))
+    )
+    rest, settled = (
+        clean(start, entries[f"amplifier_lag:{variant}"], 1, bic) for variant, bic in (("rest", 3.0), ("settled", 2.0))
+    )
+    trials = (best, other, far, rest, settled)
+    found = Search(study=s.study, base=None, plain=start, scan=None, trials=trials, best=best)
+    assert found.rivals == (settled,)
+    assert found.variants(best) == (other,)
+    assert found.variants(settled) == (rest,)
 
 
 def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
