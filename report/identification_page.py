@@ -63,9 +63,9 @@ def _lead(steps: Sequence[Step], verification: Verification) -> str:
     ]
     words = []
     if good:
-        words.append(f"On runs that no fit saw, what is left is the sensor's noise: {', '.join(good)}.")
+        words.append(f"On runs that no fit saw, what is left is the sensor's noise: {'; '.join(good)}.")
     if poor:
-        words.append(f"The residual stays above the noise: {', '.join(poor)}.")
+        words.append(f"The residual stays above the noise: {'; '.join(poor)}.")
     if verification.runs:
         words.append(_whole_sentence(verification))
     return " ".join(words)
