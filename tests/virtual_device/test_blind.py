@@ -10,15 +10,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from support.errors import InputError
+from support.errors import InputError, NumericalError
 from virtual_device.arm import Arm
 from virtual_device.asked import add_run
-from virtual_device.blind import make_cases
-from virtual_device.effects import LISTED, UNLISTED, Scales, resolve
+from virtual_device.blind import _size, make_cases
+from virtual_device.effects import LISTED, UNLISTED, Scales, Shape, resolve
 from virtual_device.inputs import rich
 from virtual_device.joint import integrate
 from virtual_device.plan import NAMED, plan
-from virtual_device.sizing import positions, reach
+from virtual_device.sensor import Sensor
+from virtual_device.sizing import Reach, positions, reach
 from virtual_device.truth import read_truth
 
 
@@ -113,6 +114,21 @@ def test_what_the_joint_itself_takes_up_is_hidden_where_it_shows(tmp_path: Path)
     for label in make_cases(tmp_path, 2, 3, **chosen):
         assert label["share_of_motion"]["encoder_eccentricity"] <= 0.33
         assert label["left_over_noise"]["encoder_eccentricity"] >= 0.1
+
+
+def test_what_a_refit_leaves_nothing_of_is_no_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What it leaves need not grow with the size: a small bent spring left 0.05 of the noise, its threshold 0.2."""
+    case = plan(1, np.random.default_rng(0), ("single",), ("small",), "table3", ("asymmetric_spring",))[0]
+    base = reach(Arm(read_truth()).locked_joint(4, np.zeros(6)), rich(4)[:1])
+    std = Sensor(noise=case.noise).std
+    for name in ("threshold_size", "marked_size"):
+        monkeypatch.setattr(f"virtual_device.blind.{name}", lambda *_: 0.01)
+    rng = np.random.default_rng(0)
+    monkeypatch.setattr(Reach, "left", lambda *_: 0.2 * std)
+    assert _size(case, base, "asymmetric_spring", Shape.draw(rng), rng)[1] == 0.2 * std
+    monkeypatch.setattr(Reach, "left", lambda *_: 0.05 * std)
+    with pytest.raises(NumericalError, match="take up all"):
+        _size(case, base, "asymmetric_spring", Shape.draw(rng), rng)
 
 
 def test_cases_repeat_and_workers_do_not_matter(tmp_path: Path) -> None:
