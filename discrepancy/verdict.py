@@ -60,11 +60,14 @@ class Judgement:
 def judge(study: Study, found: Search) -> Judgement:
     """Turn a search into a verdict with one sentence that an engineer reads first."""
     verdict, fine, solution = verdict_of(found), study, found.best.solution
+    errors = of_curvature(solution)
+    nothing: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
         fine, solution = finer(study, solution)
-        effects = named_effects(found, solution, standard_errors(fine, solution))
-    else:
-        effects = named_effects(found, solution, of_curvature(solution))
+        errors = standard_errors(fine, solution)
+    if verdict == "named" and (nothing := untold(solution, errors, study.rows)):
+        verdict = "unlisted"
+    effects = named_effects(found, solution, errors)
     rivals = found.rivals if verdict == "ambiguous" else ()
     proposal = _proposal(fine, solution, found, rivals) if rivals and study.alone else None
     return Judgement(
@@ -73,8 +76,20 @@ def judge(study: Study, found: Search) -> Judgement:
         alternatives=rivals or _considered(found),
         next_experiment=proposal,
         shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
-        sentence=_sentence(verdict, effects, rivals, proposal, found),
+        sentence=_sentence(verdict, effects, rivals, proposal, found, nothing),
     )
+
+
+def untold(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
+    """Return ids of first amplitudes, 0 their least, that standard errors (n_p,) do not tell from nothing, z² < ln n.
+
+    Where the likelihood is rough (a contact), its curvature at the minimum, on which the search relies, tells more than
+    there is.
+    """
+    std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
+    first = [e.parameters[0] for e in solution.effects if not e.threshold]
+    least = np.sqrt(np.log(n))
+    return tuple(q.id for q in first if q.lower >= 0.0 and solution.values[q.id] < least * std[q.id])
 
 
 def verdict_of(found: Search) -> Verdict:
@@ -193,6 +208,7 @@ def _sentence(
     rivals: tuple[Trial, ...],
     proposal: Proposal | None,
     found: Search,
+    nothing: Sequence[str] = (),
 ) -> str:
     names = " and ".join(f"{e.id} ({e.title})" for e in effects)
     if verdict == "nothing_missing":
@@ -207,7 +223,8 @@ def _sentence(
             more = "the proposed run would" if proposal.tells else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
     cut = f" Combinations beyond {found.study.effort} simulated runs were not tried (--effort)." if found.cut else ""
-    return f"Something is missing that no entry of the catalogue explains.{_nearest(found, names)}{cut}"
+    like = f" It is like {names} with {' and '.join(nothing)} of nothing." if nothing else _nearest(found, names)
+    return f"Something is missing that no entry of the catalogue explains.{like}{cut}"
 
 
 def _with_title(id: str, trial: Trial, found: Search) -> str:
