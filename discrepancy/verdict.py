@@ -223,7 +223,7 @@ def _sentence(
             more = "the proposed run would" if proposal.tells else "nor would any other within their torque"
         return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
     cut = f" Combinations beyond {found.study.effort} simulated runs were not tried (--effort)." if found.cut else ""
-    like = f" It is like {names} with {' and '.join(nothing)} of nothing." if nothing else _nearest(found, names)
+    like = f" It is like {names}, but {' and '.join(nothing)} may be 0." if nothing else _nearest(found, names)
     return f"Something is missing that no entry of the catalogue explains.{like}{cut}"
 
 
