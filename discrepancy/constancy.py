@@ -3,6 +3,9 @@
 A score test after Chow (1960). At a fit of all runs together, those that no fit of the search saw among them, let
 every parameter have a value of its own in each run: columns J_p·1_r of parameter p and run r. What the fit can move,
 Q, is projected off. The residual's energy in the space that is left is χ² of its dimension under noise.
+
+Where a jump lies (a dead band) is no parameter of this kind: between two torques that were sent it changes nothing, and
+beside torques that scatter one row more or less lies beyond it in every run. So every run may have its own.
 """
 
 from __future__ import annotations
@@ -18,6 +21,7 @@ from discrepancy.refit import alike
 from discrepancy.scan import movable, tangent_space
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
+from measurement.run import Array
 
 OWN = 1e-4
 """Squared sine of the angle to what the fit can move below which a direction is none of a run's own."""
@@ -38,19 +42,17 @@ def constancy(study: Study, solution: Solution) -> tuple[float, int]:
 
 def _p(fit: Solution) -> float:
     """Return p of the energy; columns as long as all readings are never laid out, only their products."""
-    Q = tangent_space(fit)
+    Q = _with_own_places(fit, tangent_space(fit))
     r = fit.residual - Q @ (Q.T @ fit.residual)
     places = np.flatnonzero(movable(fit))
     J = fit.blocks.jacobian[:, places[places < fit.problem.n_parameters]]
-    products, held, along, first = [], [], [], 0
-    for run in fit.problem.runs:
-        rows = slice(first, first + run.y.size)
+    products, held, along = [], [], []
+    for rows in _rows(fit):
         size = np.linalg.norm(J[rows], axis=0)
         own = J[rows, size > 0.0] / size[size > 0.0]
         products.append(own.T @ own)
         held.append(Q[rows].T @ own)
         along.append(own.T @ r[rows])
-        first += run.y.size
     H = np.concatenate(held, axis=1)
     values, vectors = np.linalg.eigh(block_diag(*products) - H.T @ H)
     kept = values > OWN
@@ -58,3 +60,24 @@ def _p(fit: Solution) -> float:
         return 1.0
     energy = float(((vectors[:, kept].T @ np.concatenate(along)) ** 2 / values[kept]).sum())
     return float(np.exp(log_tail(energy, int(kept.sum()), fit.noise.colour.freedom)))
+
+
+def _rows(fit: Solution) -> list[slice]:
+    """Return the rows of every run's readings, one after another."""
+    ends = np.cumsum([run.y.size for run in fit.problem.runs])
+    return [slice(int(end) - run.y.size, int(end)) for end, run in zip(ends, fit.problem.runs, strict=True)]
+
+
+def _with_own_places(fit: Solution, Q: Array) -> Array:
+    """Return Q with what a place of its own for every jump in every run can move, orthonormal."""
+    ids = fit.problem.scaling.ids
+    jumps = [ids.index(effect.parameters[0].id) for effect in fit.effects if effect.threshold]
+    if not jumps:
+        return Q
+    own = np.zeros((len(Q), len(jumps) * len(fit.problem.runs)))
+    for k, rows in enumerate(_rows(fit)):
+        own[rows, k * len(jumps) : (k + 1) * len(jumps)] = fit.blocks.jacobian[rows][:, jumps]
+    own /= np.maximum(np.linalg.norm(own, axis=0), 1e-300)
+    own -= Q @ (Q.T @ own)
+    U, size, _ = np.linalg.svd(own, full_matrices=False)
+    return np.column_stack((Q, U[:, size**2 > OWN]))
