@@ -59,7 +59,7 @@ def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
 
     It was the best of the single entries before the one that it stood in for was found. A Wald statistic may say so
     wrongly (a bent spring that weight and stiffness follow a long way): where a fit without the effect tells that it is
-    needed, the model is returned with what leaving it out costs.
+    needed, the model is returned with what leaving it out costs. Where one less is not enough, two stand-ins are out.
     """
     full = [t for t in made if t.adequate and not t.acceptable and len(t.solution.effects) > 1]
     best = min(full, key=lambda t: t.candidate.criterion, default=None)
@@ -67,7 +67,8 @@ def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
         return []
     tried = [s.trial(less, start.candidate) for less in _less(s, best.solution).values()]
     needed = replace(best, worth=min(_costs(t, best) for t in tried))
-    return [t for t in (needed, *tried) if t.adequate and t.acceptable]
+    kept = [t for t in (needed, *tried) if t.adequate and t.acceptable]
+    return kept or pruned(s, tried, start)
 
 
 def _less(s: Searcher, full: Solution) -> dict[str, Candidate]:

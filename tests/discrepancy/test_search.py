@@ -142,9 +142,13 @@ def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
     assert stepped(1) == stepped(2)
 
 
-def test_an_effect_that_comes_to_nothing_beside_another_is_taken_out(begun: tuple[Searcher, Trial]) -> None:
+@pytest.mark.parametrize("nothing", [("cogging",), ("cogging", "asymmetric_viscous")])
+def test_what_comes_to_nothing_beside_another_effect_is_taken_out(
+    begun: tuple[Searcher, Trial], nothing: tuple[str, ...]
+) -> None:
+    """A gain and a friction that drift had stood in for a clock error, and both were still there beside it."""
     s, start = begun
-    effects = [s.entries["cogging"], s.entries["cubic_spring"]]
+    effects = [*(stand_in(s, start, key) for key in nothing), s.entries["cubic_spring"]]
     both = solve(s.study, effects, Noise(), start.solution.values | {"k3": 0.02}, x0=start.solution.x0)
     full = s.trial(settle(s.study, effects, both), start.candidate)
     assert full.adequate
