@@ -26,8 +26,6 @@ MEANING: dict[Result, str] = {
     "false_alarm": "nothing hidden, something found",
     "failed": "no verdict",
 }
-QUANTILE = 1.959964
-"""Half width of a normal 95 % interval in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -144,7 +142,8 @@ def _parameters(label: Mapping[str, Any], found: Mapping[str, Any]) -> tuple[Cov
         for id, told in effect["parameters"].items() if hidden else ():
             true = true_value(id, hidden, label["base"] | {"inertia": link})
             if true is not None and told["std"]:
-                inside = abs(told["value"] - true) <= QUANTILE * told["std"]
+                low, high = told["interval"]
+                inside = low <= true <= high
                 covered = {"true": true, "value": told["value"], "std": told["std"], "inside": inside}
                 checked.append(Covered(effect=effect["id"], parameter=id, **covered))
     return tuple(checked)

@@ -215,6 +215,6 @@ def _effect_json(effect: NamedEffect) -> dict[str, Any]:
     return {
         "id": effect.id,
         "variant": effect.key.partition(":")[2] or None,
-        "parameters": {id: {"value": v, "std": s, "unit": unit} for id, (v, s, unit) in effect.parameters.items()},
+        "parameters": {id: estimate.as_json() for id, estimate in effect.parameters.items()},
         "evidence": effect.evidence,
     }

@@ -10,7 +10,7 @@ from scipy.optimize import minimize_scalar
 from discrepancy.channels import alone
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import TwoStep
-from discrepancy.noise import Noise, Scatter, directions
+from discrepancy.noise import Noise, Scatter, Whitener, directions
 from identification.simulator import Simulator
 from measurement.cycles import Cycles
 from measurement.run import Array, Run
@@ -130,3 +130,20 @@ def best_scatter(d2: Array, c2: Array, largest: float = 0.5) -> tuple[float, flo
     found = minimize_scalar(deviance, bounds=(np.log(1e-7), np.log(largest)), method="bounded")
     gain = float(c2.sum()) - float(found.fun)
     return (float(np.exp(found.x)), gain) if gain > 1e-3 else (0.0, 0.0)
+
+
+def degrees_of_freedom(
+    runs: Sequence[Run], whiteners: Sequence[Whitener], scatters: Sequence[Scatter], scatter: Scatter
+) -> float:
+    """Return to how many degrees of freedom the size of one of ``scatters`` is known from ``runs``, at least 1.
+
+    A direction in which the cycles' amplitudes add λ to the noise's variance of 1 counts (λ/(1 + λ))², half its
+    information on ln s; a run has as many as its joints have cycles, and this joint's part is that of its cycles. Only
+    differences between the cycles of one run tell: what they share could be any other parameter.
+    """
+    freedom = 0.0
+    for run, whitener in zip(runs, whiteners, strict=True):
+        own, all_joints = cycles_of(run, scatter).count, sum(cycles_of(run, one).count for one in scatters)
+        grown = np.zeros(0) if whitener.growth is None else whitener.growth
+        freedom += float(np.sum((grown / (1.0 + grown)) ** 2)) * (own - 1) / max(all_joints, 1)
+    return max(freedom, 1.0)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from discrepancy.estimate import Estimate
 from discrepancy.inverse import readable
 from discrepancy.torque_fit import rms
 from discrepancy.torque_search import TorqueSearch, search_torque
@@ -216,7 +217,7 @@ def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
         "id": effect.id,
         "variant": effect.variant or None,
         "parameters": {
-            x.id: {"value": final.values[x.id], "std": std[x.id], "unit": x.unit}
+            x.id: Estimate.normal(final.values[x.id], std[x.id], x.unit).as_json()
             for x in effect.parameters
             if not x.fixed
         },

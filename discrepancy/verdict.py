@@ -8,11 +8,12 @@ from typing import Literal
 
 import numpy as np
 
+from discrepancy.estimate import Estimate
 from discrepancy.jump import around, torques
 from discrepancy.kernels import COARSE
 from discrepancy.next_experiment import MANY, Proposal, propose
 from discrepancy.noise import Scatter
-from discrepancy.scatter import cycles_of
+from discrepancy.scatter import degrees_of_freedom
 from discrepancy.search_result import Search
 from discrepancy.shape import Shape, missing
 from discrepancy.solution import SCATTER, Solution, solve
@@ -35,13 +36,13 @@ SHOWN = 3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedEffect:
-    """An effect of the verdict: its parameters as (value, std, unit) and the evidence for it."""
+    """An effect of the verdict: its parameters and the evidence for it."""
 
     id: str
     key: str
     title: str
     formula: str
-    parameters: dict[str, tuple[float, float, str]]
+    parameters: dict[str, Estimate]
     evidence: float
 
 
@@ -139,40 +140,39 @@ def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[Nam
     named = [
         NamedEffect(
             id=e.id, key=e.key, title=e.title, formula=e.formula,
-            parameters={x.id: (values[x.id], _std(e, x, float(std[x.id]), values, found.study.fitted), x.unit)
+            parameters={x.id: _estimate(e, x, float(std[x.id]), values, found.study.fitted)
                         for x in e.parameters if not x.fixed},
             evidence=found.evidence(e.key),
         )
         for e in solution.effects
     ]  # fmt: skip
-    return (*named, *(_random(scatter, found) for scatter in solution.noise.scatters))
+    return (*named, *(_random(scatter, solution, found) for scatter in solution.noise.scatters))
 
 
-def _random(scatter: Scatter, found: Search) -> NamedEffect:
-    """Name a scatter; its error is that of a standard deviation.
-
-    Only differences between the cycles of one run tell: what a run's cycles share could be any other parameter.
-    """
-    study, s = found.study, scatter.size
-    freedom = sum(cycles_of(run, scatter).count - 1 for run in study.fitted)
-    effect = study.in_joint(study.entries[SCATTER], scatter.column)
-    std = float(s / np.sqrt(2 * max(freedom, 1)))
+def _random(scatter: Scatter, solution: Solution, found: Search) -> NamedEffect:
+    """Name a scatter; its error is that of a standard deviation."""
+    effect = found.study.in_joint(found.study.entries[SCATTER], scatter.column)
+    problem = solution.problem
+    freedom = degrees_of_freedom(problem.runs, problem.whiteners, solution.noise.scatters, scatter)
+    estimate = Estimate.of_deviation(scatter.size, freedom, "1")
     return NamedEffect(
         id=effect.id, key=effect.key, title=effect.title, formula=effect.formula,
-        parameters={effect.parameters[0].id: (s, std, "1")}, evidence=found.evidence(effect.key),
+        parameters={effect.parameters[0].id: estimate}, evidence=found.evidence(effect.key),
     )  # fmt: skip
 
 
-def _std(effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], runs: Sequence[Run]) -> float:
-    """Return the standard error; where a jump lies is known no better than its width, or than torques lie apart there.
+def _estimate(
+    effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], runs: Sequence[Run]
+) -> Estimate:
+    """Return the estimate; where a jump lies is known no better than its width, or than torques lie apart there.
 
     Between two torques that were sent, the place of the jump changes nothing: it may be anywhere (uniform, gap/√12).
     """
-    if not effect.threshold or quantity is not effect.parameters[0]:
-        return std
     value = values[quantity.id]
-    low, high = around(value, torques(runs, effect))
-    return float(np.linalg.norm([std, values[effect.edge] * value, (high - low) / np.sqrt(12.0)]))
+    if effect.threshold and quantity is effect.parameters[0]:
+        low, high = around(value, torques(runs, effect))
+        std = float(np.linalg.norm([std, values[effect.edge] * value, (high - low) / np.sqrt(12.0)]))
+    return Estimate.normal(value, std, quantity.unit)
 
 
 def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:

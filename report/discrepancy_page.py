@@ -9,13 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from discrepancy.estimate import Estimate
 from discrepancy.family import DRAWS
 from discrepancy.finding import Curve, Finding
 from discrepancy.scan import Score
 from discrepancy.shape import Shape
 from discrepancy.where import AXES, Map, told
 from measurement.units import unit_for
-from report.numbers import with_error
+from report.numbers import rounded, with_error
 from report.page import Picture, Section, Table, render_page
 from report.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
@@ -92,11 +93,15 @@ def _ticks(axis: Axes, m: Map) -> None:
 
 def _effects(finding: Finding) -> Table:
     rows = [
-        (e.id, e.formula, id, _with_unit(with_error(value, std), unit), f"{e.evidence:.0f}")
+        (e.id, e.formula, id, _with_unit(with_error(x.value, x.std), x.unit), _ends(x), f"{e.evidence:.0f}")
         for e in finding.judgement.effects
-        for id, (value, std, unit) in e.parameters.items()
+        for id, x in e.parameters.items()
     ]
-    return Table(header=("effect", "formula", "parameter", "value ± std", "evidence"), rows=rows)
+    return Table(header=("effect", "formula", "parameter", "value ± std", "95 % interval", "evidence"), rows=rows)
+
+
+def _ends(estimate: Estimate) -> str:
+    return " to ".join(rounded(end, estimate.std) for end in estimate.interval)
 
 
 def _with_unit(number: str, unit: str) -> str:

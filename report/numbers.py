@@ -22,3 +22,15 @@ def with_error(value: float, std: float) -> str:
     digits = max(1 - math.floor(math.log10(std / scale)), 0)
     text = f"{value / scale:.{digits}f} ± {std / scale:.{digits}f}"
     return text if scale == 1.0 else f"({text})e{power:+03d}"
+
+
+def rounded(value: float, std: float) -> str:
+    """Write a value to a tenth of its standard deviation's first digit.
+
+    >>> rounded(0.0151423, 0.000066)
+    '0.015142'
+    """
+    if not (std > 0 and math.isfinite(std)) or value == 0:
+        return f"{value:.4g}"
+    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(std)) + 2
+    return f"{value:.{min(max(digits, 2), 9)}g}"

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from measurement.units import unit_for
+from report.numbers import rounded
 from report.page import Picture, Section, Table, render_page
 from report.posterior_figures import bands, corner, cycles, ranks, widths
 from report.posterior_overview import lead, overview, physical, width
@@ -106,15 +107,7 @@ def _further_intervals(parameters: Sequence[ParameterSummary]) -> Table:
 
 def _spelled(p: ParameterSummary, levels: Sequence[float]) -> list[str]:
     ends = [p.intervals[level] for level in levels]
-    return [_rounded(p.median, p.std), *(f"{_rounded(a, p.std)} … {_rounded(b, p.std)}" for a, b in ends)]
-
-
-def _rounded(value: float, std: float) -> str:
-    """Write a value to a tenth of its standard deviation's first digit."""
-    if not std > 0 or value == 0:
-        return f"{value:.4g}"
-    digits = int(np.floor(np.log10(abs(value)))) - int(np.floor(np.log10(std))) + 2
-    return f"{value:.{int(np.clip(digits, 2, 9))}g}"
+    return [rounded(p.median, p.std), *(f"{rounded(a, p.std)} … {rounded(b, p.std)}" for a, b in ends)]
 
 
 def _diagnostics(parameters: Sequence[ParameterSummary]) -> Table:

@@ -14,6 +14,7 @@ from discrepancy.blind_outcome import MEANING, RIGHT, Outcome, score_case
 from discrepancy.blind_score import confusion, coverage, rate, settled, spread, summary
 from discrepancy.blind_settle import options_of
 from discrepancy.blind_truth import FORMULAS, SAME, WAVES, true_value
+from discrepancy.estimate import Estimate
 from model.effects import catalogue
 from report.blind import blind_page, main
 from virtual_device.blind import make_cases
@@ -94,7 +95,7 @@ def test_wilson_interval_equals_its_formula():
 
 def test_intervals_are_held_against_the_truth_in_the_catalogues_terms():
     told = {"cogging_sin": (0.021, 0.001), "cogging_cos": (0.5, 0.001), "cogging_number": (9.0, 0.1)}
-    effect = {"id": "cogging", "parameters": {k: {"value": v, "std": s, "unit": ""} for k, (v, s) in told.items()}}
+    effect = {"id": "cogging", "parameters": {k: Estimate.normal(v, s, "").as_json() for k, (v, s) in told.items()}}
     hidden = {"cogging": {"cogging": 0.02, "cogging_phase": 0.0, "cogging_number": 9.1}}
     o = score_case(label("single", "cogging", hidden=hidden), finding("named") | {"effects": [effect]})
     assert {p.parameter: p.inside for p in o.parameters} == {
@@ -109,7 +110,7 @@ def test_a_locked_neighbour_behind_a_tendon_carries_a_share_of_the_link_alone():
     tendon = {"inertia": 0.6 * BASE["inertia"], "rotor_inertia": 0.4 * BASE["inertia"]}
     lock = {"lock_coupling": 1e-5, "lock_inertia": 2e-5}
     share = lock["lock_coupling"] ** 2 / (lock["lock_inertia"] * tendon["inertia"])
-    effect = {"id": "lock_compliance", "parameters": {"lock_share": {"value": share, "std": 1e-9, "unit": "1"}}}
+    effect = {"id": "lock_compliance", "parameters": {"lock_share": Estimate.normal(share, 1e-9, "1").as_json()}}
     case = label("pair", "lock_compliance", "tendon_slack", hidden={"lock_compliance": lock, "tendon_slack": tendon})
     (found,) = score_case(case, finding("named") | {"effects": [effect]}).parameters
     assert found.inside

@@ -9,7 +9,16 @@ from discrepancy.coupled_study import coupled_study_of
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory
 from discrepancy.noise import Colour, Noise, Scatter, Whitener, directions
-from discrepancy.scatter import LARGEST, cycle_columns, cycles_of, most_probable, relinearised, restricted_likelihood
+from discrepancy.scatter import (
+    LARGEST,
+    best_scatter,
+    cycle_columns,
+    cycles_of,
+    degrees_of_freedom,
+    most_probable,
+    relinearised,
+    restricted_likelihood,
+)
 from identification.simulator import initial_state
 from measurement.prepare import prepare
 from measurement.reading import read_campaign
@@ -150,3 +159,22 @@ def test_a_whitener_of_several_joints_is_the_root_of_their_inverse_covariance():
     np.testing.assert_allclose(white.T @ white, flat.T @ np.linalg.solve(C, flat), rtol=1e-9)
     assert whiten.log_determinant(80) == pytest.approx(np.linalg.slogdet(C)[1])
     np.testing.assert_allclose(whiten(x[:, :, 0]), whiten(x)[:, :, 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("size", [3e-2, 2e-4])
+def test_degrees_of_freedom_are_those_of_the_spread_of_its_estimates(size: float) -> None:
+    """Clear of the noise a run of K cycles has K − 1 and ln s scatters by 1/√(2K); near it fewer and by more."""
+    t = np.arange(0.0, 16.0 * np.pi, 0.01)
+    run = run_with(np.cos(OMEGA * t), np.zeros_like(t), t)
+    cycles = whole_cycles(run)
+    M = np.sin(OMEGA * t)[:, None] * cycles.inside / 1e-3
+    scatter = SCATTER.but(size=size)
+    freedom = degrees_of_freedom([run], [Whitener.of(Colour(), size * M[:, None])], [scatter], scatter)
+    share = freedom / (cycles.count - 1)
+    assert share == pytest.approx(1.0, abs=1e-3) if size > 1e-3 else 0.6 < share < 0.8
+
+    rng, found = np.random.default_rng(4), []
+    for _ in range(200):
+        r = M @ (size * rng.standard_normal(cycles.count)) + rng.standard_normal(t.size)
+        found.append(best_scatter(*restricted_likelihood(r, M))[0])
+    assert np.std(np.log(found)) == pytest.approx(1 / np.sqrt(2 * share * 16), rel=0.25)

@@ -1,0 +1,23 @@
+"""Intervals hold the true value as often as they say."""
+
+import numpy as np
+import pytest
+
+from discrepancy.estimate import Estimate
+
+
+def test_the_interval_of_a_standard_deviation_of_few_cycles_holds_it() -> None:
+    rng, held, evenly = np.random.default_rng(0), 0, 0
+    for _ in range(2000):
+        draws = rng.normal(0.0, 0.02, 6)
+        found = Estimate.of_deviation(float(draws.std(ddof=1)), 5.0, "1")
+        held += found.interval[0] <= 0.02 <= found.interval[1]
+        evenly += abs(found.value - 0.02) <= 1.96 * found.std
+    assert held / 2000 == pytest.approx(0.95, abs=0.015)
+    assert evenly / 2000 < 0.9
+
+
+def test_a_normal_error_lies_evenly_about_its_value() -> None:
+    found = Estimate.normal(2.0, 0.1, "rad").as_json()
+    assert found["interval"] == pytest.approx([1.8040036, 2.1959964], abs=1e-7)
+    assert (found["value"], found["std"], found["unit"]) == (2.0, 0.1, "rad")
