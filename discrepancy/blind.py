@@ -66,7 +66,9 @@ def main(
     """Make, work through, score."""
     out, began, date = out.resolve(), time.monotonic(), time.strftime("%Y-%m-%d")
     asked = {name: choices[name] for name in ("cases", "seed", "kinds", "sizes", "inputs", "effects")}
-    names = make(out, asked, workers)
+    bar: Any
+    with progress(total=choices["cases"], title="cases made", quiet=choices["quiet"]) as bar:
+        names = make(out, asked, workers, lambda made: bar.update(made - bar.n))
     lacks = tuple(part for part in choices["without"].split(",") if part)
     jobs = [Job(case=name, campaign=out / "cases" / name, out=out / "found" / name, without=lacks) for name in names]
     asked_for = {"found": whole, "without": leave_out, "settled": settle and whole}

@@ -14,20 +14,23 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor, as_completed
+from concurrent.futures import ThreadPoolExecutor, as_completed, wait
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from support.command import INTERRUPTED
+from support.command import INTERRUPTED, TERMINATED
 from support.errors import InputError, NumericalError
 from support.files import write_json
+from support.running import Running
 
 ROOT = Path(__file__).parent.parent
 PACKAGES = ("discrepancy", "fmu_build", "identification", "measurement", "model", "report", "support")
 MAKER = ("virtual_device", "support")
 STAMP, FAILED = "stamp.json", "failed.json"
-STOPPED = (INTERRUPTED, -signal.SIGINT, -signal.SIGTERM)
+EVERY = 0.5
+"""Time [s] between two looks at how many cases are made."""
+STOPPED = (INTERRUPTED, TERMINATED, -signal.SIGINT, -signal.SIGTERM)
 """Exit codes of a workflow that somebody stopped."""
 
 
@@ -70,8 +73,10 @@ def digest(packages: Sequence[str] = PACKAGES) -> str:
     return found.hexdigest()[:12]
 
 
-def make(out: Path, asked: dict[str, Any], workers: int) -> tuple[str, ...]:
-    """Make the cases unless they are there, and return their names.
+def make(
+    out: Path, asked: dict[str, Any], workers: int, tell: Callable[[int], None] = lambda _: None
+) -> tuple[str, ...]:
+    """Make the cases unless they are there, and return their names; ``tell`` gets how many there are so far.
 
     Raises
     ------
@@ -86,14 +91,28 @@ def make(out: Path, asked: dict[str, Any], workers: int) -> tuple[str, ...]:
     else:
         options = [f"--{name}={value}" for name, value in asked.items() if value != ""]
         command = ["virtual_device.blind", "--out", str(out), *options, "--workers", str(workers)]
-        done = subprocess.run([sys.executable, "-m", *command], cwd=ROOT, capture_output=True, text=True, check=False)
-        if done.returncode == InputError.exit_code:
-            raise InputError("the cases", expected="what can be made", got=last_line(done.stderr))
-        if done.returncode:
-            msg = f"making the cases: {last_line(done.stderr)}"
+        code, said = _made([sys.executable, "-m", *command], out / "cases", tell)
+        if code == InputError.exit_code:
+            raise InputError("the cases", expected="what can be made", got=last_line(said))
+        if code:
+            msg = f"making the cases: {last_line(said)}"
             raise NumericalError(msg)
         write_json(path, wanted)
     return tuple(sorted(p.name for p in (out / "cases").iterdir()))
+
+
+def _made(command: Sequence[str], cases: Path, tell: Callable[[int], None]) -> tuple[int, str]:
+    """Run the program that makes the cases; return its exit code and what it said."""
+    running = Running()
+    with ThreadPoolExecutor(1) as pool:
+        try:
+            making = pool.submit(running.run, command, cwd=ROOT)
+            while wait([making], timeout=EVERY).not_done:
+                tell(len(list(cases.glob("*/campaign.json"))))
+        except BaseException:
+            running.end()
+            raise
+    return making.result()
 
 
 def last_line(text: str) -> str:
@@ -108,7 +127,7 @@ def worked(job: Job, stamp: str) -> bool:
     return done.exists() and json.loads(done.read_text(encoding="utf-8"))["code"] == stamp
 
 
-def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None:
+def work(job: Job, running: Running, *, seed: int, limit: float, stamp: str, threads: int) -> None:
     """Run the workflow on one campaign, in place of any result that is there.
 
     A failure is kept as such; what was stopped is not, and is begun again.
@@ -119,18 +138,10 @@ def work(job: Job, *, seed: int, limit: float, stamp: str, threads: int) -> None
     began, reason = time.perf_counter(), ""
     environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
     try:
-        ended = subprocess.run(
-            job.command(seed, threads),
-            cwd=ROOT,
-            env=environment,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=limit,
-        )
-        if ended.returncode in STOPPED:
+        code, said = running.run(job.command(seed, threads), cwd=ROOT, env=environment, limit=limit)
+        if code in STOPPED:
             return
-        reason = "" if ended.returncode == 0 else f"exit code {ended.returncode}: {last_line(ended.stderr)}"
+        reason = "" if code == 0 else f"exit code {code}: {last_line(said)}"
     except subprocess.TimeoutExpired:
         reason = f"not finished within {limit:g} s"
     if reason or job.result() is None:
@@ -145,14 +156,14 @@ def work_all(
 
     Results of the same code that are there already count whatever the time.
     """
-    stamp, finished = digest(), []
+    stamp, finished, running = digest(), [], Running()
     threads = max(1, (os.cpu_count() or 1) // workers)
 
     def one(job: Job) -> Job | None:
         if not worked(job, stamp):
             if time.monotonic() > until:
                 return None
-            work(job, seed=seed, limit=limit, stamp=stamp, threads=threads)
+            work(job, running, seed=seed, limit=limit, stamp=stamp, threads=threads)
         return job if worked(job, stamp) else None
 
     pool = ThreadPoolExecutor(workers)
@@ -161,6 +172,9 @@ def work_all(
             tell()
             if (job := ended.result()) is not None:
                 finished.append(job)
+    except BaseException:
+        running.end()
+        raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
     return tuple(sorted(finished, key=lambda job: job.case))

@@ -1,7 +1,11 @@
 """A small blind study from end to end, and what keeps it honest and resumable."""
 
 import json
+import os
+import signal
+import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +15,10 @@ from click.testing import CliRunner
 from discrepancy.blind import main
 from discrepancy.blind_outcome import score_case
 from discrepancy.blind_settle import with_run
-from discrepancy.blind_study import FAILED, STAMP, Job, digest, make, work, work_all
+from discrepancy.blind_study import FAILED, ROOT, STAMP, Job, digest, make, work, work_all
 from support.errors import InputError
 from support.files import write_json
+from support.running import Running
 
 ASKED = {"cases": 2, "seed": 4, "kinds": "none", "sizes": "", "inputs": "table3", "effects": ""}
 FINDING = {
@@ -100,7 +105,7 @@ def test_finished_cases_are_kept_until_the_code_changes(tmp_path, monkeypatch):
 )
 def test_failures_are_kept_as_such(tmp_path, case, reason):
     one = job(case, tmp_path)
-    work(one, seed=0, limit=1.0, stamp="a", threads=1)
+    work(one, Running(), seed=0, limit=1.0, stamp="a", threads=1)
     assert one.result() is None
     assert reason in str(one.failure())
     assert (one.out / FAILED).exists()
@@ -120,7 +125,7 @@ def test_no_case_is_begun_after_the_time_is_up(tmp_path):
     assert work_all(jobs, seed=0, workers=1, limit=9.0, until=0.0, tell=lambda: told.append(1)) == ()
     assert told == [1]
     done = job("writes", tmp_path)
-    work(done, seed=0, limit=30.0, stamp=digest(), threads=1)
+    work(done, Running(), seed=0, limit=30.0, stamp=digest(), threads=1)
     again = work_all([done, job("silent", tmp_path)], seed=0, workers=1, limit=30.0, until=-1.0, tell=lambda: None)
     assert [each.case for each in again] == ["writes"]
 
@@ -179,3 +184,21 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
     assert stored["leave_one_out"]["flagged"]["hits"] == 2
     again = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--minutes", "0"])
     assert again.exit_code == 2  # another seed is another study
+
+
+@pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups are POSIX's")
+def test_a_terminated_study_leaves_nothing_running_and_goes_on(tmp_path):
+    """As ``timeout`` or a batch system ends it: the signal goes to the study alone, not to what it started."""
+    command = [sys.executable, "-m", "discrepancy.blind", "--cases", "6", "--kinds", "none", "--inputs", "table3"]
+    command += ["--out", str(tmp_path), "--workers", "2", "--minutes", "30", "--quiet"]
+    study = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    until = time.monotonic() + 120.0
+    while not list(tmp_path.glob("found/*")) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert list(tmp_path.glob("found/*"))
+    study.send_signal(signal.SIGTERM)
+    _, said = study.communicate(timeout=60.0)
+    assert (study.returncode, said) == (143, "interrupted: what was finished is kept\n")
+    with pytest.raises(ProcessLookupError):
+        os.killpg(study.pid, 0)
+    assert not list(tmp_path.glob("found/*/failed.json"))

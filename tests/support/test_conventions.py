@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pickle
+import subprocess
+import sys
 from pathlib import Path
 
 import click
@@ -12,6 +14,8 @@ from click.testing import CliRunner
 from support.command import common_options, exit_codes, parse_joints
 from support.errors import InputError, NumericalError
 from support.files import cache_folder, write_bytes, write_json, write_text
+
+ROOT = Path(__file__).parents[2]
 
 
 def command(error: BaseException | None) -> click.Command:
@@ -96,3 +100,18 @@ def test_cache_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setenv("HAPTID_CACHE", str(tmp_path))
     assert cache_folder("symbolic") == tmp_path / "symbolic"
     assert (tmp_path / "symbolic").is_dir()
+
+
+def test_a_terminated_command_ends_as_on_ctrl_c():
+    lines = (
+        "import os, signal, time",
+        "from support.command import exit_codes",
+        "@exit_codes",
+        "def main() -> None:",
+        "    os.kill(os.getpid(), signal.SIGTERM)",
+        "    time.sleep(60)",
+        "main()",
+    )
+    command = [sys.executable, "-c", "\n".join(lines)]
+    ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (143, "interrupted: what was finished is kept\n")
