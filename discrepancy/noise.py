@@ -94,6 +94,11 @@ class Noise:
         """How many kinds of noise it has beside white noise: correlation, and the scatter of each joint."""
         return len(self.scatters) + (not self.colour.white)
 
+    @property
+    def on_torque(self) -> bool:
+        """Whether the amplitude of a torque scatters."""
+        return any(scatter.path == "torque" for scatter in self.scatters)
+
     def but(self, **changes: Any) -> Noise:
         """Return a copy with ``changes``."""
         return replace(self, **changes)

@@ -145,7 +145,8 @@ def solve(
 ) -> Solution:
     """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals.
 
-    A scatter's columns are computed anew before each of `ROUNDS` fits, once where the tolerance is `ROUGH`.
+    A scatter's columns are computed anew before each of `ROUNDS` fits, once where the tolerance is `ROUGH`. Those of a
+    scatter on the torque are computed at the optimum besides: with others, likelihood and curvature are not its own.
     """
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
@@ -155,12 +156,15 @@ def solve(
     if x0 is not None:
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
-    for _ in range(ROUNDS if noise.scatters and tolerance < ROUGH else 1):
+    settled = tolerance < ROUGH
+    for _ in range(ROUNDS if noise.scatters and settled else 1):
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
-        if study.alone and any(scatter.path == "torque" for scatter in noise.scatters):
+        if study.alone and noise.on_torque:
             problem, x = _balanced(study, simulator, noise, problem, x)
         found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
+    if settled and noise.on_torque:
+        problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
     raw = Problem.blocks(problem, x)
     blocks = problem.whitened(raw)
     chi2 = float(blocks.residual @ blocks.residual)
@@ -178,6 +182,15 @@ def solve(
         calls=calls,
         converged=converged,
     )
+
+
+def deviance(study: Study, solution: Solution, x: Array) -> float:
+    """Return −2 ln L at other unknowns ``x`` (n,) of a solution's problem, a scatter on the torque linearised there."""
+    problem = solution.problem
+    if solution.noise.on_torque:
+        problem, x = _about(study, study.simulator(solution.effects), solution.noise, problem.theta(x), problem.x0(x))
+    residual = problem.blocks(x, jacobian=False).residual
+    return float(residual @ residual) + problem.log_determinant
 
 
 def _about(

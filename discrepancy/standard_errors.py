@@ -16,14 +16,14 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
-from discrepancy.solution import Solution, solve
+from discrepancy.solution import Solution, deviance, solve
 from discrepancy.study import Study
 from identification.covariance import flat_information
 from measurement.run import Array
 from support.threads import mapped
 
 SMOOTH = (1 / 3, 3.0)
-"""Rise of ‖r‖² one standard error away within which the curvature is believed."""
+"""Rise of −2 ln L one standard error away within which the curvature is believed."""
 SEEN = 0.5
 """Least rise that the data alone let expect: a parameter that they do not determine has no minimum to leave."""
 OUT = (-6.0, -2.0, 2.0, 6.0)
@@ -49,7 +49,7 @@ def standard_errors(study: Study, solution: Solution) -> Array:
     std = _physical(solution, C)
     valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)]
     seen = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
-    moves = [k * valley for valley in seen if rough(solution, valley) for k in OUT]
+    moves = [k * valley for valley in seen if rough(study, solution, valley) for k in OUT]
     if not moves:
         return std
     minima = mapped(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
@@ -68,15 +68,14 @@ def covariance(solution: Solution) -> Array:
     return np.asarray(inverse @ inverse.T / np.outer(size, size))
 
 
-def rough(solution: Solution, valley: Array) -> bool:
-    """Whether ‖r‖² one standard error away is not what the curvature says, on a side within the bounds."""
+def rough(study: Study, solution: Solution, valley: Array) -> bool:
+    """Whether −2 ln L one standard error away is not what the curvature says, on a side within the bounds."""
     lower, upper = solution.problem.scaling.bounds
     for x in (solution.x - valley, solution.x + valley):
         inside = x[: solution.problem.n_parameters]
         if np.any((inside < lower) | (inside > upper)):
             continue
-        residual = solution.problem.blocks(x, jacobian=False).residual
-        if not SMOOTH[0] < float(residual @ residual) - solution.chi2 < SMOOTH[1]:
+        if not SMOOTH[0] < deviance(study, solution, x) + 2.0 * solution.log_likelihood < SMOOTH[1]:
             return True
     return False
 

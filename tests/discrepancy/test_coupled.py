@@ -88,9 +88,9 @@ def test_what_is_hidden_in_each_joint_is_named_there(finding: tuple[Finding, Pat
         "cogging_number_0": COG["cog_number"],
         "amplitude_scatter_1": SCATTER,
     }
-    for id, (value, std, _) in (effect.parameters | scatter.parameters).items():
-        assert abs(value - truth[id]) < 4 * std
-        assert std < 0.35 * truth[id]
+    for id, told in (effect.parameters | scatter.parameters).items():
+        assert abs(told.value - truth[id]) < 4 * told.std
+        assert told.std < 0.35 * truth[id]
     gap = found.gaps["validate"]
     assert gap.before > 1.5 * gap.noise
     assert gap.closed_beside_scatter is not None

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from discrepancy.base import fit_base
-from discrepancy.noise import Noise
+from discrepancy.noise import Noise, Scatter
 from discrepancy.refit import sharpened
+from discrepancy.scatter import cycles_of
 from discrepancy.solution import Solution, solve
 from discrepancy.standard_errors import covariance, of_curvature, standard_errors
 from discrepancy.study import Study, scales_over
@@ -84,3 +85,18 @@ def test_a_lag_of_a_fifth_of_the_inner_step_is_told_from_a_finer_one(tmp_path: P
     fine = finer(study, coarse)[1]
     assert coarse.values["lag_time"] < 0.9 * lag
     assert fine.values["lag_time"] == pytest.approx(lag, rel=0.02)
+
+
+def test_beside_a_torque_that_scatters_errors_hold_the_factor_that_all_torques_share(tmp_path: Path):
+    """n cycles of scatter s leave the mean torque open by s/√n, and all that a torque is measured against with it."""
+    s = 0.02
+    study = study_with(tmp_path / "c", {"amplitude_scatter": {"scatter": s, "scatter_on_torque": 1.0}}, {})
+    scatter = Scatter(size=s, path="torque")
+    base = fit_base(study, starts=2, seed=0).solution
+    solution = solve(study, (), Noise(scatters=(scatter,)), TRUTH, x0=base.x0)
+    shared = s / np.sqrt(sum(cycles_of(run, scatter).count for run in study.fitted))
+    curved, told = (by_id(solution, e) for e in (of_curvature(solution), standard_errors(study, solution)))
+    assert curved == told
+    for id in ("inertia", "Ks", "Fc", "sigma2"):
+        assert told[id] / solution.values[id] == pytest.approx(shared, rel=0.2), id
+        assert abs(solution.values[id] - TRUTH[id]) < 3.0 * told[id]
