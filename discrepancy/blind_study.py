@@ -108,11 +108,17 @@ def _made(command: Sequence[str], cases: Path, tell: Callable[[int], None]) -> t
         try:
             making = pool.submit(running.run, command, cwd=ROOT)
             while wait([making], timeout=EVERY).not_done:
-                tell(len(list(cases.glob("*/campaign.json"))))
+                tell(made(cases))
         except BaseException:
             running.end()
             raise
+    tell(made(cases))
     return making.result()
+
+
+def made(cases: Path) -> int:
+    """Count the cases that are written below a folder."""
+    return len(list(cases.glob("*/campaign.toml")))
 
 
 def last_line(text: str) -> str:

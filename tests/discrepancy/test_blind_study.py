@@ -29,8 +29,10 @@ FINDING = {
 
 @pytest.fixture(scope="module")
 def study(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, tuple[str, ...]]:
-    out = tmp_path_factory.mktemp("study")
-    return out, make(out, ASKED, workers=1)
+    out, told = tmp_path_factory.mktemp("study"), list[int]()
+    names = make(out, ASKED, 1, told.append)
+    assert told[0] < told[-1] == len(names)
+    return out, names
 
 
 class Stub(Job):
