@@ -41,8 +41,7 @@ def cycle_columns(
     """Return M (n_t, n_joints, n_cycles): change of the readings with each cycle's relative amplitude, over their std.
 
     Where the scatter acts on the reading, column c is q − centre of its joint within cycle c and 0 elsewhere; where it
-    acts on the torque, it is the difference of two simulations. Like
-    sensitivities, they run at the coarse step.
+    acts on the torque, it is the difference of two simulations. Like sensitivities, they run at the coarse step.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
     y, at = _readings(simulator.coarse, theta, run, x0), scatter.column
