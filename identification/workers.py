@@ -7,16 +7,13 @@ would otherwise depend on the number of threads.
 
 from __future__ import annotations
 
-import multiprocessing
-import os
-import signal
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor
-from contextlib import AbstractContextManager, contextmanager
-from threading import Thread
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
+from support.pool import Pool
 from support.threads import single_threaded
 
 T = TypeVar("T")
@@ -66,55 +63,22 @@ class Submitting:
         return results
 
 
-def _left_to_the_parent() -> None:
-    """Leave Ctrl-C to the parent, which ends its workers itself; end with a parent that was killed."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
-    Thread(target=_end_with_the_parent, daemon=True).start()
-
-
-def _end_with_the_parent() -> None:
-    parent = multiprocessing.parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
-
-
-@contextmanager
-def _interrupts_held_back() -> Iterator[None]:
-    """Hold Ctrl-C back; processes that are started meanwhile keep it so: they import for seconds before they can."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 class Processes(Submitting, AbstractContextManager["Processes"]):
     """Processes on this machine, started on first use."""
 
     def __init__(self, count: int) -> None:
         self.count = count
-        self._pool: ProcessPoolExecutor | None = None
+        self._pool: Pool | None = None
 
     def submit(self, function: Callable[..., T], *task: Any) -> Future[T]:
         """Start a task."""
         if self._pool is None:
-            self._pool = ProcessPoolExecutor(
-                self.count, mp_context=multiprocessing.get_context("spawn"), initializer=_left_to_the_parent
-            )
-        with _interrupts_held_back():
-            return self._pool.submit(single_threaded, function, *task)
+            self._pool = Pool(self.count)
+        return self._pool.submit(single_threaded, function, *task)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Stop: what has not begun is dropped, what runs is ended where an error or Ctrl-C came."""
-        if self._pool is None:
-            return
-        children = list(getattr(self._pool, "_processes", {}).values()) if kind is not None else []
-        self._pool.shutdown(wait=kind is None, cancel_futures=True)
-        for child in children:
-            child.terminate()
+        if self._pool is not None:
+            self._pool.__exit__(kind, error, trace)

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +19,7 @@ import numpy as np
 from support.command import exit_codes
 from support.errors import InputError, NumericalError
 from support.files import write_json
+from support.pool import Pool
 from virtual_device.arm import JOINTS, Arm
 from virtual_device.asked import add_run
 from virtual_device.campaign import make_joint_campaign
@@ -187,7 +186,7 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
     if workers == 1:
         labels = [make_case(*job) for job in zip(folders, cases, seeds, strict=True)]
     else:
-        with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        with Pool(workers) as pool:
             labels = list(pool.map(make_case, folders, cases, seeds))
     write_json(out / "labels.json", {"schema": "blind_labels/1", "seed": seed, "labels": labels})
     return labels
