@@ -30,11 +30,13 @@ class Pool(ProcessPoolExecutor):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop: what has not begun is dropped, what runs is ended where an error or Ctrl-C came."""
-        children = list((self._processes or {}).values()) if kind is not None else []
-        self.shutdown(wait=kind is None, cancel_futures=True)
-        for child in children:
+        """Stop: what has not begun is dropped, what runs is ended where an error or Ctrl-C came.
+
+        Either way nothing is left to wait for when the interpreter ends, where a second Ctrl-C would be told at length.
+        """
+        for child in list((self._processes or {}).values()) if kind is not None else []:
             child.terminate()
+        self.shutdown(cancel_futures=True)
 
 
 def _left_to_the_parent() -> None:

@@ -187,7 +187,8 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
         labels = [make_case(*job) for job in zip(folders, cases, seeds, strict=True)]
     else:
         with Pool(workers) as pool:
-            labels = list(pool.map(make_case, folders, cases, seeds))
+            made = [pool.submit(make_case, *job) for job in zip(folders, cases, seeds, strict=True)]
+            labels = [each.result() for each in made]
     write_json(out / "labels.json", {"schema": "blind_labels/1", "seed": seed, "labels": labels})
     return labels
 
