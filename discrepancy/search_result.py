@@ -36,7 +36,7 @@ class Search:
     contenders
         The best model with an effect in place of its own that is no entry of the catalogue.
     simulations
-        Simulated runs.
+        Runs simulated in fits. Those that linearise about the amplitudes of cycles are not among them.
     cut
         Whether combinations of effects were left out for want of effort.
     """

@@ -63,7 +63,7 @@ class Searcher:
     tell
         Hears of the progress.
     simulations
-        Simulated runs so far.
+        Runs simulated in fits so far.
     finished
         Fits to the end by the keys of their effects.
     extended

@@ -4,6 +4,10 @@ Halving a step h changes the readings by e = (y_h − y_{h/2})/σ. What the para
 P off the tangent space of the fitted model, is added to the residual's χ² whatever the data; it has to stay well below
 the spread of every test: below one square of the noise over all rows, not per row.
 
+Where far more than noise is left anyway, a small share of it is invisible too: a base that misses the readings by a
+thousand times the noise may stick where the joint slips, and no step follows its stops. The best models are compared at
+the steps that they need themselves (`closer`).
+
 An error of time is a lag. At a step near a lag, the lag's own parameter makes good of that error, and so may a rival's:
 a delay of half a step looks like a lag there and nowhere else. So effects are compared where P leaves their parameters
 out.
@@ -22,7 +26,9 @@ from discrepancy.study import Study
 from measurement.run import Array
 
 INVISIBLE = 0.5
-"""Largest ‖P·e‖²."""
+"""Largest ‖P·e‖²,"""
+SMALL_SHARE = 1e-6
+"""and its largest share of what a fit leaves beyond noise."""
 HALVINGS = 5
 
 
@@ -53,9 +59,9 @@ def visible(study: Study, solution: Solution, step: float) -> float:
 
 def step_for(study: Study, solution: Solution, first: float = COARSE) -> float:
     """Return the longest of the steps ``first``/2ᵏ [s] whose error is invisible; the shortest where none is."""
-    step = first
+    step, limit = first, max(INVISIBLE, SMALL_SHARE * (solution.chi2 - solution.residual.size))
     for _ in range(HALVINGS):
-        if visible(study, solution, step) < INVISIBLE:
+        if visible(study, solution, step) < limit:
             break
         step /= 2
     return step

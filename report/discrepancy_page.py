@@ -341,7 +341,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     best, tried = finding.search.base.reached, len(finding.search.base.costs)
     footer = [
         f"{best} of {tried} starts reached the base model's best minimum; "
-        f"{finding.search.simulations} simulations in {finding.wall_s:.0f} s."
+        f"{finding.search.simulations} runs simulated in the search's fits; {finding.wall_s:.0f} s in all."
     ]
     return render_page(
         title=f"{finding.search.study.title}: {title}",
