@@ -17,6 +17,7 @@ from discrepancy.solution import Solution
 from discrepancy.study import Study
 from discrepancy.trial import FAMILY, LACK
 from discrepancy.where import Map, Region, regions, told
+from support.numbers import plain
 from support.threads import on_one_thread
 
 Stage = Literal["gap", "where", "what"]
@@ -85,7 +86,7 @@ class Staged:
     @property
     def _amount(self) -> str:
         left = np.concatenate([(c.run.y[:, 0] - c.before)[c.run.scored] / c.run.sensor_std[0] for c in self.curves])
-        missed = f"the base model misses these runs by {np.sqrt(np.mean(left**2)):.3g} times the sensor's noise"
+        missed = f"the base model misses these runs by {plain(float(np.sqrt(np.mean(left**2))), 3)} times the sensor's noise"
         return f"There is a gap (p = {self.left.p:.2g}): {missed}." if self.gap else f"No gap is seen: {missed}."
 
     @property

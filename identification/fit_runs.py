@@ -12,6 +12,7 @@ from identification.torque_score import fit_torque
 from identification.workers import Workers
 from measurement.run import Run
 from model.equations import Equations
+from support.numbers import plain
 
 TRIAL_STARTS = 2
 
@@ -38,5 +39,6 @@ def fit_runs(
     if quiet(seen, options):
         return seen, False
     found = fit_torque(equations, runs, options=options, workers=workers)
-    left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {seen.basins[0].over_noise:.2g} times the noise"
+    over = plain(seen.basins[0].over_noise)
+    left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     return found.but(notes=(*found.notes, strategy.reason, left)), True

@@ -28,6 +28,7 @@ from identification.simulator import Simulator
 from identification.workers import Workers
 from measurement.control import STEADY, position_control, steady_share
 from measurement.run import Array, Run
+from support.numbers import plain
 
 Kind = Literal["open_loop", "observer", "torque"]
 LIMIT = 30.0
@@ -63,7 +64,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
         return OPEN_LOOP
     gain = observer_gain(run)
     reason = (
-        f"an error of the start grows {factor:.2g}-fold during {run.file}: "
+        f"an error of the start grows {plain(factor)}-fold during {run.file}: "
         f"simulated with the measured position fed back through an observer of gain {gain:.3g} 1/s"
     )
     return Strategy(kind="observer", reason=reason, gain=gain)

@@ -19,6 +19,7 @@ from measurement.units import unit_for
 from report.numbers import rounded, with_error
 from report.page import Picture, Section, Table, render_page
 from report.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from support.numbers import plain
 
 PARTLY = 0.5
 """Share of the gap below which one variable does not tell what is missing."""
@@ -142,7 +143,7 @@ def _in_words(finding: Finding) -> list[str]:
     gap, unit = finding.gaps[name], unit_for("mrad", _slides(finding))
     before = (
         f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} {unit} (RMS), "
-        f"{gap.before / gap.noise:.2g} times the sensor's noise of {1e3 * gap.noise:.3g} {unit}."
+        f"{plain(gap.before / gap.noise)} times the sensor's noise of {1e3 * gap.noise:.3g} {unit}."
     )
     if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
         return [before]
@@ -150,7 +151,7 @@ def _in_words(finding: Finding) -> list[str]:
     stand_in = finding.judgement.verdict == "unlisted"
     closed = "" if share is None or stand_in else f", which closes {100 * share:.1f} % of the gap{beside}"
     what = "With the stand-in" if stand_in else "With what was found"
-    after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {gap.after / gap.noise:.2g} times"
+    after = f"{what}, it misses them by {1e3 * gap.after:.3g} {unit}, {plain(gap.after / gap.noise)} times"
     made = [f"The rebuilt model: fmu/{finding.rebuilt.fmu.path.name}."] if finding.rebuilt else []
     return [f"{before} {after} the noise{closed}.", *made]
 
@@ -222,7 +223,7 @@ def _settle(finding: Finding) -> list[str]:
     run, separation = proposal.as_json()["run"], proposal.separation
     which = "The run that would tell" if proposal.tells else "The run that comes nearest"
     once = (
-        f"; refitted to it, the rivals still differ by {separation:.2g} times the noise"
+        f"; refitted to it, the rivals still differ by {plain(separation)} times the noise"
         if proposal.repeats == 1
         else ""
     )
