@@ -86,7 +86,8 @@ class Staged:
     @property
     def _amount(self) -> str:
         left = np.concatenate([(c.run.y[:, 0] - c.before)[c.run.scored] / c.run.sensor_std[0] for c in self.curves])
-        missed = f"the base model misses these runs by {plain(float(np.sqrt(np.mean(left**2))), 3)} times the sensor's noise"
+        over = plain(float(np.sqrt(np.mean(left**2))), 3)
+        missed = f"the base model misses these runs by {over} times the sensor's noise"
         return f"There is a gap (p = {self.left.p:.2g}): {missed}." if self.gap else f"No gap is seen: {missed}."
 
     @property
