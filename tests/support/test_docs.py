@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import doctest
+import importlib
 import importlib.util
 import re
 import subprocess
@@ -51,3 +53,19 @@ def test_every_page_is_reached_from_an_index():
         str(p.relative_to(docs)) for p in docs.rglob("*.md") if p != docs / "index.md" and p.resolve() not in linked
     ]
     assert not lost
+
+
+WITH_EXAMPLES = [
+    ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    for package in re.findall(r"^root_packages = (.*)$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M)
+    for name in re.findall(r'"(\w+)"', package)
+    for path in sorted((ROOT / name).rglob("*.py"))
+    if ">>> " in path.read_text(encoding="utf-8")
+]
+
+
+@pytest.mark.parametrize("module", WITH_EXAMPLES)
+def test_examples_in_docstrings(module: str):
+    done = doctest.testmod(importlib.import_module(module))
+    assert done.attempted > 0
+    assert done.failed == 0
