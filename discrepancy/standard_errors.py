@@ -3,7 +3,8 @@
 About the minimum of a smooth ‖r‖² with covariance C, a move of one standard error along the valley of parameter k,
 x̂ ± C·e_k/√C_kk, raises it by 1. Where it does not (play, slack), fits begin again from further out, and the 95 %
 interval is that of the likelihood over all minima found: {θ : ℓ(θ) > max ℓ − χ²₁(0.95)/2} (Royall 1997, section 1.2),
-with a parabola of the same C about each.
+with a parabola about each whose standard errors are the medians of all: a joint with contacts has many minima whatever
+the curvature of one says, and some are pits.
 """
 
 from __future__ import annotations
@@ -40,20 +41,26 @@ def of_curvature(solution: Solution) -> Array:
     return _physical(solution, covariance(solution))
 
 
-def standard_errors(study: Study, solution: Solution) -> Array:
-    """Return the standard error of every parameter (n_p,), 0 where fixed.
+def standard_errors(study: Study, solution: Solution, rounded: Solution | None = None) -> tuple[Solution, Array]:
+    """Return the best minimum that is found, and there the standard error of every parameter (n_p,), 0 where fixed.
 
-    Where the likelihood is rough, it is the distance to the farther end of the 95 % interval, over √χ²₁(0.95).
+    Where the likelihood is rough, it is the distance to the farther end of the 95 % interval, over √χ²₁(0.95). Where
+    bodies touch, ``rounded`` is the same fit with contacts that are rounded off more: its curvature says how far out
+    fits begin again, and the least that the errors are. That at the bottom of a pit says nothing of the others.
     """
-    C = covariance(solution)
-    std = _physical(solution, C)
+    touching = any(e.touches for e in solution.effects)
+    about = rounded if touching and rounded is not None else solution
+    C = covariance(about)
     valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)]
     seen = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
-    moves = [k * valley for valley in seen if rough(study, solution, valley) for k in OUT]
+    moves = [k * valley for valley in seen if touching or rough(study, solution, valley) for k in OUT]
     if not moves:
-        return std
-    minima = mapped(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
-    return np.maximum(std, _reach(solution, minima, std))
+        return solution, of_curvature(solution)
+    found = mapped(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
+    minima = [m for m in (solution, *found) if m.finite]
+    best = max(minima, key=lambda m: m.log_likelihood)
+    std = np.maximum(np.median([of_curvature(m) for m in minima], axis=0), of_curvature(about))
+    return best, np.maximum(std, _reach(best, minima, std))
 
 
 def covariance(solution: Solution) -> Array:
@@ -89,11 +96,10 @@ def _again(study: Study, solution: Solution, move: Array) -> Solution:
 
 
 def _reach(solution: Solution, minima: Sequence[Solution], std: Array) -> Array:
-    """Return the distance (n_p,) to the farther end of the likelihood's interval over the minima, over √χ²₁(0.95)."""
-    best = max(m.log_likelihood for m in (solution, *minima) if np.isfinite(m.log_likelihood))
+    """Return how far the likelihood's interval over the minima reaches from the best one (n_p,), over √χ²₁(0.95)."""
     reach = np.zeros_like(std)
     for m in minima:
-        room = 1.0 - 2.0 * (best - m.log_likelihood) / LEVEL
+        room = 1.0 - 2.0 * (solution.log_likelihood - m.log_likelihood) / LEVEL
         if room > 0.0:
             reach = np.maximum(reach, np.abs(m.theta - solution.theta) / np.sqrt(LEVEL) + std * np.sqrt(room))
     return np.where(std > 0.0, reach, 0.0)

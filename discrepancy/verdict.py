@@ -29,7 +29,10 @@ Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 EVIDENT = 30.0
 """Least evidence of each of several names: weak ones together mend what one unknown effect leaves."""
 FINER = 4
-"""Least division of the coarse inner step for the parameters that are told."""
+"""Least division of the coarse inner step for the parameters that are told,"""
+FINEST, SHARPER = 8, 10.0
+"""and where bodies touch and part, and how many times more abruptly they do then: a damper that engages over 1/200 of
+its play can be followed from far off, and makes the play too wide by as much."""
 SHOWN = 3
 """Alternatives that are listed where none is a rival."""
 
@@ -64,8 +67,8 @@ def judge(study: Study, found: Search) -> Judgement:
     errors = of_curvature(solution)
     nothing: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
-        fine, solution = finer(study, solution)
-        errors = standard_errors(fine, solution)
+        fine, at_first = finer(study, solution)
+        solution, errors = standard_errors(fine, at_first, solution)
     if verdict == "named" and (nothing := untold(solution, errors, study.rows)):
         verdict = "unlisted"
     effects = named_effects(found, solution, errors)
@@ -128,8 +131,12 @@ def _powers(found: Search) -> list[str]:
 
 def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
     """Fit at a finer inner step: an error of time, invisible in the readings, is no small share of a lag of a step."""
-    fine = at_step(study, min(study.factory.step, COARSE / FINER))
-    again = solve(fine, solution.effects, solution.noise, solution.values, x0=solution.x0)
+    touching = any(e.touches for e in solution.effects)
+    fine = at_step(study, min(study.factory.step, COARSE / (FINEST if touching else FINER)))
+    effects = tuple(e.sharper_by(SHARPER) if e.touches else e for e in solution.effects)
+    rounded = {e.edge for e in effects if e.touches}
+    values = {id: p for id, p in solution.values.items() if id not in rounded}
+    again = solve(fine, effects, solution.noise, values, x0=solution.x0)
     return (fine, again) if again.finite else (study, solution)
 
 

@@ -201,8 +201,20 @@ class Effect:
         """Return the effect with its jump less rounded; None where it has none, or is as sharp as it gets."""
         if not self.edges:
             return None
-        parameters = tuple(x.but(initial=self.edges[0]) if x.id == self.edge else x for x in self.parameters)
-        return self.but(parameters=parameters, edges=self.edges[1:])
+        return self._rounded_by(self.edges[0]).but(edges=self.edges[1:])
+
+    @property
+    def touches(self) -> bool:
+        """Whether its jump is a contact: bodies meet and part as the joint moves."""
+        return bool(self.edge) and not self.threshold
+
+    def sharper_by(self, times: float) -> Effect:
+        """Return the effect with its jump rounded that many times less, whatever a fit can follow."""
+        (now,) = (x.initial for x in self.parameters if x.id == self.edge)
+        return self._rounded_by(now / times)
+
+    def _rounded_by(self, edge: float) -> Effect:
+        return self.but(parameters=tuple(x.but(initial=edge) if x.id == self.edge else x for x in self.parameters))
 
     def row(self, x: Quantity, *, prismatic: bool) -> Quantity:
         """Place one of the parameters in a joint's table, in the units of a sliding joint where it slides."""

@@ -37,9 +37,10 @@ def study_with(
     effects: dict[str, dict[str, float]],
     entries: dict[str, Effect],
     sensor: Sensor = Sensor(noise=2e-4, resolution=0.0),  # noqa: B008 - frozen
+    seed: int = 5,
 ) -> Study:
     """Return the study of a joint of the virtual device in which ``effects`` are hidden."""
-    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=KNOWN, seed=5)
+    make_joint_campaign(folder, 3, TRUTH, INPUTS, effects=effects, sensor=sensor, known=KNOWN, seed=seed)
     return study_of(prepare(read_campaign(folder)), 3, entries)
 
 

@@ -20,15 +20,17 @@ from tests.discrepancy.test_finding import TRUTH, study_with
 from virtual_device.sensor import Sensor
 
 SLACK = {
-    "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,
+    "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 0.8, "tendon_damping": 8e-4, "tendon_slack": 0.02,
 }  # fmt: skip
 AS_FITTED = {
-    "slack_half_width": 0.01, "slack_compliance": 1 / 3, "slack_rotor_share": 5 / 16, "slack_damping_time": 4e-3 / 3,
+    "slack_half_width": 0.02, "slack_compliance": 1.25, "slack_rotor_share": 5 / 16, "slack_damping_time": 1e-3,
 }  # fmt: skip
 
 
-def fitted(tmp_path: Path, key: str, hidden: dict[str, float], start: dict[str, float]) -> tuple[Study, Solution]:
-    study = study_with(tmp_path / "c", {key: hidden}, {key: catalogue()[key]})
+def fitted(
+    tmp_path: Path, key: str, hidden: dict[str, float], start: dict[str, float], seed: int = 5
+) -> tuple[Study, Solution]:
+    study = study_with(tmp_path / "c", {key: hidden}, {key: catalogue()[key]}, seed=seed)
     base = fit_base(study, starts=2, seed=0).solution
     effect = catalogue()[key].at(scales_over(study.fitted, base.values))
     first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
@@ -39,19 +41,25 @@ def by_id(solution: Solution, errors: Array) -> dict[str, float]:
     return dict(zip([q.id for q in solution.equations.parameters], errors.tolist(), strict=True))
 
 
-def test_errors_of_a_play_cover_all_minima_that_the_likelihood_allows(tmp_path: Path):
-    study, solution = fitted(tmp_path, "tendon_slack", SLACK, AS_FITTED)
-    std, plain = (by_id(solution, e) for e in (standard_errors(study, solution), of_curvature(solution)))
-    values = solution.values
-    off = {id: abs(values[id] - truth) for id, truth in AS_FITTED.items()}
-    assert max(off[id] / plain[id] for id in off) > 2.5
-    assert max(off[id] / std[id] for id in off) < 2.5
-    assert all(std[id] >= plain[id] for id in off)
+@pytest.mark.parametrize("seed", [11, 15])
+def test_a_slack_is_told_as_abrupt_as_it_is_and_with_all_minima_of_the_likelihood(tmp_path: Path, seed: int):
+    """Contacts rounded off as in the search, and errors of one minimum's curvature, miss the truth of these data."""
+    study, solution = fitted(tmp_path, "tendon_slack", SLACK, AS_FITTED, seed)
+    fine, at_first = finer(study, solution)
+    best, errors = standard_errors(fine, at_first, solution)
+    std, plain = by_id(best, errors), by_id(solution, of_curvature(solution))
+    assert best.values["slack_contact"] == pytest.approx(solution.values["slack_contact"] / 10.0)
+    assert best.log_likelihood >= at_first.log_likelihood
+    assert max(abs(solution.values[id] - truth) / plain[id] for id, truth in AS_FITTED.items()) > 2.5
+    assert max(abs(best.values[id] - truth) / std[id] for id, truth in AS_FITTED.items()) < 2.0
+    assert all(std[id] >= e for id, e in plain.items())
 
 
 def test_errors_of_a_smooth_effect_are_those_of_its_curvature(tmp_path: Path):
     study, solution = fitted(tmp_path, "cubic_spring", {"spring_cubic": 0.02}, {"k3": 0.02})
-    std = by_id(solution, standard_errors(study, solution))
+    best, errors = standard_errors(study, solution)
+    std = by_id(solution, errors)
+    assert best is solution
     assert std == by_id(solution, of_curvature(solution))
     assert std["gravity_cos"] == 0.0
     (spring,) = solution.effects
@@ -95,7 +103,7 @@ def test_beside_a_torque_that_scatters_errors_hold_the_factor_that_all_torques_s
     base = fit_base(study, starts=2, seed=0).solution
     solution = solve(study, (), Noise(scatters=(scatter,)), TRUTH, x0=base.x0)
     shared = s / np.sqrt(sum(cycles_of(run, scatter).count for run in study.fitted))
-    curved, told = (by_id(solution, e) for e in (of_curvature(solution), standard_errors(study, solution)))
+    curved, told = (by_id(solution, e) for e in (of_curvature(solution), standard_errors(study, solution)[1]))
     assert curved == told
     for id in ("inertia", "Ks", "Fc", "sigma2"):
         assert told[id] / solution.values[id] == pytest.approx(shared, rel=0.2), id
