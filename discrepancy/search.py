@@ -22,7 +22,7 @@ from discrepancy.search_result import Search
 from discrepancy.searcher import FEW, HOPELESS, MOST, PROMISING, Searcher
 from discrepancy.signatures import Signatures, signatures
 from discrepancy.solution import Solution, solve
-from discrepancy.steps import at_step, step_for
+from discrepancy.steps import SMALL_SHARE, at_step, step_for
 from discrepancy.study import Study
 from discrepancy.trial import BETTER, Trial, chosen, keys_of
 from model.effect import Effect
@@ -68,7 +68,7 @@ def based(study: Study, *, seed: int, starts: int, tell: Callable[[str], None]) 
     """Fit the base; return the study at the inner step whose error is invisible there, and the fit."""
     tell("base fit")
     base = fit_base(study, starts=starts, seed=seed)
-    return at_step(study, step_for(study, base.solution)), base
+    return at_step(study, step_for(study, base.solution, share=SMALL_SHARE)), base
 
 
 def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:

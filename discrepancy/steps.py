@@ -28,7 +28,7 @@ from measurement.run import Array
 INVISIBLE = 0.5
 """Largest ‖P·e‖²,"""
 SMALL_SHARE = 1e-6
-"""and its largest share of what a fit leaves beyond noise."""
+"""and about a base its largest share of what that leaves beyond noise."""
 HALVINGS = 5
 
 
@@ -57,9 +57,12 @@ def visible(study: Study, solution: Solution, step: float) -> float:
     return float(e @ e)
 
 
-def step_for(study: Study, solution: Solution, first: float = COARSE) -> float:
-    """Return the longest of the steps ``first``/2ᵏ [s] whose error is invisible; the shortest where none is."""
-    step, limit = first, max(INVISIBLE, SMALL_SHARE * (solution.chi2 - solution.residual.size))
+def step_for(study: Study, solution: Solution, first: float = COARSE, share: float = 0.0) -> float:
+    """Return the longest of the steps ``first``/2ᵏ [s] whose error is invisible; the shortest where none is.
+
+    So is an error of that ``share`` of the squares that ``solution`` leaves beyond noise.
+    """
+    step, limit = first, max(INVISIBLE, share * (solution.chi2 - solution.residual.size))
     for _ in range(HALVINGS):
         if visible(study, solution, step) < limit:
             break

@@ -23,4 +23,5 @@ def test_the_error_of_the_step_is_small_beside_what_is_left(
     errors = {COARSE / 2**k: 64.0 / 4**k for k in range(6)}
     monkeypatch.setattr(steps, "visible", lambda _study, _solution, step: errors[step])
     solution: Any = SimpleNamespace(chi2=12000.0 + left, residual=np.zeros(12000))
-    assert steps.step_for(None, solution) == COARSE / 2**halvings
+    assert steps.step_for(None, solution, share=steps.SMALL_SHARE) == COARSE / 2**halvings
+    assert steps.step_for(None, solution) == COARSE / 2**4

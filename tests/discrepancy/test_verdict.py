@@ -21,7 +21,7 @@ def test_a_name_whose_first_amplitude_cannot_be_told_from_nothing_is_refused(
     assert named.verdict == "named"
 
     rough = np.full(found.best.solution.theta.size, 0.005)
-    monkeypatch.setattr("discrepancy.verdict.standard_errors", lambda *_: rough)
+    monkeypatch.setattr("discrepancy.verdict.standard_errors", lambda _, solution, __: (solution, rough))
     refused = judge(study, found)
     assert refused.verdict == "unlisted"
     assert refused.sentence.endswith("It is like time_delay (torque that arrives late), but delay_time may be 0.")
