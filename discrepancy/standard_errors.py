@@ -51,15 +51,16 @@ def standard_errors(study: Study, solution: Solution, rounded: Solution | None =
     touching = any(e.touches for e in solution.effects)
     about = rounded if touching and rounded is not None else solution
     C = covariance(about)
+    least = _physical(about, C)
     valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)]
     seen = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
     moves = [k * valley for valley in seen if touching or rough(study, solution, valley) for k in OUT]
     if not moves:
-        return solution, of_curvature(solution)
+        return solution, least
     found = mapped(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
     minima = [m for m in (solution, *found) if m.finite]
     best = max(minima, key=lambda m: m.log_likelihood)
-    std = np.maximum(np.median([of_curvature(m) for m in minima], axis=0), of_curvature(about))
+    std = np.maximum(np.median([of_curvature(m) for m in minima], axis=0), least)
     return best, np.maximum(std, _reach(best, minima, std))
 
 

@@ -134,8 +134,7 @@ def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
     touching = any(e.touches for e in solution.effects)
     fine = at_step(study, min(study.factory.step, COARSE / (FINEST if touching else FINER)))
     effects = tuple(e.sharper_by(SHARPER) if e.touches else e for e in solution.effects)
-    rounded = {e.edge for e in effects if e.touches}
-    values = {id: p for id, p in solution.values.items() if id not in rounded}
+    values = {id: p for id, p in solution.values.items() if id not in {e.edge for e in effects}}
     again = solve(fine, effects, solution.noise, values, x0=solution.x0)
     return (fine, again) if again.finite else (study, solution)
 

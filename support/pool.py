@@ -61,19 +61,16 @@ def interrupts_held_back() -> Iterator[None]:
     interrupts the main thread all the same, between a worker's start and what is written to it.
     """
     late: list[int] = []
-    before = {}
-    if threading.current_thread() is threading.main_thread():
-        before = {number: signal.getsignal(number) for number in _ENDING}
-    for number, handler in before.items():
-        if callable(handler):
-            signal.signal(number, lambda number, _frame: late.append(number))
+    ours = _ENDING if threading.current_thread() is threading.main_thread() else ()
+    before = {number: handler for number in ours if callable(handler := signal.getsignal(number))}
+    for number in before:
+        signal.signal(number, lambda number, _frame: late.append(number))
     try:
         with _masked():
             yield
     finally:
         for number, handler in before.items():
-            if callable(handler):
-                signal.signal(number, handler)
+            signal.signal(number, handler)
         if late:
             signal.raise_signal(late[0])
 

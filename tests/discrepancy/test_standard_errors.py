@@ -20,11 +20,13 @@ from tests.discrepancy.test_finding import TRUTH, study_with
 from virtual_device.sensor import Sensor
 
 SLACK = {
-    "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 0.8, "tendon_damping": 8e-4, "tendon_slack": 0.02,
+    "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,
 }  # fmt: skip
 AS_FITTED = {
-    "slack_half_width": 0.02, "slack_compliance": 1.25, "slack_rotor_share": 5 / 16, "slack_damping_time": 1e-3,
+    "slack_half_width": 0.01, "slack_compliance": 1 / 3, "slack_rotor_share": 5 / 16, "slack_damping_time": 4e-3 / 3,
 }  # fmt: skip
+SOFTER = SLACK | {"tendon_stiffness": 0.8, "tendon_damping": 8e-4, "tendon_slack": 0.02}
+SOFTER_AS_FITTED = AS_FITTED | {"slack_half_width": 0.02, "slack_compliance": 1.25, "slack_damping_time": 1e-3}
 
 
 def fitted(
@@ -41,17 +43,30 @@ def by_id(solution: Solution, errors: Array) -> dict[str, float]:
     return dict(zip([q.id for q in solution.equations.parameters], errors.tolist(), strict=True))
 
 
-@pytest.mark.parametrize("seed", [15])
-def test_a_slack_is_told_as_abrupt_as_it_is_and_with_all_minima_of_the_likelihood(tmp_path: Path, seed: int):
+def off(solution: Solution, std: dict[str, float], truths: dict[str, float]) -> float:
+    """Return the largest distance from the truth, in standard errors."""
+    return max(abs(solution.values[id] - truth) / std[id] for id, truth in truths.items())
+
+
+def test_errors_of_a_play_cover_all_minima_that_the_likelihood_allows(tmp_path: Path):
+    study, solution = fitted(tmp_path, "tendon_slack", SLACK, AS_FITTED)
+    best, errors = standard_errors(study, solution)
+    std, plain = by_id(best, errors), by_id(solution, of_curvature(solution))
+    assert off(solution, plain, AS_FITTED) > 2.5
+    assert off(best, std, AS_FITTED) < 2.5
+    assert all(std[id] >= plain[id] for id in AS_FITTED)
+
+
+def test_a_slack_is_told_as_abrupt_as_it_is_and_with_all_minima_of_the_likelihood(tmp_path: Path):
     """Contacts rounded off as in the search, and errors of one minimum's curvature, miss the truth of these data."""
-    study, solution = fitted(tmp_path, "tendon_slack", SLACK, AS_FITTED, seed)
+    study, solution = fitted(tmp_path, "tendon_slack", SOFTER, SOFTER_AS_FITTED, seed=15)
     fine, at_first = finer(study, solution)
     best, errors = standard_errors(fine, at_first, solution)
     std, plain = by_id(best, errors), by_id(solution, of_curvature(solution))
     assert best.values["slack_contact"] == pytest.approx(solution.values["slack_contact"] / 10.0)
     assert best.log_likelihood >= at_first.log_likelihood
-    assert max(abs(solution.values[id] - truth) / plain[id] for id, truth in AS_FITTED.items()) > 2.5
-    assert max(abs(best.values[id] - truth) / std[id] for id, truth in AS_FITTED.items()) < 2.0
+    assert off(solution, plain, SOFTER_AS_FITTED) > 2.5
+    assert off(best, std, SOFTER_AS_FITTED) < 2.0
     assert all(std[id] >= e for id, e in plain.items())
 
 

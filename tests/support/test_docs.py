@@ -8,6 +8,7 @@ import importlib.util
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -55,10 +56,10 @@ def test_every_page_is_reached_from_an_index():
     assert not lost
 
 
+PACKAGES = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["root_packages"]
 WITH_EXAMPLES = [
     ".".join(path.relative_to(ROOT).with_suffix("").parts)
-    for package in re.findall(r"^root_packages = (.*)$", (ROOT / "pyproject.toml").read_text(encoding="utf-8"), re.M)
-    for name in re.findall(r'"(\w+)"', package)
+    for name in PACKAGES
     for path in sorted((ROOT / name).rglob("*.py"))
     if ">>> " in path.read_text(encoding="utf-8")
 ]
