@@ -1,10 +1,10 @@
 """Standard errors of a fit, also where the likelihood is rough: where contacts come and go, minimum lies by minimum.
 
 About the minimum of a smooth ‖r‖² with covariance C, a move of one standard error along the valley of parameter k,
-x̂ ± C·e_k/√C_kk, raises it by 1. Where it does not (play, slack), fits begin again from further out, and the 95 %
-interval is that of the likelihood over all minima found: {θ : ℓ(θ) > max ℓ − χ²₁(0.95)/2} (Royall 1997, section 1.2),
-with a parabola about each whose standard errors are the medians of all: a joint with contacts has many minima whatever
-the curvature of one says, and some are pits.
+x̂ ± C·e_k/√C_kk, raises it by 1, straight on or once all else is fitted again. Where it does not (play, slack), fits
+begin again from further out, and the 95 % interval is that of the likelihood over all minima found:
+{θ : ℓ(θ) > max ℓ − χ²₁(0.95)/2} (Royall 1997, section 1.2), with a parabola about each whose standard errors are the
+medians of all: a joint with contacts has many minima whatever the curvature of one says, and some are pits.
 """
 
 from __future__ import annotations
@@ -17,10 +17,12 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
+from discrepancy.levenberg import minimise
 from discrepancy.solution import Solution, deviance, solve
 from discrepancy.study import Study
 from identification.covariance import flat_information
 from measurement.run import Array
+from model.quantity import Normal
 from support.threads import mapped
 
 SMOOTH = (1 / 3, 3.0)
@@ -30,9 +32,11 @@ SEEN = 0.5
 OUT = (-6.0, -2.0, 2.0, 6.0)
 """Standard errors from the minimum at which fits begin again, along the valley of a parameter."""
 AGAIN = 30
-"""Most simulations of all runs in one of these fits."""
+"""Most simulations of all runs in one of these fits, and in one that holds a parameter,"""
+TIGHT = 1e-3
+"""by a prior of this width, in its distances from the minimum."""
 CLOSE = 0.1
-"""Their tolerance in squares over the noise: little beside the `LEVEL` that makes the interval."""
+"""Tolerance of them all in squares over the noise: little beside the `LEVEL` that makes the interval."""
 LEVEL = float(chi2.ppf(0.95, 1))
 
 
@@ -52,9 +56,9 @@ def standard_errors(study: Study, solution: Solution, rounded: Solution | None =
     about = rounded if touching and rounded is not None else solution
     C = covariance(about)
     least = _physical(about, C)
-    valleys = [C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)]
-    seen = [d for d in valleys if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN]
-    moves = [k * valley for valley in seen if touching or rough(study, solution, valley) for k in OUT]
+    valleys = {k: C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)}
+    seen = {k: d for k, d in valleys.items() if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN}
+    moves = [n * d for k, d in seen.items() if touching or rough(study, solution, k, d) for n in OUT]
     if not moves:
         return solution, least
     found = mapped(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
@@ -76,16 +80,37 @@ def covariance(solution: Solution) -> Array:
     return np.asarray(inverse @ inverse.T / np.outer(size, size))
 
 
-def rough(study: Study, solution: Solution, valley: Array) -> bool:
-    """Whether −2 ln L one standard error away is not what the curvature says, on a side within the bounds."""
+def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
+    """Whether −2 ln L one standard error of unknown ``k`` away is not what the curvature says, on a side within bounds.
+
+    Where the straight ``valley`` (n,) says so, everything else is fitted again: a ridge that bends, as that of a wave's
+    number, phase and amplitude does, is smooth all the same.
+    """
     lower, upper = solution.problem.scaling.bounds
     for x in (solution.x - valley, solution.x + valley):
         inside = x[: solution.problem.n_parameters]
         if np.any((inside < lower) | (inside > upper)):
             continue
-        if not SMOOTH[0] < deviance(study, solution, x) + 2.0 * solution.log_likelihood < SMOOTH[1]:
+        if not _as_curved(deviance(study, solution, x), solution) and not _as_curved(_held(solution, k, x), solution):
             return True
     return False
+
+
+def _as_curved(there: float, solution: Solution) -> bool:
+    """Whether this −2 ln L is that of a parabola one standard error away."""
+    return SMOOTH[0] < there + 2.0 * solution.log_likelihood < SMOOTH[1]
+
+
+def _held(solution: Solution, k: int, x: Array) -> float:
+    """Return the least −2 ln L with unknown ``k`` where it is at ``x``, by a prior far narrower than its error."""
+    problem, scaling = solution.problem, solution.problem.scaling
+    i = scaling.free[k]
+    parameters = list(scaling.equations.parameters)
+    there, away = problem.theta(x)[i], abs(problem.theta(x) - solution.theta)[i]
+    parameters[i] = parameters[i].but(prior=Normal(mean=float(there), std=float(TIGHT * away)))
+    equations = replace(scaling.equations, parameters=tuple(parameters))
+    held = replace(problem, scaling=replace(scaling, equations=equations))
+    return minimise(held, x, iterations=AGAIN, tolerance=CLOSE).cost + problem.log_determinant
 
 
 def _again(study: Study, solution: Solution, move: Array) -> Solution:

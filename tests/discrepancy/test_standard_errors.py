@@ -10,8 +10,8 @@ from discrepancy.base import fit_base
 from discrepancy.noise import Noise, Scatter
 from discrepancy.refit import sharpened
 from discrepancy.scatter import cycles_of
-from discrepancy.solution import Solution, solve
-from discrepancy.standard_errors import covariance, of_curvature, standard_errors
+from discrepancy.solution import Solution, deviance, solve
+from discrepancy.standard_errors import covariance, of_curvature, rough, standard_errors
 from discrepancy.study import Study, scales_over
 from discrepancy.verdict import finer
 from measurement.run import Array
@@ -82,6 +82,20 @@ def test_errors_of_a_smooth_effect_are_those_of_its_curvature(tmp_path: Path):
     values = {id: p for id, p in solution.values.items() if id != "k3"}
     refitted = solve(study, (spring.but(parameters=(aside,)),), Noise(), values, x0=solution.x0)
     assert refitted.chi2 - solution.chi2 == pytest.approx(4.0, rel=0.05)
+
+
+def test_a_ridge_that_bends_is_smooth(tmp_path: Path):
+    """Number, phase and amplitude of a wave: straight on, the likelihood falls far more than its curvature says."""
+    hidden = {"cogging": 2e-4, "cogging_number": 3.0, "cogging_phase": 0.4}
+    start = {"cogging_sin": 2e-4 * np.cos(0.4), "cogging_cos": 2e-4 * np.sin(0.4), "cogging_number": 3.0}
+    study, solution = fitted(tmp_path, "cogging", hidden, start)
+    C, k = covariance(solution), solution.problem.scaling.ids.index("cogging_number")
+    valley = C[:, k] / np.sqrt(C[k, k])
+    assert deviance(study, solution, solution.x + valley) + 2.0 * solution.log_likelihood > 3.0
+    assert not rough(study, solution, k, valley)
+    best, errors = standard_errors(study, solution)
+    assert best is solution
+    np.testing.assert_array_equal(errors, of_curvature(solution))
 
 
 def test_of_a_stop_that_no_run_reaches_no_more_is_known_than_its_bounds(tmp_path: Path):

@@ -26,7 +26,7 @@ from virtual_device.truth import read_truth
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[dict[str, Any]]]:
     out = tmp_path_factory.mktemp("blind")
-    return out, make_cases(out, 3, 11, kinds=("single",), sizes=("threshold", "nominal"), inputs="table3")
+    return out, make_cases(out, 3, 11, kinds=("single",), sizes=("threshold", "nominal"), inputs="rich")
 
 
 def test_the_catalogue_of_disturbances_is_that_of_the_users() -> None:
