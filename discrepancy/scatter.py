@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -11,6 +12,7 @@ from discrepancy.channels import alone
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import TwoStep
 from discrepancy.noise import Noise, Scatter, Whitener, directions
+from identification.kernel_simulator import KernelSimulator
 from identification.simulator import Simulator
 from measurement.cycles import Cycles
 from measurement.run import Array, Run
@@ -41,19 +43,38 @@ def cycle_columns(
     """Return M (n_t, n_joints, n_cycles): change of the readings with each cycle's relative amplitude, over their std.
 
     Where the scatter acts on the reading, column c is q − centre of its joint within cycle c and 0 elsewhere; where it
-    acts on the torque, it is the difference of two simulations. Like sensitivities, they run at the coarse step.
+    acts on the torque, it is the difference of two simulations, the second from where that cycle begins. Like
+    sensitivities, they run at the coarse step.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
-    y, at = _readings(simulator.coarse, theta, run, x0), scatter.column
-    M = np.zeros((*y.shape, cycles.count))
+    at, n = scatter.column, run.y.shape[1]
     if scatter.path == "reading":
+        y = _readings(simulator.coarse, theta, run, x0)
+        M = np.zeros((*y.shape, cycles.count))
         M[:, at] = (y[:, at] - scatter.centre)[:, None] * cycles.inside
     else:
-        for c, mask in enumerate(cycles.inside.T):
+        first = [max(int(np.argmax(mask)) - 1, 0) for mask in cycles.inside.T]
+        y, states = _with_states(simulator.coarse, theta, run, x0, first)
+        M = np.zeros((*y.shape, cycles.count))
+        for c, (mask, row, x) in enumerate(zip(cycles.inside.T, first, states, strict=True)):
             u = run.u.copy()
             u[mask, at] *= 1.0 + PROBE
-            M[..., c] = (_readings(simulator.coarse, theta, run.but(u=u), x0) - y) / PROBE
+            moved, _ = simulator.coarse.onward(theta, run.but(u=u), slice(row, None), x)
+            M[row:, :, c] = (moved[:, :n] - y[row:]) / PROBE
     return np.asarray(M / run.sensor_std[:, None])
+
+
+def _with_states(
+    simulator: KernelSimulator, theta: Array, run: Run, x0: Array, rows: Sequence[int]
+) -> tuple[Array, list[Array]]:
+    """Return the readings (n_t, n_joints) and the state at each of some ascending rows."""
+    y: Array = np.empty(run.y.shape)
+    x, states = x0, list[Array]()
+    for row, until in pairwise((0, *rows, run.t.size - 1)):
+        read, x = simulator.onward(theta, run, slice(row, until + 1), x)
+        y[row : until + 1] = read[:, : y.shape[1]]
+        states.append(x)
+    return y, states[:-1]
 
 
 def _readings(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:

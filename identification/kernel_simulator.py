@@ -48,6 +48,14 @@ class KernelSimulator:
         n = len(self.equations.parameters)
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
+    def onward(self, theta: Array, run: Run, rows: slice, x: Array) -> tuple[Array, Array]:
+        """Return the outputs (n_rows, n_y) of some ``rows`` of a run from the state x at the first, and the last state.
+
+        They have the bits of the whole run's.
+        """
+        inputs, linear = observer_inputs(run, 0.0)[rows], observer_hold(run)
+        return self.kernel.simulate_through(run.t[rows], inputs, theta, x, linear=linear, step=self.step)
+
     def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, threads: int = 1) -> Array:
         """Return outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p); x0 is (n_x,) or (n_sets, n_x)."""
         start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)

@@ -98,6 +98,12 @@ class CompiledKernel:
 
         Rows after the state has left the finite numbers are NaN.
         """
+        return self.simulate_through(t, u, p, x0, linear=linear, step=step)[0]
+
+    def simulate_through(
+        self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
+    ) -> tuple[Array, Array]:
+        """As `simulate`, with the state (n_x,) at the last row: going on from there has the same bits."""
         times, inputs, parameters, start = self._prepared(t, u, p, x0)
         y = np.full((times.size, self._sizes[3]), np.nan)
         end = np.empty(self._sizes[0])
@@ -112,7 +118,7 @@ class CompiledKernel:
             y.ctypes.data,
             end.ctypes.data,
         )
-        return y
+        return y, end
 
     def simulate_tangent(
         self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None

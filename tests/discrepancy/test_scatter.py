@@ -1,6 +1,7 @@
 """Cycles' amplitudes on the torque: the linear model holds about the most probable ones, not about none."""
 
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from discrepancy.kernels import Factory
 from discrepancy.noise import Colour, Noise, Scatter, Whitener, directions
 from discrepancy.scatter import (
     LARGEST,
+    PROBE,
     best_scatter,
     cycle_columns,
     cycles_of,
@@ -73,6 +75,21 @@ def test_amplitudes_are_found_and_leave_far_less_than_the_first_linearisation():
     r = (run.y[:, 0] - simulator.simulate(theta, run, x0=x0).y[:, 0]) / 1e-4
     rest = r - naive @ np.linalg.lstsq(naive, r, rcond=None)[0]
     assert np.mean(rest**2) > 2.0
+
+
+@pytest.mark.parametrize("hold", ["zero", "linear"])
+def test_columns_have_the_bits_of_whole_simulations(hold: Literal["zero", "linear"]):
+    equations = joint_equations(0)
+    simulator, theta = Factory()(equations), np.array([VALUES[q.id] for q in equations.parameters])
+    t = np.arange(0.0, 8.0, 0.01)
+    run = run_with(0.008 * np.cos(OMEGA * t), np.zeros_like(t), t).but(hold=hold)
+    x0 = initial_state(equations, run)
+    plain, M = (simulator.coarse.simulate(theta, run, x0=x0).y, cycle_columns(simulator, run, SCATTER, theta, x0))
+    for c, mask in enumerate(cycles_of(run, SCATTER).inside.T):
+        u = run.u.copy()
+        u[mask] *= 1.0 + PROBE
+        moved = simulator.coarse.simulate(theta, run.but(u=u), x0=x0).y
+        np.testing.assert_array_equal(M[..., c], (moved - plain)[:, :1] / PROBE / 1e-4)
 
 
 def test_a_simulation_that_runs_away_has_no_directions_and_breaks_nothing():
