@@ -30,6 +30,11 @@ PROBE = 1e-5
 A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
 linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
 """
+FORGOTTEN = 1e-6
+"""Share of a cycle's largest effect on the readings that shows, over a whole cycle, that the joint has forgotten it.
+
+A joint that dissipates does so within a cycle or two; what follows is not simulated.
+"""
 
 
 def cycles_of(run: Run, scatter: Scatter) -> Cycles:
@@ -43,8 +48,8 @@ def cycle_columns(
     """Return M (n_t, n_joints, n_cycles): change of the readings with each cycle's relative amplitude, over their std.
 
     Where the scatter acts on the reading, column c is q − centre of its joint within cycle c and 0 elsewhere; where it
-    acts on the torque, it is the difference of two simulations, the second from where that cycle begins. Like
-    sensitivities, they run at the coarse step.
+    acts on the torque, it is the difference of two simulations, the second from where that cycle begins to
+    where it is forgotten. Like sensitivities, they run at the coarse step.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
     at, n = scatter.column, run.y.shape[1]
@@ -54,13 +59,18 @@ def cycle_columns(
         M[:, at] = (y[:, at] - scatter.centre)[:, None] * cycles.inside
     else:
         first = [max(int(np.argmax(mask)) - 1, 0) for mask in cycles.inside.T]
+        parts = [slice(a, b + 1) for a, b in pairwise((*first, run.t.size - 1))]
         y, states = _with_states(simulator.coarse, theta, run, x0, first)
         M = np.zeros((*y.shape, cycles.count))
-        for c, (mask, row, x) in enumerate(zip(cycles.inside.T, first, states, strict=True)):
-            u = run.u.copy()
+        for c, mask in enumerate(cycles.inside.T):
+            u, x = run.u.copy(), states[c]
             u[mask, at] *= 1.0 + PROBE
-            moved, _ = simulator.coarse.onward(theta, run.but(u=u), slice(row, None), x)
-            M[row:, :, c] = (moved[:, :n] - y[row:]) / PROBE
+            other = run.but(u=u)
+            for rows in parts[c:]:
+                moved, x = simulator.coarse.onward(theta, other, rows, x)
+                M[rows, :, c] = (moved[:, :n] - y[rows]) / PROBE
+                if rows != parts[c] and np.abs(M[rows, :, c]).max() <= FORGOTTEN * np.abs(M[..., c]).max():
+                    break
     return np.asarray(M / run.sensor_std[:, None])
 
 
