@@ -31,10 +31,12 @@ A change of all torques alike has the effect of one of inertia, stiffness and fr
 linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
 """
 FORGOTTEN = 1e-6
-"""Share of a cycle's largest effect on the readings that shows, over a whole cycle, that the joint has forgotten it.
+"""Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it.
 
-A joint that dissipates does so within a cycle or two; what follows is not simulated.
+A joint that dissipates does so within a few cycles; what follows is not simulated.
 """
+PARTS = 20
+"""Most parts of a run in which it is seen whether a cycle is forgotten, none shorter than the cycle."""
 
 
 def cycles_of(run: Run, scatter: Scatter) -> Cycles:
@@ -52,25 +54,19 @@ def cycle_columns(
     where it is forgotten. Like sensitivities, they run at the coarse step.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
-    at, n = scatter.column, run.y.shape[1]
+    at = scatter.column
     if scatter.path == "reading":
         y = _readings(simulator.coarse, theta, run, x0)
         M = np.zeros((*y.shape, cycles.count))
         M[:, at] = (y[:, at] - scatter.centre)[:, None] * cycles.inside
     else:
-        first = [max(int(np.argmax(mask)) - 1, 0) for mask in cycles.inside.T]
-        parts = [slice(a, b + 1) for a, b in pairwise((*first, run.t.size - 1))]
+        first = np.maximum(np.searchsorted(cycles.index, np.arange(cycles.count)) - 1, 0).tolist()
         y, states = _with_states(simulator.coarse, theta, run, x0, first)
         M = np.zeros((*y.shape, cycles.count))
-        for c, mask in enumerate(cycles.inside.T):
-            u, x = run.u.copy(), states[c]
-            u[mask, at] *= 1.0 + PROBE
-            other = run.but(u=u)
-            for rows in parts[c:]:
-                moved, x = simulator.coarse.onward(theta, other, rows, x)
-                M[rows, :, c] = (moved[:, :n] - y[rows]) / PROBE
-                if rows != parts[c] and np.abs(M[rows, :, c]).max() <= FORGOTTEN * np.abs(M[..., c]).max():
-                    break
+        for c, (begin, end) in enumerate(pairwise((*first, run.t.size - 1))):
+            u = run.u.copy()
+            u[cycles.index == c, at] *= 1.0 + PROBE
+            M[..., c] = _change(simulator.coarse, theta, run.but(u=u), states[c], y, begin, end) / PROBE
     return np.asarray(M / run.sensor_std[:, None])
 
 
@@ -85,6 +81,23 @@ def _with_states(
         y[row : until + 1] = read[:, : y.shape[1]]
         states.append(x)
     return y, states[:-1]
+
+
+def _change(simulator: KernelSimulator, theta: Array, run: Run, x: Array, y: Array, begin: int, end: int) -> Array:
+    """Return the readings less ``y`` (n_t, n_joints) from the state x at row ``begin`` on, until they are forgotten.
+
+    The torque differs in the rows from ``begin`` to ``end``.
+    """
+    change, largest, last = np.zeros_like(y), 0.0, run.t.size - 1
+    for a, b in pairwise((begin, *range(end, last, max(end - begin, last // PARTS, 1)), last)):
+        rows = slice(a, b + 1)
+        read, x = simulator.onward(theta, run, rows, x)
+        change[rows] = read[:, : y.shape[1]] - y[rows]
+        now = float(np.abs(change[rows]).max())
+        if a != begin and now <= FORGOTTEN * largest:
+            break
+        largest = max(largest, now)
+    return change
 
 
 def _readings(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
