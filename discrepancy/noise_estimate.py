@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
 from scipy.optimize import minimize_scalar
 
 from discrepancy.channels import channels
 from discrepancy.colour import estimate_colour
 from discrepancy.noise import Colour, Noise, Path, Scatter, Whitener
+from discrepancy.restricted import best_scatter
 from discrepancy.scan import movable
-from discrepancy.scatter import best_scatter, cycle_columns, cycles_of, most_probable, restricted_likelihood
+from discrepancy.scatter import cycle_columns, cycles_of, most_probable
 from discrepancy.solution import SCATTER, Solution
 from discrepancy.study import Study
 from measurement.run import Array, Run
@@ -143,16 +143,25 @@ def _restricted(
     solution: Solution, columns: Sequence[Array], whiteners: Sequence[Whitener], scatter: Scatter
 ) -> Weighed:
     """Scatter of largest restricted likelihood, parameters and one amplitude per run projected out."""
-    jacobians = zip(whiteners, solution.raw.jacobians or (), strict=True)
-    J = np.concatenate([_flat(w(B)) for w, B in jacobians])[:, movable(solution)]
-    r = np.concatenate([w(row).ravel() for w, row in zip(whiteners, solution.raw.rows, strict=True)])
-    each = [_flat(w(M)) for w, M in zip(whiteners, columns, strict=True)]
-    common, M = block_diag(*(m.sum(axis=1)[:, None] for m in each)), block_diag(*each)
-    Q = orthonormal(np.column_stack((J, common)))
-    r = r - Q @ (Q.T @ r)
-    M -= Q @ (Q.T @ M)
-    size, gain = best_scatter(*restricted_likelihood(r, M))
-    return Weighed(scatter=scatter.but(size=size), gain=gain, deviance=float(r @ r) - gain)
+    moving, runs = (
+        movable(solution),
+        zip(whiteners, solution.raw.rows, solution.raw.jacobians or (), columns, strict=True),
+    )
+    parts = [_apart(w(row).ravel(), _flat(w(B))[:, moving], _flat(w(M))) for w, row, B, M in runs]
+    r, J, M = zip(*parts, strict=True)
+    Q = np.split(orthonormal(np.concatenate(J)), np.cumsum([part.size for part in r])[:-1])
+    along = sum(q.T @ part for q, part in zip(Q, r, strict=True))
+    left = [part - q @ along for q, part in zip(Q, r, strict=True)]
+    size, gain = best_scatter(left, Q, M)
+    deviance = sum(float(part @ part) for part in left) - gain
+    return Weighed(scatter=scatter.but(size=size), gain=gain, deviance=deviance)
+
+
+def _apart(r: Array, J: Array, M: Array) -> tuple[Array, Array, Array]:
+    """Return residual, Jacobian and columns of a run without what an amplitude that all its cycles share explains."""
+    common = M.sum(axis=1) if np.isfinite(M).all() else np.zeros_like(r)
+    common /= max(float(np.linalg.norm(common)), 1e-300)
+    return r - common * (common @ r), J - np.outer(common, common @ J), M - np.outer(common, common @ M)
 
 
 def _flat(x: Array) -> Array:

@@ -6,12 +6,11 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from discrepancy.channels import alone
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import TwoStep
-from discrepancy.noise import Noise, Scatter, Whitener, directions
+from discrepancy.noise import Noise, Scatter, Whitener
 from identification.kernel_simulator import KernelSimulator
 from identification.simulator import Simulator
 from measurement.cycles import Cycles
@@ -151,32 +150,6 @@ def _spread(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run
         spread[:, scatter.column] += c.inside @ b[first : first + c.count]
         first += c.count
     return spread
-
-
-def restricted_likelihood(r: Array, M: Array) -> tuple[Array, Array]:
-    """Return variances d² and squared projections of r of the model r = M·b + ε, b ~ N(0, s²): both shape (K,).
-
-    Nothing (K = 0) where the simulation behind them left the finite numbers.
-    """
-    if not (np.isfinite(M).all() and np.isfinite(r).all()):
-        return np.empty(0), np.empty(0)
-    U, d = directions(M)
-    return d**2, (U.T @ r) ** 2
-
-
-def best_scatter(d2: Array, c2: Array, largest: float = 0.5) -> tuple[float, float]:
-    """Return s ≥ 0 of largest restricted likelihood, and twice its gain over s = 0.
-
-    −2 ln L(s) = Σ ln(1 + s²·d²) + c²/(1 + s²·d²)
-    """
-
-    def deviance(log_s: float) -> float:
-        grown = 1.0 + np.exp(2 * log_s) * d2
-        return float(np.sum(np.log(grown) + c2 / grown))
-
-    found = minimize_scalar(deviance, bounds=(np.log(1e-7), np.log(largest)), method="bounded")
-    gain = float(c2.sum()) - float(found.fun)
-    return (float(np.exp(found.x)), gain) if gain > 1e-3 else (0.0, 0.0)
 
 
 def degrees_of_freedom(

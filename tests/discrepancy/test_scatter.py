@@ -5,22 +5,22 @@ from typing import Literal
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag, null_space
 
 from discrepancy.coupled_study import coupled_study_of
 from discrepancy.cycles import whole_cycles
 from discrepancy.kernels import Factory
 from discrepancy.noise import Colour, Noise, Scatter, Whitener, directions
+from discrepancy.restricted import best_scatter
 from discrepancy.scatter import (
     FORGOTTEN,
     LARGEST,
     PROBE,
-    best_scatter,
     cycle_columns,
     cycles_of,
     degrees_of_freedom,
     most_probable,
     relinearised,
-    restricted_likelihood,
 )
 from identification.simulator import initial_state
 from measurement.prepare import prepare
@@ -116,7 +116,7 @@ def test_a_simulation_that_runs_away_has_no_directions_and_breaks_nothing():
     assert about is run
     assert not np.isfinite(S).all()
     assert Whitener.of(Colour(), S) == Whitener()
-    assert [part.size for part in restricted_likelihood(np.zeros(t.size), S[:, 0])] == [0, 0]
+    assert best_scatter([np.zeros(t.size)], [np.zeros((t.size, 0))], [S[:, 0]]) == (0.0, 0.0)
 
 
 def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
@@ -204,5 +204,24 @@ def test_degrees_of_freedom_are_those_of_the_spread_of_its_estimates(size: float
     rng, found = np.random.default_rng(4), []
     for _ in range(200):
         r = M @ (size * rng.standard_normal(cycles.count)) + rng.standard_normal(t.size)
-        found.append(best_scatter(*restricted_likelihood(r, M))[0])
+        found.append(best_scatter([r], [np.zeros((t.size, 0))], [M])[0])
     assert np.std(np.log(found)) == pytest.approx(1 / np.sqrt(2 * share * 16), rel=0.25)
+
+
+def test_restricted_likelihood_by_runs_is_that_of_all_rows() -> None:
+    """Against the dense covariance of what is left once the parameters are out, s at its maximum and the gain there."""
+    rng = np.random.default_rng(8)
+    M = [rng.standard_normal((60, 5)), rng.standard_normal((80, 7))]
+    Q = np.linalg.qr(np.column_stack((rng.standard_normal((140, 3)), block_diag(*M)[:, [0, 7]])))[0]
+    P = null_space(Q.T)
+    r = block_diag(*M) @ (0.3 * rng.standard_normal(12)) + rng.standard_normal(140)
+    r -= Q @ (Q.T @ r)
+
+    def deviance(s: float) -> float:
+        C = np.eye(P.shape[1]) + s**2 * P.T @ block_diag(*M) @ block_diag(*M).T @ P
+        return float(np.linalg.slogdet(C)[1] + (P.T @ r) @ np.linalg.solve(C, P.T @ r))
+
+    s, gain = best_scatter(np.split(r, [60]), np.split(Q, [60]), M)
+    assert gain == pytest.approx(deviance(0.0) - deviance(s), rel=1e-9)
+    assert gain > 5.0
+    assert deviance(s) <= min(deviance(1.02 * s), deviance(0.98 * s))
