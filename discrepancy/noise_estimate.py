@@ -143,10 +143,8 @@ def _restricted(
     solution: Solution, columns: Sequence[Array], whiteners: Sequence[Whitener], scatter: Scatter
 ) -> Weighed:
     """Scatter of largest restricted likelihood, parameters and one amplitude per run projected out."""
-    moving, runs = (
-        movable(solution),
-        zip(whiteners, solution.raw.rows, solution.raw.jacobians or (), columns, strict=True),
-    )
+    moving = movable(solution)
+    runs = zip(whiteners, solution.raw.rows, solution.raw.jacobians or (), columns, strict=True)
     parts = [_apart(w(row).ravel(), _flat(w(B))[:, moving], _flat(w(M))) for w, row, B, M in runs]
     r, J, M = zip(*parts, strict=True)
     Q = np.split(orthonormal(np.concatenate(J)), np.cumsum([part.size for part in r])[:-1])

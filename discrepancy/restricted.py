@@ -39,9 +39,8 @@ def best_scatter(r: Sequence[Array], Q: Sequence[Array], M: Sequence[Array]) -> 
         return 0.0, 0.0
     blocks = [np.linalg.eigh(m.T @ m) for m in M]
     spread = np.concatenate([np.maximum(values, 0.0) for values, _ in blocks])
-    turned = [m @ vectors for m, (_, vectors) in zip(M, blocks, strict=True)]
-    g = np.concatenate([m.T @ part for m, part in zip(turned, r, strict=True)])
-    W = np.concatenate([q.T @ m for q, m in zip(Q, turned, strict=True)], axis=1)
+    g = np.concatenate([V.T @ (m.T @ part) for part, m, (_, V) in zip(r, M, blocks, strict=True)])
+    W = np.concatenate([(q.T @ m) @ V for q, m, (_, V) in zip(Q, M, blocks, strict=True)], axis=1)
 
     def deviance(log_s: float) -> float:
         s2 = np.exp(2.0 * log_s)

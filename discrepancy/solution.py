@@ -96,6 +96,11 @@ class Solution:
         return (*(e.key for e in self.effects), *self.random)
 
     @property
+    def touching(self) -> bool:
+        """Whether one of the effects is a contact."""
+        return any(e.touches for e in self.effects)
+
+    @property
     def random(self) -> tuple[str, ...]:
         """Keys of the random effects, in the order of the noise's scatters."""
         return tuple(random_key(self.problem.runs[0], scatter) for scatter in self.noise.scatters)

@@ -17,12 +17,11 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
-from discrepancy.levenberg import minimise
 from discrepancy.solution import Solution, deviance, solve
 from discrepancy.study import Study
 from identification.covariance import flat_information
+from identification.profile import pinned
 from measurement.run import Array
-from model.quantity import Normal
 from support.threads import mapped
 
 SMOOTH = (1 / 3, 3.0)
@@ -32,11 +31,9 @@ SEEN = 0.5
 OUT = (-6.0, -2.0, 2.0, 6.0)
 """Standard errors from the minimum at which fits begin again, along the valley of a parameter."""
 AGAIN = 30
-"""Most simulations of all runs in one of these fits, and in one that holds a parameter,"""
-TIGHT = 1e-3
-"""by a prior of this width, in its distances from the minimum."""
+"""Most simulations of all runs in one of these fits."""
 CLOSE = 0.1
-"""Tolerance of them all in squares over the noise: little beside the `LEVEL` that makes the interval."""
+"""Their tolerance in squares over the noise: little beside the `LEVEL` that makes the interval."""
 LEVEL = float(chi2.ppf(0.95, 1))
 
 
@@ -52,7 +49,7 @@ def standard_errors(study: Study, solution: Solution, rounded: Solution | None =
     bodies touch, ``rounded`` is the same fit with contacts that are rounded off more: its curvature says how far out
     fits begin again, and the least that the errors are. That at the bottom of a pit says nothing of the others.
     """
-    touching = any(e.touches for e in solution.effects)
+    touching = solution.touching
     about = rounded if touching and rounded is not None else solution
     C = covariance(about)
     least = _physical(about, C)
@@ -86,12 +83,13 @@ def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
     Where the straight ``valley`` (n,) says so, everything else is fitted again: a ridge that bends, as that of a wave's
     number, phase and amplitude does, is smooth all the same.
     """
-    lower, upper = solution.problem.scaling.bounds
+    problem = solution.problem
+    lower, upper = problem.scaling.bounds
     for x in (solution.x - valley, solution.x + valley):
-        inside = x[: solution.problem.n_parameters]
-        if np.any((inside < lower) | (inside > upper)):
+        inside = x[: problem.n_parameters]
+        if np.any((inside < lower) | (inside > upper)) or _as_curved(deviance(study, solution, x), solution):
             continue
-        if not _as_curved(deviance(study, solution, x), solution) and not _as_curved(_held(solution, k, x), solution):
+        if not _as_curved(pinned(problem, x, k)[1] + problem.log_determinant, solution):
             return True
     return False
 
@@ -99,18 +97,6 @@ def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
 def _as_curved(there: float, solution: Solution) -> bool:
     """Whether this −2 ln L is that of a parabola one standard error away."""
     return SMOOTH[0] < there + 2.0 * solution.log_likelihood < SMOOTH[1]
-
-
-def _held(solution: Solution, k: int, x: Array) -> float:
-    """Return the least −2 ln L with unknown ``k`` where it is at ``x``, by a prior far narrower than its error."""
-    problem, scaling = solution.problem, solution.problem.scaling
-    i = scaling.free[k]
-    parameters = list(scaling.equations.parameters)
-    there, away = problem.theta(x)[i], abs(problem.theta(x) - solution.theta)[i]
-    parameters[i] = parameters[i].but(prior=Normal(mean=float(there), std=float(TIGHT * away)))
-    equations = replace(scaling.equations, parameters=tuple(parameters))
-    held = replace(problem, scaling=replace(scaling, equations=equations))
-    return minimise(held, x, iterations=AGAIN, tolerance=CLOSE).cost + problem.log_determinant
 
 
 def _again(study: Study, solution: Solution, move: Array) -> Solution:

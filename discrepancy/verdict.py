@@ -131,8 +131,7 @@ def _powers(found: Search) -> list[str]:
 
 def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
     """Fit at a finer inner step: an error of time, invisible in the readings, is no small share of a lag of a step."""
-    touching = any(e.touches for e in solution.effects)
-    fine = at_step(study, min(study.factory.step, COARSE / (FINEST if touching else FINER)))
+    fine = at_step(study, min(study.factory.step, COARSE / (FINEST if solution.touching else FINER)))
     effects = tuple(e.sharper_by(SHARPER) if e.touches else e for e in solution.effects)
     values = {id: p for id, p in solution.values.items() if id not in {e.edge for e in effects}}
     again = solve(fine, effects, solution.noise, values, x0=solution.x0)

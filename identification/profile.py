@@ -55,7 +55,7 @@ class _Walk:
         distance, at, start = np.sqrt(LEVEL) * width, 0.0, self.x
         for _ in range(TRIALS):
             distance = np.sign(width) * min(abs(distance), abs(room))
-            moved, cost = self._settled(start + direction * (distance - at), k)
+            moved, cost = pinned(self.problem, start + direction * (distance - at), k)
             if not np.isfinite(cost):
                 return None
             share = float(np.sqrt(max(cost - self.cost, 0.0) / target))
@@ -67,40 +67,46 @@ class _Walk:
             distance /= float(np.clip(share, 0.4, 2.5))
         return None
 
-    def _settled(self, x: Array, k: int) -> tuple[Array, float]:
-        """Minimise over all unknowns but ``k`` by Gauss-Newton steps that are halved until the cost falls."""
-        others = np.delete(np.arange(x.size), k)
-        A, b = self.problem.constraints()
-        x = self._within(x, k)
-        blocks = self.problem.blocks(x)
-        cost = cost_of(blocks)
-        for _ in range(ITERATIONS):
-            if not np.isfinite(cost):
-                return x, cost
-            J = blocks.jacobian[:, others]
-            ridge = RIDGE * np.diag(np.maximum(np.linalg.norm(J, axis=0), 1e-12))
-            R, c = triangle(np.vstack((J, ridge)), np.concatenate((blocks.residual, np.zeros(others.size))))
-            step = np.zeros(x.size)
-            step[others] = step_within(R, c, A[:, others], b - A @ x)
-            x, blocks, new = self._halved(x, step, cost)
-            gained, cost = cost - new, new
-            if gained < 1e-3:
-                break
-        return x, cost
 
-    def _halved(self, x: Array, step: Array, cost: float) -> tuple[Array, Blocks, float]:
-        for n in range(HALVINGS):
-            blocks = self.problem.blocks(x + step / 2**n)
-            new = cost_of(blocks)
-            if new < cost:
-                return x + step / 2**n, blocks, new
-        return x, self.problem.blocks(x), cost
+def pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
+    """Minimise ‖r‖² from ``x`` over all unknowns but ``k``; return the minimum and its cost.
 
-    def _within(self, x: Array, k: int) -> Array:
-        """Move the other parameters into their bounds."""
-        low, high = self.problem.scaling.bounds
-        n, kept = self.problem.n_parameters, x[k]
-        moved = x.copy()
-        moved[:n] = np.clip(x[:n], low, high)
-        moved[k] = kept
-        return moved
+    By Gauss-Newton steps that are halved until the cost falls.
+    """
+    others = np.delete(np.arange(x.size), k)
+    A, b = problem.constraints()
+    x = _within(problem, x, k)
+    blocks = problem.blocks(x)
+    cost = cost_of(blocks)
+    for _ in range(ITERATIONS):
+        if not np.isfinite(cost):
+            return x, cost
+        J = blocks.jacobian[:, others]
+        ridge = RIDGE * np.diag(np.maximum(np.linalg.norm(J, axis=0), 1e-12))
+        R, c = triangle(np.vstack((J, ridge)), np.concatenate((blocks.residual, np.zeros(others.size))))
+        step = np.zeros(x.size)
+        step[others] = step_within(R, c, A[:, others], b - A @ x)
+        x, blocks, new = _halved(problem, x, step, cost)
+        gained, cost = cost - new, new
+        if gained < 1e-3:
+            break
+    return x, cost
+
+
+def _halved(problem: Problem, x: Array, step: Array, cost: float) -> tuple[Array, Blocks, float]:
+    for n in range(HALVINGS):
+        blocks = problem.blocks(x + step / 2**n)
+        new = cost_of(blocks)
+        if new < cost:
+            return x + step / 2**n, blocks, new
+    return x, problem.blocks(x), cost
+
+
+def _within(problem: Problem, x: Array, k: int) -> Array:
+    """Move the other parameters into their bounds."""
+    low, high = problem.scaling.bounds
+    n, kept = problem.n_parameters, x[k]
+    moved = x.copy()
+    moved[:n] = np.clip(x[:n], low, high)
+    moved[k] = kept
+    return moved

@@ -168,13 +168,13 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
         return [sys.executable, "-c", ORACLE, str(self.campaign), str(self.out), *self.without]
 
     monkeypatch.setattr(Job, "command", command)
-    asked = ["--cases", "1", "--kinds", "single", "--effects", "cogging", "--sizes", "small", "--inputs", "rich"]
+    asked = ["--cases", "2", "--kinds", "single", "--effects", "cogging", "--sizes", "small", "--inputs", "rich"]
     done = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--seed", "2"])
     assert done.exit_code == 0, done.output
     stored = json.loads((tmp_path / "blind.json").read_text())
-    assert stored["results"] == {"among_alternatives": 1}
-    assert stored["leave_one_out"]["flagged"]["hits"] == 1
-    assert stored["settled_by_one_run"]["settled"]["hits"] == 1
+    assert stored["results"] == {"among_alternatives": 2}
+    assert stored["leave_one_out"]["flagged"]["hits"] == 2
+    assert stored["settled_by_one_run"]["settled"]["hits"] == 2
     assert stored["right"]["share"] == 1.0
     assert stored["asked"]["effects"] == "cogging"
     assert (tmp_path / "blind.md").exists()
@@ -183,7 +183,7 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
     assert alone.exit_code == 0, alone.output
     stored = json.loads((tmp_path / "blind.json").read_text())
     assert stored["cases"] == []
-    assert stored["leave_one_out"]["flagged"]["hits"] == 1
+    assert stored["leave_one_out"]["flagged"]["hits"] == 2
     again = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--minutes", "0"])
     assert again.exit_code == 2  # another seed is another study
 
@@ -191,7 +191,7 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups are POSIX's")
 def test_a_terminated_study_leaves_nothing_running_and_goes_on(tmp_path):
     """As ``timeout`` or a batch system ends it: the signal goes to the study alone, not to what it started."""
-    command = [sys.executable, "-m", "discrepancy.blind", "--cases", "3", "--kinds", "none", "--inputs", "table3"]
+    command = [sys.executable, "-m", "discrepancy.blind", "--cases", "6", "--kinds", "none", "--inputs", "table3"]
     command += ["--out", str(tmp_path), "--workers", "2", "--minutes", "30", "--quiet"]
     study = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
     until = time.monotonic() + 120.0
