@@ -129,7 +129,7 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
     rate_targets = [f"a[{i}]" for i in range(len(rates))]
     stiffness = assignments(e, ["real c"], [coupling(e)])
     parts = [
-        f"/* {e.title}: generated, do not edit. */",
+        "/* Generated from the equations of the model, do not edit. No text of a file stands here. */",
         template("real.h"),
         head,
         f"#ifndef HK_LANES\n#define HK_NC {len(columns)}\n#endif" if tangent else "",
