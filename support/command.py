@@ -16,7 +16,7 @@ from typing import ParamSpec, TypeVar
 import click
 from tqdm import tqdm
 
-from support.errors import HaptidError, InputError
+from support.errors import HaptidError, InputError, one_line
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -52,7 +52,7 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
             with _termination_ends_like_an_interrupt():
                 function(*args, **kwargs)
         except HaptidError as error:
-            click.echo(f"error: {' '.join(str(error).split())}", err=True)
+            click.echo(f"error: {one_line(str(error))}", err=True)
             sys.exit(error.exit_code)
         except KeyboardInterrupt as stop:
             click.echo("interrupted: what was finished is kept", err=True)

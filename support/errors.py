@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+LONGEST = 300
+"""Characters of an input error's line; what is longer is shortened, what came before what to do."""
+
 
 class HaptidError(Exception):
     """Base of the errors that end a command with one line on stderr and ``exit_code``."""
@@ -10,7 +13,7 @@ class HaptidError(Exception):
 
 
 class InputError(HaptidError):
-    """Bad input (exit code 2).
+    """Bad input (exit code 2), in one line of at most `LONGEST` characters that a terminal can show.
 
     Parameters
     ----------
@@ -25,12 +28,54 @@ class InputError(HaptidError):
     exit_code = 2
 
     def __init__(self, where: str, *, expected: str, got: str, todo: str = "") -> None:
-        self.where, self.expected, self.got, self.todo = where, expected, got, todo
-        super().__init__(f"{where}: expected {expected}, got {got}" + (f"; {todo}" if todo else ""))
+        parts = [one_line(part) for part in (where, expected, got, todo)]
+        self.where, self.expected, self.got, self.todo = _fitted(parts, LONGEST - len(_line("", "", "", "x")) + 1)
+        super().__init__(_line(self.where, self.expected, self.got, self.todo))
 
     def __reduce__(self) -> tuple[object, ...]:
         """Rebuild from keywords, so that the error crosses process boundaries."""
         return (_input_error, (self.where, self.expected, self.got, self.todo))
+
+
+def one_line(text: str) -> str:
+    r"""Return ``text`` on one line: blanks collapsed, what no terminal should be sent written as an escape.
+
+    Examples
+    --------
+    >>> one_line("joint\n 4 \x1b[2J")
+    'joint 4 \\x1b[2J'
+    """
+    joined = " ".join(text.split())
+    return "".join(c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode() for c in joined)
+
+
+def shortened(text: str, most: int) -> str:
+    """Return ``text`` with its middle left out where it is longer than ``most`` characters.
+
+    Examples
+    --------
+    >>> shortened("position_0_rad_of_the_left_arm", 15)
+    'positio…eft_arm'
+    """
+    if len(text) <= most:
+        return text
+    head = most // 2
+    return text[:head] + "…" + text[len(text) - (most - 1 - head) :]
+
+
+def _fitted(parts: list[str], room: int) -> list[str]:
+    """Shorten the longest parts, each to the same length, until all fit into ``room`` characters."""
+    if sum(map(len, parts)) <= room:
+        return parts
+    least, most = 1, room
+    while least < most:
+        middle = (least + most + 1) // 2
+        least, most = (middle, most) if sum(min(len(part), middle) for part in parts) <= room else (least, middle - 1)
+    return [shortened(part, least) for part in parts]
+
+
+def _line(where: str, expected: str, got: str, todo: str) -> str:
+    return f"{where}: expected {expected}, got {got}" + (f"; {todo}" if todo else "")
 
 
 def _input_error(where: str, expected: str, got: str, todo: str) -> InputError:

@@ -1,0 +1,31 @@
+"""Input errors: one line of at most 300 characters that a terminal can show."""
+
+from __future__ import annotations
+
+import pickle
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from support.errors import LONGEST, InputError
+
+TEXTS = st.text(max_size=900)
+
+
+@given(where=TEXTS, expected=TEXTS, got=TEXTS, todo=TEXTS)
+def test_any_parts_make_one_short_printable_line(where: str, expected: str, got: str, todo: str) -> None:
+    error = InputError(where, expected=expected, got=got, todo=todo)
+    assert len(str(error)) <= LONGEST
+    assert str(error).isprintable()
+
+
+@given(where=TEXTS, got=TEXTS)
+def test_the_line_crosses_processes_unchanged(where: str, got: str) -> None:
+    error = InputError(where, expected="a number", got=got)
+    assert str(pickle.loads(pickle.dumps(error))) == str(error)
+
+
+def test_what_is_long_gives_way_to_what_is_short() -> None:
+    error = InputError("campaign.toml, line 3, title", expected="a text", got="x" * 5000, todo="shorten it")
+    assert str(error).startswith("campaign.toml, line 3, title: expected a text, got xxx")
+    assert str(error).endswith("xxx; shorten it")
