@@ -39,7 +39,7 @@ def resolve_device(device: str, folder: Path, where: str) -> str:
         warn(f"{where}: no file {device} in {folder}; the built-in device {path.stem} is used")
         return path.stem
     todo = did_you_mean(path.stem, device_names())
-    raise InputError(where, expected="a device file, or a built-in name", got=f"no file {path}", todo=todo)
+    raise InputError(where, expected="a device file, or a built-in name", got=f"no file {path.name} there", todo=todo)
 
 
 def joint_count(device: str) -> int | None:
