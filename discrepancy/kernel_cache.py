@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import platform
 from functools import cache
 from importlib import resources
 from pathlib import Path
@@ -12,7 +11,8 @@ from pathlib import Path
 from model.equations import Equations
 from model.kernel.compiled import CompiledKernel
 from model.kernel.generate import Kernel
-from support.files import cache_folder, write_json
+from support.cache import cache_folder, is_sealed, machine, seal
+from support.files import write_json
 
 SUBSTEPS = 8
 """Most sub-steps of a step: a trial that asks for more has contacts that are rigid at the pace of the readings."""
@@ -21,7 +21,7 @@ SUBSTEPS = 8
 @cache
 def generator() -> str:
     """Return a digest of the generator's code and of the machine: a kernel of another one is not taken."""
-    found = hashlib.sha256(f"{platform.platform()} {SUBSTEPS}".encode())
+    found = hashlib.sha256(f"{machine()} {SUBSTEPS}".encode())
     for part in sorted(resources.files("model.kernel").iterdir(), key=lambda p: p.name):
         if part.name.endswith((".py", ".c", ".h")):
             found.update(part.read_bytes())
@@ -39,20 +39,22 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     if known is not None:
         return known
     made = CompiledKernel.of(equations, many=many, substeps=SUBSTEPS, tangent=tangent or not many)
-    write_json(
-        both if many and tangent else own,
-        {"library": str(made.path), "digest": made.kernel.digest, "columns": list(made.kernel.columns)},
+    seal(
+        write_json(
+            both if many and tangent else own,
+            {"library": made.path.name, "digest": made.kernel.digest, "columns": list(made.kernel.columns)},
+        )
     )
     return made
 
 
 def _recorded(equations: Equations, record: Path) -> CompiledKernel | None:
     """Return the kernel that a record tells of, None where it or its library is gone."""
-    if not record.exists():
+    if not is_sealed(record):
         return None
     known = json.loads(record.read_text(encoding="utf-8"))
-    library = Path(known["library"])
-    if not library.exists():
+    library = cache_folder("compiled") / known["library"]
+    if not is_sealed(library):
         return None
     kernel = Kernel(equations=equations, source="", digest=known["digest"], columns=tuple(known["columns"]))
     return CompiledKernel(kernel, library)

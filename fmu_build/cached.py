@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import hashlib
+from dataclasses import fields
+from importlib.metadata import version
 from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
@@ -12,12 +14,15 @@ from fmu_build.build import Fmu, Kind, build_fmu
 from model import kernel
 from model.equations import Equations
 from model.kernel.generate import DEFAULT_STEP
-from support.files import cache_folder
+from support.cache import cache_folder, is_sealed, seal
+
+GUESSED = ("initial", "lower", "upper", "std", "fixed", "prior", "guess")
+"""What a fit gives an identification FMU anew, so that one FMU serves all first guesses."""
 
 
 def builder_digest() -> str:
     """Return a digest of everything that turns equations into an FMU."""
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(f"pythonfmu {version('pythonfmu')}".encode())
     for package in (fmu_build, kernel):
         here = Path(package.__path__[0])
         for path in sorted(path for path in here.rglob("*") if path.suffix in (".py", ".c", ".h", ".j2", ".txt")):
@@ -38,8 +43,9 @@ def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     """
     if not FmuBuilder.has_binary():
         kind = "native"
-    seen = [(q.id, q.structured, q.scale) for q in equations.parameters]
-    content = hashlib.sha256(repr((equations.digest, seen)).encode()).hexdigest()[:16]
+    named = [tuple(getattr(q, f.name) for f in fields(q) if f.name not in GUESSED) for q in equations.parameters]
+    shown = (equations.name, equations.title, equations.states, equations.inputs, equations.outputs, named)
+    content = hashlib.sha256(repr((equations.digest, shown, equations.orderings)).encode()).hexdigest()[:16]
     return _kept(equations, content, kind, identification=True)
 
 
@@ -50,8 +56,10 @@ def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
 
 def _kept(equations: Equations, content: str, kind: Kind, *, identification: bool) -> Fmu:
     path = cache_folder("fmu") / f"{equations.name}_{content}_{builder_digest()}_{kind}{'_id' * identification}.fmu"
-    if not path.exists():
-        return build_fmu(equations, path, kind=kind, identification=identification)
+    if not is_sealed(path):
+        made = build_fmu(equations, path, kind=kind, identification=identification)
+        seal(path)
+        return made
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     return Fmu(
         path=path, digest=digest, equations=equations, kind=kind, step=DEFAULT_STEP, identification=identification

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from measurement.campaign import Campaign
 from measurement.run import Run
+from measurement.summary import AT_REST
 from model.device import Device
 from model.locking_order import locking_order
 from support.errors import InputError
@@ -80,8 +83,20 @@ def configurations_of(
         postures = dict.fromkeys(_locked(run) for run in runs if run.use == "fit")
         for number, posture in enumerate(postures, start=1):
             own = tuple(run for run in runs if _locked(run) == posture)
+            _check_motion(own)
             made.append(Configuration(free_joints=free, posture=posture, runs=own, number=number))
     return tuple(made)
+
+
+def _check_motion(runs: Sequence[Run]) -> None:
+    """Refuse a configuration whose joints stand still in every run to fit."""
+    fitted = [run for run in runs if run.use == "fit"]
+    travel = np.array([np.ptp(run.y, axis=0) for run in fitted])
+    if np.all(travel < AT_REST * np.array([run.sensor_std for run in fitted])):
+        joints = ", ".join(map(str, fitted[0].free_joints))
+        expected = f"a run in which joint {joints} moves more than {AT_REST:.0f} times the sensor's noise"
+        todo = "measure with more torque, or set these runs to excluded"
+        raise InputError(fitted[0].file, expected=expected, got=f"a travel of {travel.max():.3g} at most", todo=todo)
 
 
 def _locked(run: Run) -> tuple[float, ...]:

@@ -105,6 +105,15 @@ def _result(
     status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
+    scores = _scores(problem, theta, runs, x0, fitted)
+    outcome = outcome_of(
+        len(basins[0].starts),
+        basins[0].over_noise,
+        problem.options.tolerance,
+        unseen=max((score.over_noise for score in scores if score.use == "validate"), default=0.0),
+        rows=sum(run.y.size for run in problem.runs),
+        parameters=n,
+    )
     return Fit(
         equations=scaling.equations,
         theta=theta,
@@ -112,7 +121,7 @@ def _result(
         covariance=_physical(bent, n, slope),
         information=data / np.outer(slope, slope),
         cost=best.cost / problem.weight,
-        outcome=outcome_of(len(basins[0].starts), basins[0].over_noise, problem.options.tolerance),
+        outcome=outcome,
         basins=basins,
         starts=len(descents),
         x0=x0,
@@ -123,7 +132,7 @@ def _result(
         statuses=status,
         combinations=combinations(scaling, s, data, status),
         warnings=excitation_warnings(scaling.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
-        runs=_scores(problem, theta, runs, x0, fitted),
+        runs=scores,
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
         profiles=profiles(problem, best.x, bent) if problem.options.profile else {},
     )

@@ -29,8 +29,8 @@ from fmpy.model_description import ModelDescription
 
 from measurement.run import Array
 from model.kernel.compiler import compile_shared
+from support.cache import cache_folder, is_sealed, seal
 from support.errors import NumericalError
-from support.files import cache_folder
 
 FUNCTIONS = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")
 KEPT_MESSAGES = 20
@@ -70,13 +70,17 @@ def unpacked(path: Path) -> Path:
     """Return the folder with the content of the archive, in the cache by its digest."""
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:24]
     folder = cache_folder("unpacked") / digest
-    if not folder.exists():
+    if not is_sealed(folder):
         fresh = Path(tempfile.mkdtemp(dir=folder.parent))
         fmpy.extract(str(path), unzipdir=str(fresh))
+        if folder.exists() and not is_sealed(folder):  # damaged, or another process is about to seal it
+            folder.rename(fresh.with_name(f"{fresh.name}.old"))
         try:
             fresh.rename(folder)
         except OSError:  # another process was first
             shutil.rmtree(fresh)
+        seal(folder)
+        shutil.rmtree(fresh.with_name(f"{fresh.name}.old"), ignore_errors=True)
     return folder
 
 

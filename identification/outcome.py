@@ -18,6 +18,14 @@ class Outcome(Enum):
         "raise --starts to be sure that it is the best"
     )
     LONELY = "only one start reached the best minimum, and it lies above the sensor's noise; raise --starts"
+    UNSEEN = (
+        "the fitted runs are at the sensor's noise, but runs that no fit saw are not: "
+        "look whether their columns and units are those of the fitted runs, or try python -m discrepancy.run"
+    )
+    TOO_FEW_ROWS = (
+        "the fitted runs hold too few rows for so many parameters, so that a small residual says nothing: "
+        "measure longer, or fix parameters under [joint.J.parameters]"
+    )
     TORQUE_SCORED = (
         "recorded under position control: fitted to the torque with the measured motion as input, "
         "because a simulation from this torque drifts"
@@ -33,9 +41,33 @@ class Outcome(Enum):
         return self.name.lower()
 
 
-def outcome_of(reached: int, rms_over_noise: float, tolerance: float) -> Outcome:
-    """Return the outcome from the number of starts in the best basin and the residual over the noise."""
+ROWS_PER_PARAMETER = 10
+"""Rows of the fitted runs for each fitted parameter, below which nothing is concluded from a residual."""
+UNSEEN_ABOVE = 1.2
+"""Times the tolerance that runs which no fit saw may reach: a run's own noise varies about the pooled one."""
+
+
+def outcome_of(
+    reached: int, rms_over_noise: float, tolerance: float, *, unseen: float, rows: int, parameters: int
+) -> Outcome:
+    """Return how a fit ended.
+
+    Parameters
+    ----------
+    reached
+        Starts in the best basin.
+    rms_over_noise, unseen
+        RMS of the residual over the noise: of the fitted runs, and the largest of runs that no fit saw (0 for none).
+    tolerance
+        RMS over noise up to which only the noise is left.
+    rows, parameters
+        Readings of the fitted runs, and how many parameters they determine.
+    """
+    if rows < ROWS_PER_PARAMETER * parameters:
+        return Outcome.TOO_FEW_ROWS
     quiet = rms_over_noise <= tolerance
+    if quiet and not unseen <= UNSEEN_ABOVE * tolerance:
+        return Outcome.UNSEEN
     if reached > 1:
         return Outcome.CONVERGED if quiet else Outcome.ABOVE_NOISE
     return Outcome.SINGLE_START if quiet else Outcome.LONELY

@@ -40,7 +40,6 @@ from model.device import Device
 from model.equations import Equations
 from report.identification_page import identification_page
 from support.command import common_options, exit_codes, parse_joints, progress
-from support.errors import InputError
 from support.files import write_json, write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
@@ -120,26 +119,21 @@ def main(
         configurations=configurations_of(read, device, parse_joints(joints)),
         options=options,
         kind=None if kind == "none" else kind,  # type: ignore[arg-type] # click has checked the choice
-        out=_writable(out),
+        out=out,
         scheduler=scheduler,
     )
     steps, data = _fitted(job)
     whole, verification = _whole(job, steps)
-    data |= {"complete": True, "links": _links_json(whole), "verification": verification.as_json()}
+    data |= {"links": _links_json(whole), "verification": verification.as_json()}
     data["whole"] = dict(whole.values) if whole else {}
     write_json(job.file, data)
     exported = [] if no_export else _exported(job, data, verification)
     traces = [traces_of(step, job.build) for step in steps]
     page = identification_page(read.title, steps, traces, data, verification)
     write_text(job.out / "report.html", page)
+    write_json(job.file, data | {"complete": True})
     click.echo(summary_text(steps, data["verification"]))
     click.echo(f"written below {job.out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
-
-
-def _writable(out: Path) -> Path:
-    if out.exists() and not out.is_dir():
-        raise InputError("--out", expected="a folder", got=f"the file {out}")
-    return out
 
 
 def _fitted(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:

@@ -7,9 +7,10 @@ from importlib.resources import files
 from pathlib import Path
 from xml.etree import ElementTree
 
-from measurement.schema import did_you_mean
 from measurement.warning import warn
 from support.errors import InputError
+from support.files import is_file
+from support.suggestion import did_you_mean
 
 SINGLE_JOINT = "single_joint"
 SUFFIXES = (".toml", ".urdf")
@@ -33,7 +34,7 @@ def resolve_device(device: str, folder: Path, where: str) -> str:
         todo = did_you_mean(device, device_names())
         raise InputError(where, expected="a built-in device or a file *.toml, *.urdf", got=repr(device), todo=todo)
     path = folder / device
-    if path.is_file():
+    if is_file(path):
         return str(path)
     if path.stem in device_names():
         warn(f"{where}: no file {device} in {folder}; the built-in device {path.stem} is used")
@@ -51,7 +52,7 @@ def joint_count(device: str) -> int | None:
     try:
         text = source.read_text(encoding="utf-8")
         return _urdf_joints(text) if device.endswith(".urdf") else _toml_joints(text)
-    except (OSError, ValueError, ElementTree.ParseError):
+    except (OSError, ValueError, RecursionError, ElementTree.ParseError):
         return None
 
 

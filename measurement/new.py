@@ -13,6 +13,7 @@ from typing import Any
 import click
 import tomli_w
 
+from measurement.campaign import Campaign
 from measurement.mapping import Target, free_joints, mapped, parse_map
 from measurement.reading import read_campaign
 from measurement.table import SUFFIXES, Table, read_table
@@ -66,7 +67,7 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | 
         inner = Path(draft) / out.name
         _write(inner, tables, answers)
         with warnings_on_stderr():
-            campaign = read_campaign(inner)
+            campaign = _checked(inner, folder)
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
@@ -76,13 +77,23 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | 
     click.echo(f"next: python -m measurement.check {out}")
 
 
+def _checked(draft: Path, folder: Path) -> Campaign:
+    """Read the draft; what is wrong with it is told of the user's own tables."""
+    try:
+        return read_campaign(draft)
+    except InputError as error:
+        raise InputError(
+            error.where.replace(str(draft), str(folder)), expected=error.expected, got=error.got, todo=error.todo
+        ) from None
+
+
 def _tables(folder: Path) -> list[Table]:
     if not folder.is_dir():
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
     if not paths:
         raise InputError(str(folder), expected=f"tables that end in {', '.join(SUFFIXES)}", got="none")
-    return [read_table(path) for path in paths]
+    return [read_table(path, as_text=True) for path in paths]
 
 
 def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], targets: dict[str, Target]) -> Answers:

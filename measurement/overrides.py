@@ -11,6 +11,7 @@ from measurement import schema
 from measurement.run import Array
 from measurement.toml_source import TomlSource
 from support.errors import InputError
+from support.suggestion import did_you_mean
 
 Overrides = dict[int, dict[str, dict[str, Any]]]
 
@@ -36,7 +37,7 @@ def _parameters(source: TomlSource, table: dict[str, Any], joint: int) -> dict[s
     section = f"joint.{joint}.parameters"
     for name, value in table.items():
         if name not in schema.PARAMETER_IDS:
-            todo = schema.did_you_mean(name, schema.PARAMETER_IDS)
+            todo = did_you_mean(name, schema.PARAMETER_IDS)
             raise InputError(source.where(section, name), expected="a parameter of a joint", got=repr(name), todo=todo)
         if not isinstance(value, dict):
             todo = f"write {name} = {{ initial = {value} }} or {name} = {{ fixed = {value} }}"
@@ -50,7 +51,7 @@ def _check_parameter(source: TomlSource, value: dict[str, Any], section: str, na
     for key, entry in value.items():
         place = f"{where}.{key}"
         if key not in schema.PARAMETER:
-            todo = schema.did_you_mean(key, schema.PARAMETER)
+            todo = did_you_mean(key, schema.PARAMETER)
             raise InputError(place, expected="a known key", got=repr(key), todo=todo)
         if not schema.PARAMETER[key].accepts(entry):
             raise InputError(place, expected=schema.PARAMETER[key].words, got=repr(entry))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from measurement.campaign import Campaign
+from measurement.clock import check_clocks
 from measurement.noise import campaign_with_noise
 from measurement.reading import read_campaign
 from measurement.split import with_validation
@@ -19,4 +20,4 @@ def prepare(campaign: Campaign) -> Campaign:
 def campaign_for_command(folder: Path | str | None) -> Campaign:
     """Read and prepare a campaign for a command: its warnings appear on stderr, one line each."""
     with warnings_on_stderr():
-        return prepare(read_campaign(folder))
+        return prepare(check_clocks(read_campaign(folder)))

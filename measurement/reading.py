@@ -16,6 +16,7 @@ from measurement.runs import read_runs
 from measurement.toml_source import TomlSource
 from measurement.warning import warn
 from support.errors import InputError
+from support.suggestion import did_you_mean
 
 TABLES = ("campaign", "sensor", "joint", "runs")
 
@@ -78,7 +79,7 @@ def _open(folder: Path) -> TomlSource:
         raise InputError(str(path), expected="the file that describes the campaign", got="no such file", todo=todo)
     source = TomlSource.read(path)
     for name in source.data:
-        todo = schema.did_you_mean(name, TABLES)
+        todo = did_you_mean(name, TABLES)
         mistyped = todo.startswith("did") or not isinstance(source.data[name], dict)
         if name not in (*TABLES, "source") and mistyped:
             raise InputError(source.where("", name), expected="a known table", got=repr(name), todo=todo)

@@ -42,15 +42,18 @@ def read_runs(
         raise InputError(source.where("runs"), expected="at least one [[runs]]", got=repr(listed))
     runs: list[Run] = []
     unknown: dict[str, None] = {}
+    seen: set[str] = set()
+    count = joint_count(device)
     for index, entry in enumerate(listed):
         schema.check_table(source, entry, schema.RUN, "runs", index)
-        _check_entry(source, entry, index, device, {run.file for run in runs})
+        _check_entry(source, entry, index, device, count, seen)
+        seen.add(entry["file"])
         table = read_table(source.path.parent / entry["file"])
         joints = tuple(sorted(entry["free_joints"]))
         signals = read_signals(table, joints, drive_constants(tables))
         noise, resolution = sensor_of(source, tables, joints, signals.prismatic)
         unknown.update(dict.fromkeys(signals.unknown))
-        run = _run({"hold": hold, **entry}, signals, _posture(entry, device))
+        run = _run({"hold": hold, **entry}, signals, _posture(entry, device, count))
         runs.append(run.but(noise=noise, resolution=resolution))
     _check_fit_runs(source, runs)
     return tuple(runs), tuple(unknown)
@@ -78,26 +81,28 @@ def _run(entry: dict[str, Any], signals: Signals, posture: Array) -> Run:
     )
 
 
-def _posture(entry: dict[str, Any], device: str) -> Array:
+def _posture(entry: dict[str, Any], device: str, count: int | None) -> Array:
     given = entry.get("locked_positions_rad")
     if device == SINGLE_JOINT:
         return np.zeros(0)
-    return np.array(given, dtype=np.float64) if given is not None else np.zeros(joint_count(device) or 0)
+    return np.array(given, dtype=np.float64) if given is not None else np.zeros(count or 0)
 
 
-def _check_entry(source: TomlSource, entry: dict[str, Any], index: int, device: str, seen: set[str]) -> None:
+def _check_entry(
+    source: TomlSource, entry: dict[str, Any], index: int, device: str, count: int | None, seen: set[str]
+) -> None:
     if entry["file"] in seen:
         where = source.where("runs", "file", index)
         raise InputError(where, expected="each table once", got=f"{entry['file']!r} again")
     if entry["use"] == "excluded" and not entry.get("reason"):
         where = source.where("runs", "reason", index)
         raise InputError(where, expected="a reason why the run is excluded", got="none", todo='add reason = "…"')
-    where = source.where("runs", "free_joints", index)
-    count = joint_count(device)
     if device == SINGLE_JOINT and len(entry["free_joints"]) > 1:
         todo = "list each joint's runs apart, or name a device with several joints"
+        where = source.where("runs", "free_joints", index)
         raise InputError(where, expected="one free joint for single_joint", got=str(entry["free_joints"]), todo=todo)
     if count is not None and max(entry["free_joints"]) >= count:
+        where = source.where("runs", "free_joints", index)
         raise InputError(where, expected=f"joints of {device}, 0 to {count - 1}", got=str(entry["free_joints"]))
     posture = entry.get("locked_positions_rad")
     if count is not None and posture is not None and len(posture) != count:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any, TypeGuard
 
 from measurement.toml_source import TomlSource
 from support.errors import InputError
+from support.suggestion import did_you_mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,12 +106,6 @@ FRICTION_IDS = ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
 PARAMETER_IDS = ("inertia", "gravity_cos", "gravity_sin", "Kp", "Ks", "epos", *FRICTION_IDS)
 
 
-def did_you_mean(name: str, known: Mapping[str, Any] | tuple[str, ...]) -> str:
-    """Suggest the nearest of ``known``, or list them all."""
-    near = get_close_matches(name, list(known), n=2, cutoff=0.6)
-    return f"did you mean {' or '.join(near)}?" if near else f"known: {', '.join(known)}"
-
-
 def check_table(
     source: TomlSource, table: object, keys: Mapping[str, Key], section: str, occurrence: int | None = None
 ) -> dict[str, Any]:
@@ -119,11 +113,11 @@ def check_table(
     if not isinstance(table, dict):
         raise InputError(source.where("", section), expected=f"a table [{section}]", got=repr(table))
     for name, value in table.items():
-        where = source.where(section, name, occurrence)
         if name not in keys:
-            raise InputError(where, expected="a known key", got=repr(name), todo=did_you_mean(name, keys))
+            where, todo = source.where(section, name, occurrence), did_you_mean(name, keys)
+            raise InputError(where, expected="a known key", got=repr(name), todo=todo)
         if not keys[name].accepts(value):
-            raise InputError(where, expected=keys[name].words, got=repr(value))
+            raise InputError(source.where(section, name, occurrence), expected=keys[name].words, got=repr(value))
     for name, key in keys.items():
         if key.required and name not in table:
             raise InputError(source.where(section, name, occurrence), expected=key.words, got="no such key")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 import zlib
+from contextlib import suppress
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
@@ -12,11 +13,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from measurement.layout import check_layout
 from measurement.run import Array
 from support.errors import InputError
+from support.files import is_file
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
 LEAST_ROWS = 8
+EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
+"""Python's float() to the last bit, as pandas does by itself from version 3 on."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,6 +70,8 @@ class Table:
 
     def loosely(self, column: str) -> Array:
         """Return a column as numbers, NaN where a cell holds none, shape (n_t,)."""
+        if self.frame[column].dtype == np.float64:
+            return self.frame[column].to_numpy()
         cells = self.frame[column].to_numpy(dtype=object, na_value=np.nan)
         try:
             return cells.astype(np.float64)
@@ -83,20 +90,21 @@ class Table:
         return t
 
 
-def read_table(path: Path) -> Table:
-    """Read a table; refuse an unknown kind of file, a broken one, and one with fewer than 8 rows."""
-    if not path.is_file():
+def read_table(path: Path, *, as_text: bool = False) -> Table:
+    """Read a table, ``as_text`` with every cell as it is written.
+
+    Refused are an unknown kind of file, a broken one, and one with fewer than 8 rows.
+    """
+    if not is_file(path):
         near = get_close_matches(path.name, _neighbours(path), n=1)
         todo = f"did you mean {near[0]}?" if near else ""
         raise InputError(str(path), expected="a table of a run", got="no such file", todo=todo)
     if not path.name.endswith(SUFFIXES):
         raise InputError(str(path), expected=f"a file that ends in {', '.join(SUFFIXES)}", got=repr(path.name))
-    frame = _read_frame(path)
+    if path.suffix != ".parquet":
+        check_layout(path)
+    frame = _read_frame(path, as_text=as_text)
     frame.columns = pd.Index([str(name).strip() for name in frame.columns])
-    if len(frame.columns) == 1 and ";" in frame.columns[0]:
-        todo = "export it with commas and decimal points"
-        where = f"{path}, line 1"
-        raise InputError(where, expected="columns separated by commas", got="semicolons", todo=todo)
     filled = np.flatnonzero(frame.notna().any(axis=1).to_numpy())
     frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]  # blank lines at the end of a file are no rows
     if len(frame) < LEAST_ROWS:
@@ -104,22 +112,24 @@ def read_table(path: Path) -> Table:
     return Table(path=path, frame=frame)
 
 
-def _read_frame(path: Path) -> pd.DataFrame:
+def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
     broken: tuple[Any, ...] = (ValueError, OSError, EOFError, zlib.error, pd.errors.ParserWarning)
     try:
         if path.suffix == ".parquet":
             return pd.read_parquet(path)
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
-            # cells stay text until they are asked for: Python's float() keeps the last bit, and a bad cell can be shown
-            return pd.read_csv(
-                path, encoding="utf-8-sig", skip_blank_lines=False, skipinitialspace=True, index_col=False, dtype=str
-            )
+            common: dict[str, Any] = {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
+            if not as_text:
+                with suppress(ValueError):  # a cell that is no number: read again as text, so that it can be shown
+                    return pd.read_csv(path, index_col=False, dtype=np.float64, **common, **EXACT)
+            return pd.read_csv(path, index_col=False, dtype=str, **common)
     except pd.errors.EmptyDataError:
         raise InputError(str(path), expected=f"a header and at least {LEAST_ROWS} rows", got="an empty file") from None
     except broken as error:
         kind = "Parquet" if path.suffix == ".parquet" else "CSV with a header line"
-        raise InputError(str(path), expected=f"a table in {kind}", got=" ".join(str(error).split())) from None
+        got = f"a damaged file ({type(error).__name__})"
+        raise InputError(str(path), expected=f"a table in {kind}", got=got, todo="export it again") from None
 
 
 def _number(cell: object) -> float:

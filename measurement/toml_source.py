@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from support.data import parse_toml
 from support.errors import InputError
+from support.files import reason_of
 
 HEADER = re.compile(r"^\s*\[{1,2}([^\[\]]+)\]{1,2}\s*(#.*)?$")
 
@@ -27,14 +28,8 @@ class TomlSource:
         try:
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, UnicodeDecodeError) as error:
-            raise InputError(str(path), expected="a readable UTF-8 text file", got=str(error)) from None
-        try:
-            return cls(path=path, text=text, data=tomllib.loads(text))
-        except tomllib.TOMLDecodeError as error:
-            found = re.search(r"\(at line (\d+)", str(error))
-            line = found.group(1) if found else str(len(text.splitlines()))
-            where = f"{path}, line {line}"
-            raise InputError(where, expected="valid TOML", got=str(error)) from None
+            raise InputError(str(path), expected="a readable UTF-8 text file", got=reason_of(error)) from None
+        return cls(path=path, text=text, data=parse_toml(text, str(path)))
 
     def line(self, section: str, key: str = "", occurrence: int = 0) -> int | None:
         """Line of ``key`` in the ``occurrence``-th table headed ``section`` (the header's own line without a key)."""

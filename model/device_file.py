@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from importlib import resources
@@ -16,7 +15,9 @@ from jsonschema.exceptions import best_match
 
 from model.device import BASE, Device, Guess, Joint, Link, Motor, Vector
 from model.link_guesses import Uncertainty, inertial
+from support.data import parse_toml
 from support.errors import InputError
+from support.files import is_file, reason_of
 
 Table = Mapping[str, Any]
 Raw = float | Mapping[str, float]
@@ -43,10 +44,10 @@ def load_device(name: str | Path, folder: Path | None = None) -> Device:
 
         return load_urdf(path)
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(str(path), expected="a TOML file", got=str(error)) from None
-    return parse_device(table, str(path))
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(str(path), expected="a TOML file", got=reason_of(error)) from None
+    return parse_device(parse_toml(text, str(path), finite=True), str(path))
 
 
 def builtin_devices() -> tuple[str, ...]:
@@ -58,7 +59,7 @@ def builtin_devices() -> tuple[str, ...]:
 def _find(name: str, folder: Path | None) -> Path:
     candidates = [*([folder / name] if folder else []), Path(name)]
     for path in candidates:
-        if path.is_file():
+        if is_file(path):
             return path
     builtin = Path(str(resources.files("model.devices"))) / (name if Path(name).suffix else f"{name}.toml")
     if Path(name).name == name and builtin.is_file():

@@ -11,6 +11,9 @@ import numpy as np
 from model.device import STANDARD, Guess, Inertial
 from support.errors import InputError
 
+LARGEST = 1e12
+"""No mass, length or inertia of a link is larger."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Uncertainty:
@@ -71,6 +74,11 @@ def inertial(
 
 def check_physical(values: Mapping[str, float], where: str) -> None:
     """Refuse a mass or an inertia that no distribution of mass can have (Traversaro et al. 2016)."""
+    absurd = next((key for key, value in values.items() if not abs(value) < LARGEST), None)
+    if absurd is not None:
+        expected = f"numbers below {LARGEST:g} in SI units"
+        place = f"{where}: {absurd}"
+        raise InputError(place, expected=expected, got=str(values[absurd]))
     if not values["m"] > 0:
         raise InputError(
             where=f"{where}.mass", expected="a positive mass (leave it out for a massless link)", got=str(values["m"])

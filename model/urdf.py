@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from model.device import BASE, Device
 from model.device_file import parse_device
+from model.urdf_check import check_urdf
 from support.errors import InputError
 
 MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
@@ -25,6 +26,7 @@ MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prism
 
 def load_urdf(path: Path) -> Device:
     """Return the device of a URDF file; meshes are not needed."""
+    check_urdf(path)
     robot = _parse(path)
     links = {link.name: link for link in robot.links}
     children = {joint.child for joint in robot.joints}

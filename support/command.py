@@ -8,15 +8,18 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar
 
 import click
 from tqdm import tqdm
 
 from support.errors import HaptidError, InputError, one_line
+from support.files import check_writable, written
+from support.lock import locked
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -48,17 +51,36 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
 
     @functools.wraps(function)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
+        written.clear()
         try:
             with _termination_ends_like_an_interrupt():
                 function(*args, **kwargs)
         except HaptidError as error:
             click.echo(f"error: {one_line(str(error))}", err=True)
             sys.exit(error.exit_code)
+        except BrokenExecutor:
+            todo = "repeat, with fewer --workers where memory was short"
+            click.echo(f"error: a worker process was killed; {_kept()}; {todo}", err=True)
+            sys.exit(HaptidError.exit_code)
+        except MemoryError:
+            click.echo(f"error: not enough memory; {_kept()}; repeat with fewer --workers", err=True)
+            sys.exit(HaptidError.exit_code)
+        except OSError as error:
+            where = f"{error.filename}: " if error.filename is not None else ""
+            click.echo(f"error: {one_line(where + (error.strerror or str(error)))}; {_kept()}", err=True)
+            sys.exit(HaptidError.exit_code)
         except KeyboardInterrupt as stop:
-            click.echo("interrupted: what was finished is kept", err=True)
+            click.echo(f"interrupted: {_kept()}", err=True)
             sys.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
 
     return wrapped
+
+
+def _kept() -> str:
+    """Say whether this command has written anything of its own, the cache apart."""
+    cached = Path(os.environ.get("HAPTID_CACHE") or Path("~/.cache/haptid").expanduser()).absolute()
+    own = any(not path.absolute().is_relative_to(cached) for path in written)
+    return "what was finished is kept" if own else "nothing was finished yet"
 
 
 def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] | None:
@@ -73,7 +95,11 @@ def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] 
 
 
 def common_options(function: Callable[P, T]) -> Callable[P, T]:
-    """Add the options of every command: --out, --joints, --seed, --workers, --scheduler, --quiet."""
+    """Add the options of every command: --out, --joints, --seed, --workers, --scheduler, --quiet.
+
+    The output folder is tried, and held against other commands, before any work begins.
+    """
+    function = _with_folder(function)
     options = [
         click.option(
             "--out",
@@ -102,6 +128,17 @@ def common_options(function: Callable[P, T]) -> Callable[P, T]:
     for option in reversed(options):
         function = option(function)
     return function
+
+
+def _with_folder(function: Callable[..., T]) -> Callable[..., T]:
+    @functools.wraps(function)
+    @exit_codes  # type: ignore[arg-type] # what click calls returns nothing
+    def wrapped(*args: Any, out: Path, **kwargs: Any) -> T:
+        check_writable(out)
+        with locked(out):
+            return function(*args, out=out, **kwargs)
+
+    return wrapped  # type: ignore[return-value] # as above
 
 
 def progress(

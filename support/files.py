@@ -2,28 +2,120 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
-import tempfile
+import secrets
 from pathlib import Path
 from typing import Any
 
-from support.errors import InputError
+from support.data import parse_json
+from support.errors import HaptidError, InputError
+
+NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOOLONG)
+
+
+written: list[Path] = []
+"""What this process has written whole, for what is said where it ends early."""
+
+
+class WritingError(HaptidError):
+    """A file could not be written (exit code 1): a full disk, a quota, a device that failed."""
+
+
+def is_file(path: Path) -> bool:
+    """Whether ``path`` is a file; a name that no file can have (too long, with NUL) is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
 
 
 def write_bytes(path: Path, data: bytes) -> Path:
-    """Write ``data`` to ``path`` through a temporary file in the same folder and an atomic rename."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    """Write ``data`` to ``path`` through a temporary file in the same folder and an atomic rename.
+
+    The bytes are on the disk before the name is; what may read and write the file is the user's umask.
+
+    Raises
+    ------
+    InputError
+        Where nobody lets us write there (exit code 2).
+    WritingError
+        Where the disk is full or fails.
+    """
+    draft = path.parent / f".{path.name[:40]}.{secrets.token_hex(6)}"
     try:
-        with os.fdopen(descriptor, "wb") as stream:
-            stream.write(data)
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _write_through(draft, data)
+        draft.replace(path)
+        _sync_folder(path.parent)
+        written.append(path)
+    except OSError as error:
+        _forget(draft)
+        raise unwritable(path, error) from None
     except BaseException:
-        Path(name).unlink(missing_ok=True)
+        _forget(draft)
         raise
     return path
+
+
+def unwritable(path: Path, error: OSError) -> HaptidError:
+    """Return the error that says in one line why ``path`` could not be written."""
+    reason = error.strerror or str(error)
+    if error.errno in NOT_ALLOWED:
+        todo = "name another folder, or change who may write there"
+        return InputError(str(path), expected="a place that can be written", got=reason, todo=todo)
+    return WritingError(f"{path}: could not be written ({reason}); free some space or name another folder, then repeat")
+
+
+def check_writable(folder: Path) -> None:
+    """Try with a small file whether ``folder`` can be made and written, before any work is done; nothing is left.
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
+    """
+    there = next((path for path in (folder, *folder.absolute().parents) if path.exists()), folder)
+    if not there.is_dir():
+        raise InputError(str(folder), expected="a folder", got=f"the file {there}", todo="name another one")
+    probe = there / f".probe.{secrets.token_hex(6)}"
+    try:
+        probe.write_bytes(b"probe")
+    except OSError as error:
+        raise unwritable(folder, error) from None
+    finally:
+        _forget(probe)
+
+
+def _write_through(path: Path, data: bytes) -> None:
+    """Write a new file and wait until the disk has it; its mode is 0666 less the umask."""
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o666)
+    with os.fdopen(descriptor, "wb") as stream:
+        stream.write(data)
+        stream.flush()
+        os.fsync(stream.fileno())
+
+
+def _sync_folder(folder: Path) -> None:
+    """Wait until the disk has the new name, where the system can be asked for that."""
+    if os.name != "posix":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in (errno.EINVAL, errno.ENOTSUP):  # some network file systems have no such call
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def _forget(path: Path) -> None:
+    try:
+        path.unlink(missing_ok=True)
+    except OSError:  # where nothing could be written there is nothing to take away
+        return
 
 
 def write_text(path: Path, text: str) -> Path:
@@ -45,20 +137,15 @@ def read_json(path: Path, wanted: str) -> dict[str, Any]:
         Where the file cannot be read, is no JSON, or holds no object.
     """
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except json.JSONDecodeError as error:
-        where = f"{path}, line {error.lineno}"
-        raise InputError(where, expected="JSON", got=error.msg) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(str(path), expected="a text file that can be read", got=str(error)) from None
+        text = path.read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise InputError(str(path), expected="a text file that can be read", got=reason_of(error)) from None
+    data = parse_json(text, str(path))
     if not isinstance(data, dict):
         raise InputError(str(path), expected=wanted, got=type(data).__name__)
     return data
 
 
-def cache_folder(name: str) -> Path:
-    """Return (and make) the cache folder ``name`` below $HAPTID_CACHE, default ``.cache/haptid`` in the home folder."""
-    base = Path(os.environ.get("HAPTID_CACHE", Path.home() / ".cache" / "haptid"))
-    folder = base / name
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
+def reason_of(error: Exception) -> str:
+    """Return why a file could not be read, without its path, which the message names already."""
+    return (error.strerror if isinstance(error, OSError) else None) or str(error)

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from measurement.run import Array
+from support.files import write_bytes
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its next major version at every import
@@ -82,6 +83,6 @@ def write_netcdf(
     descriptor, temporary = tempfile.mkstemp(dir=path.parent, suffix=".nc")
     os.close(descriptor)
     data.to_netcdf(temporary, engine="h5netcdf")
-    Path(temporary).chmod(0o644)
-    Path(temporary).replace(path)
-    return path
+    content = Path(temporary).read_bytes()
+    Path(temporary).unlink()
+    return write_bytes(path, content)

@@ -6,6 +6,7 @@ after its last stored chunk is the chain that would have been.
 
 from __future__ import annotations
 
+import hashlib
 import io
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,13 +45,35 @@ class Chunk:
         with h5py.File(stream, "w") as file:
             for name in ("chain", "log_prob", "accepted"):
                 file.create_dataset(name, data=getattr(self, name), track_times=False)
+            file.attrs["sha256"] = self.digest
         write_bytes(path, stream.getvalue())
 
     @classmethod
     def read(cls, path: Path) -> Chunk:
-        """Read back what `write` wrote."""
-        with h5py.File(path, "r") as file:
-            return cls(**{name: np.asarray(file[name]) for name in ("chain", "log_prob", "accepted")})
+        """Read back what `write` wrote.
+
+        Raises
+        ------
+        ValueError
+            Where the file is not what was written: truncated, changed, or of another kind.
+        """
+        try:
+            with h5py.File(path, "r") as file:
+                found = cls(**{name: np.asarray(file[name]) for name in ("chain", "log_prob", "accepted")})
+                recorded = file.attrs.get("sha256")
+        except (OSError, KeyError, RuntimeError) as error:
+            msg = f"{path} is damaged"
+            raise ValueError(msg) from error
+        if recorded != found.digest:
+            msg = f"{path} is damaged"
+            raise ValueError(msg)
+        return found
+
+    @property
+    def digest(self) -> str:
+        """Return a digest of all numbers."""
+        parts = [np.ascontiguousarray(part).tobytes() for part in (self.chain, self.log_prob, self.accepted)]
+        return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

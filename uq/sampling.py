@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -114,7 +115,8 @@ class _Store:
     def get(self, phase: str, ensemble: int, number: int) -> Chunk | None:
         path = self.path(phase, ensemble, number)
         if (phase, ensemble, number) not in self.kept and path is not None and path.exists():
-            self.kept[phase, ensemble, number] = Chunk.read(path)
+            with suppress(ValueError):  # a damaged chunk is made again: its numbers follow from the seed
+                self.kept[phase, ensemble, number] = Chunk.read(path)
         return self.kept.get((phase, ensemble, number))
 
     def put(self, phase: str, ensemble: int, number: int, chunk: Chunk) -> None:

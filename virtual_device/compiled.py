@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from support.cache import cache_folder, is_sealed, seal
 from support.errors import NumericalError
-from support.files import cache_folder
 
 Array = NDArray[np.float64]
 Doubles = ctypes.POINTER(ctypes.c_double)
@@ -30,8 +30,9 @@ def library(name: str) -> ctypes.CDLL:
     source = Path(__file__).with_name(f"{name}.c")
     digest = hashlib.sha256(source.read_bytes() + repr(FLAGS).encode() + sys.platform.encode()).hexdigest()[:16]
     target = cache_folder("virtual_device") / f"{name}_{digest}{SUFFIX}"
-    if not target.exists():
+    if not is_sealed(target):
         _compile(source, target)
+        seal(target)
     return ctypes.CDLL(str(target))
 
 
@@ -44,6 +45,7 @@ def _compile(source: Path, target: Path) -> None:
         if done.returncode != 0:
             msg = f"{source.name} did not compile: {done.stderr.strip()}"
             raise NumericalError(msg)
+        made.chmod(0o700)
         os.replace(made, target)  # noqa: PTH105 - the atomic form
 
 

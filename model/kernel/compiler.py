@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import importlib.metadata
 import importlib.util
 import os
 import subprocess
@@ -11,8 +12,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
+from support.cache import cache_folder, is_sealed, machine, seal
 from support.errors import NumericalError
-from support.files import cache_folder
 
 FLAGS = (
     "-std=gnu11",
@@ -42,6 +43,9 @@ def available() -> bool:
 
 
 def _invoke(arguments: list[str]) -> None:
+    if not available():
+        msg = "the C compiler is missing: install it with python -m pip install ziglang"
+        raise NumericalError(msg)
     environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder("zig")), **os.environ}
     done = subprocess.run(
         [sys.executable, "-m", "ziglang", "cc", *arguments],
@@ -69,12 +73,15 @@ def compile_shared(
     triple
         Compiler's name of the target platform; this machine, with all its instructions, where None.
     """
-    key = hashlib.sha256(repr((sorted(sources.items()), main, triple, flags, FLAGS)).encode()).hexdigest()[:24]
+    made_by = importlib.metadata.version("ziglang") if available() else ""
+    made_for = triple or machine()
+    parts = (sorted(sources.items()), main, made_for, flags, FLAGS, made_by)
+    key = hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
     suffix = ".dll" if triple and "windows" in triple else ".dylib" if triple and "macos" in triple else ".so"
     if triple is None and sys.platform in ("win32", "darwin"):
         suffix = {"win32": ".dll", "darwin": ".dylib"}[sys.platform]
     library = cache_folder("compiled") / f"{key}{suffix}"
-    if library.exists():
+    if is_sealed(library):
         return library
     target = ["-target", triple] if triple else ["-march=native"]
     with tempfile.TemporaryDirectory(dir=library.parent) as folder:
@@ -93,8 +100,9 @@ def compile_shared(
                 str(built),
             ]
         )
+        built.chmod(0o700)
         built.replace(library)
-    return library
+    return seal(library)
 
 
 def compile_kernel(source: str, *, lanes: int, substeps: int | None = None) -> Path:

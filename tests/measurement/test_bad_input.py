@@ -119,7 +119,7 @@ def test_fault_in_a_table(folder, line, text, pattern):
 
 def test_too_many_cells_in_a_line(folder):
     folder.line(9, "0.035,0.1,0.2,0.3,0.4")
-    fault(folder, r"a\.csv: expected a table in CSV")
+    fault(folder, r"a\.csv, line 9: expected 3 cells, as the header has, got 5; where a comma is the decimal sign")
 
 
 @pytest.mark.parametrize(
@@ -129,7 +129,7 @@ def test_too_many_cells_in_a_line(folder):
         (b"time_s,torque_4_Nm,position_4_rad\n", r"a\.csv: expected at least 8 rows, got 0"),
         (b"time_s,torque_4_Nm,position_4_rad\n0,1,2\n1,2,3\n", r"a\.csv: expected at least 8 rows, got 2"),
         (b"time_s;torque_4_Nm;position_4_rad\n" + b"0;1;2\n" * 9, r"columns separated by commas, got semicolons"),
-        (b"\xff\xfe\x00\x01\x9a", r"a\.csv: expected a table in CSV"),
+        (b"\xff\xfe\x00\x01\x9a", r"a\.csv: expected a text in UTF-8, got byte 0xff; save it as UTF-8"),
     ],
 )
 def test_table_that_is_none(folder, content, pattern):

@@ -11,9 +11,10 @@ import click
 import pytest
 from click.testing import CliRunner
 
+from support.cache import cache_folder
 from support.command import common_options, exit_codes, parse_joints
 from support.errors import InputError, NumericalError
-from support.files import cache_folder, write_bytes, write_json, write_text
+from support.files import WritingError, write_bytes, write_json, write_text
 
 ROOT = Path(__file__).parents[2]
 
@@ -35,7 +36,7 @@ def command(error: BaseException | None) -> click.Command:
         (InputError("a.csv, line 3", expected="a number", got="'x'", todo="remove it"), 2,
          "error: a.csv, line 3: expected a number, got 'x'; remove it\n"),
         (NumericalError("no start\nconverged"), 1, "error: no start converged\n"),
-        (KeyboardInterrupt(), 130, "interrupted: what was finished is kept\n"),
+        (KeyboardInterrupt(), 130, "interrupted: nothing was finished yet\n"),
     ],
 )  # fmt: skip
 def test_errors_end_with_their_code_and_one_line(error: BaseException | None, code: int, line: str):
@@ -90,7 +91,7 @@ def test_a_failed_write_keeps_the_old_file_and_leaves_no_litter(tmp_path: Path, 
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Path, "replace", full)
-    with pytest.raises(OSError, match="No space left"):
+    with pytest.raises(WritingError, match="No space left"):
         write_bytes(path, b"new")
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["a.txt"]
@@ -114,4 +115,4 @@ def test_a_terminated_command_ends_as_on_ctrl_c():
     )
     command = [sys.executable, "-c", "\n".join(lines)]
     ended = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert (ended.returncode, ended.stderr) == (143, "interrupted: what was finished is kept\n")
+    assert (ended.returncode, ended.stderr) == (143, "interrupted: nothing was finished yet\n")

@@ -94,5 +94,5 @@ def test_an_interrupt_between_a_workers_start_and_what_it_is_told(name: str, cod
         timeout=60,
         check=False,
     )
-    assert done.stderr.splitlines() == ["interrupted: what was finished is kept"]
+    assert done.stderr.splitlines() == ["interrupted: nothing was finished yet"]
     assert done.returncode == code

@@ -1,0 +1,77 @@
+"""How a CSV file is laid out: what a spreadsheet or a logger writes instead is named, with the remedy."""
+
+from __future__ import annotations
+
+import gzip
+import zlib
+from pathlib import Path
+from typing import TextIO
+
+from support.errors import InputError
+
+LINES = 200
+"""Lines from the start that are looked at: a layout is the same all through a file."""
+LONGEST_LINE = 1_000_000
+
+
+def check_layout(path: Path) -> None:
+    """Refuse comments before the header, a missing header, other separators, decimal commas and ragged rows.
+
+    Raises
+    ------
+    InputError
+        With the line at fault and what to do.
+    """
+    try:
+        with _opened(path) as stream:
+            lines = [stream.readline(LONGEST_LINE) for _ in range(LINES)]
+    except UnicodeDecodeError as error:
+        got, todo = f"byte 0x{error.object[error.start]:02x}", "save it as UTF-8"
+        raise InputError(str(path), expected="a text in UTF-8", got=got, todo=todo) from None
+    except (OSError, EOFError, zlib.error):
+        return  # said by whoever reads the file whole
+    _check_header(path, lines[0].strip())
+    _check_rows(path, lines)
+
+
+def _opened(path: Path) -> TextIO:
+    if path.suffix == ".gz":
+        return gzip.open(path, "rt", encoding="utf-8-sig", newline=None)
+    return path.open(encoding="utf-8-sig")
+
+
+def _check_header(path: Path, header: str) -> None:
+    where = f"{path}, line 1"
+    if header.startswith(("#", "%", "//")):
+        todo = "take the lines before the header away"
+        raise InputError(where, expected="the header", got=f"a comment: {header[:40]!r}", todo=todo)
+    for sign, name in ((";", "semicolons"), ("\t", "tabs")):
+        if sign in header:
+            todo = "export it with commas and decimal points"
+            raise InputError(where, expected="columns separated by commas", got=name, todo=todo)
+    cells = [cell.strip() for cell in header.split(",")]
+    if header and all(_is_number(cell) for cell in cells if cell):
+        todo = "write a first line with the names of the columns, as in time_s,torque_0_Nm,position_0_rad"
+        raise InputError(where, expected="the names of the columns", got=repr(header[:40]), todo=todo)
+
+
+def _check_rows(path: Path, lines: list[str]) -> None:
+    if any('"' in line for line in lines):
+        return  # a quoted cell may hold commas
+    columns = lines[0].count(",") + 1
+    for number, line in enumerate(lines[1:], start=2):
+        cells = line.count(",") + 1
+        if line.strip() and cells > columns:
+            spare = line.rstrip().endswith(",") and cells == columns + 1
+            if not spare:
+                todo = "where a comma is the decimal sign, export with decimal points"
+                where = f"{path}, line {number}"
+                raise InputError(where, expected=f"{columns} cells, as the header has", got=f"{cells}", todo=todo)
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,121 @@
+"""TOML and JSON text to plain values, refused with line or key where a reader could trip over them."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import tomllib
+from collections.abc import Iterator
+from typing import Any, NoReturn
+
+from support.errors import InputError
+
+DEEPEST = 64
+"""Levels of tables and lists: no format read here needs a third of them."""
+OPEN_ENDED = ("lower", "upper", "position_limits")
+"""Keys under which infinity says that there is no bound."""
+
+
+def parse_toml(text: str, path: str, *, finite: bool = False) -> dict[str, Any]:
+    """Return the values of a TOML text; ``path`` names it in errors, ``finite`` asks for no NaN and no infinity.
+
+    Raises
+    ------
+    InputError
+        Where the text is no TOML (its line), is nested too deeply, or holds a number that no reader can take.
+    """
+    try:
+        data = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        found = re.search(r"\(at line (\d+)", str(error))
+        line = found.group(1) if found else str(len(text.splitlines()))
+        where = f"{path}, line {line}"
+        raise InputError(where, expected="valid TOML", got=str(error)) from None
+    except RecursionError:
+        raise _too_deep(path) from None
+    except ValueError:  # of all numbers only those of thousands of digits get here
+        raise _too_long(path, text) from None
+    _check_values(data, path, text, finite=finite)
+    return data
+
+
+def parse_json(text: str, path: str) -> Any:
+    """Return the values of a JSON text; ``path`` names it in errors.
+
+    Raises
+    ------
+    InputError
+        Where the text is no JSON (NaN and Infinity are none), is nested too deeply, or holds a number that no reader
+        can take.
+    """
+    try:
+        data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_distinct)
+    except json.JSONDecodeError as error:
+        where = f"{path}, line {error.lineno}"
+        raise InputError(where, expected="JSON", got=error.msg) from None
+    except RecursionError:
+        raise _too_deep(path) from None
+    except _NotJsonError as error:
+        raise InputError(path, expected="JSON", got=str(error)) from None
+    except ValueError:
+        raise _too_long(path, text) from None
+    _check_values(data, path, text, finite=True)
+    return data
+
+
+class _NotJsonError(ValueError):
+    """What Python's reader takes and JSON does not."""
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise _NotJsonError(name)
+
+
+def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    found = dict(pairs)
+    if len(found) < len(pairs):
+        names = [name for name, _ in pairs]
+        twice = next(name for name in names if names.count(name) > 1)
+        msg = f"{twice!r} twice in one object"
+        raise _NotJsonError(msg)
+    return found
+
+
+def _too_deep(path: str) -> InputError:
+    return InputError(path, expected=f"at most {DEEPEST} levels of brackets", got="more")
+
+
+def _too_long(path: str, text: str) -> InputError:
+    number = re.search(r"\d[\d_]{17,}", text)
+    line = f", line {text.count(chr(10), 0, number.start()) + 1}" if number else ""
+    got = f"a number of {len(number.group())} digits" if number else "a number that is too long"
+    return InputError(f"{path}{line}", expected="numbers of at most 64 bits", got=got)
+
+
+def _check_values(data: Any, path: str, text: str, *, finite: bool) -> None:
+    """Refuse what is too deep, whole numbers of more than 64 bits, NaN, and infinity where it is no bound."""
+    for key, depth, value in _walk(data):
+        where = f"{path}: {key}"
+        if depth > DEEPEST:
+            raise _too_deep(path)
+        if isinstance(value, int) and not -(2**63) <= value < 2**63:
+            raise _too_long(path, text)
+        if finite and isinstance(value, float) and not _is_allowed(key, value):
+            raise InputError(where, expected="a finite number", got=repr(value))
+
+
+def _is_allowed(key: str, value: float) -> bool:
+    bound = re.sub(r"\[\d+\]$", "", key).rpartition(".")[2] in OPEN_ENDED
+    return math.isfinite(value) or (bound and not math.isnan(value))
+
+
+def _walk(data: Any) -> Iterator[tuple[str, int, Any]]:
+    left: list[tuple[str, int, Any]] = [("", 0, data)]
+    while left:
+        key, depth, value = left.pop()
+        yield key, depth, value
+        if isinstance(value, dict):
+            left += [(f"{key}.{name}" if key else str(name), depth + 1, entry) for name, entry in value.items()]
+        elif isinstance(value, list):
+            left += [(f"{key}[{index}]", depth + 1, entry) for index, entry in enumerate(value)]

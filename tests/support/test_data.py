@@ -1,0 +1,51 @@
+"""TOML and JSON that would trip a reader up end in one line."""
+
+from __future__ import annotations
+
+import pytest
+
+from support.data import parse_json, parse_toml
+from support.errors import InputError
+
+HUGE = "9" * 400
+LONGER = "9" * 5000
+DEEP = "[" * 5000 + "]" * 5000
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("a = 1\nb = [", "a.toml, line 2: expected valid TOML"),
+        (f"a = 1\nb = {HUGE}", "a.toml, line 2: expected numbers of at most 64 bits, got a number of 400 digits"),
+        (f"a = 1\nb = {LONGER}", "a.toml, line 2: expected numbers of at most 64 bits, got a number of 5000 digits"),
+        (f"b = {DEEP}", "a.toml: expected at most 64 levels of brackets"),
+        ("b = " + "[" * 70 + "]" * 70, "a.toml: expected at most 64 levels of brackets"),
+        ("[a]\nb = [1.0, nan]", r"a.toml: a.b[1]: expected a finite number, got nan"),
+        ("[a]\nmass = inf", r"a.toml: a.mass: expected a finite number, got inf"),
+    ],
+)
+def test_toml_is_refused(text: str, words: str):
+    with pytest.raises(InputError) as caught:
+        parse_toml(text, "a.toml", finite=True)
+    assert str(caught.value).startswith(words)
+
+
+def test_an_open_bound_may_be_infinite():
+    found = parse_toml("upper = inf\nposition_limits = [-inf, inf]", "a.toml", finite=True)
+    assert found["upper"] == float("inf")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('{"a": 1,\n', "a.json, line 2: expected JSON"),
+        ('{"a": NaN}', "a.json: expected JSON, got NaN"),
+        ('{"a": 1, "a": 2}', "a.json: expected JSON, got 'a' twice in one object"),
+        (f'{{"a": {LONGER}}}', "a.json, line 1: expected numbers of at most 64 bits"),
+        (DEEP, "a.json: expected at most 64 levels of brackets"),
+    ],
+)
+def test_json_is_refused(text: str, words: str):
+    with pytest.raises(InputError) as caught:
+        parse_json(text, "a.json")
+    assert str(caught.value).startswith(words)
