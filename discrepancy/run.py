@@ -16,9 +16,9 @@ from discrepancy.torque_finding import find_torque, torque_json
 from discrepancy.torque_study import torque_study_of
 from discrepancy.whole import whole_finding
 from fmu_build.build import Kind
-from fmu_build.findings import VERDICTS, by_joint, finding_of
+from fmu_build.findings import VERDICTS, by_joint, finding_of, read_discrepancy
 from fmu_build.findings import Finding as JointFinding
-from fmu_build.identified import check_schema
+from fmu_build.identified import read_identification
 from identification.equations_for import device_of
 from identification.strategy import choose_for
 from measurement.campaign import Campaign
@@ -32,7 +32,7 @@ from report.torque_gap_page import torque_gap_page
 from report.whole_gap_page import whole_gap_page
 from support.command import common_options, exit_codes, parse_joints, progress
 from support.errors import InputError
-from support.files import read_json, write_json, write_text
+from support.files import write_json, write_text
 
 
 @click.command()
@@ -136,8 +136,7 @@ def _together(
             raise InputError("--free", expected=f"an identified model, {source}", got="no such file", todo=note)
         click.echo(f"note: {note}", err=True)
         return
-    identification = read_json(source, "an identification.json")
-    check_schema(identification, str(source))
+    identification = read_identification(source)
     finding = whole_finding(read, device, runs, identification, findings)
     write_json(out / "discrepancy" / "whole.json", finding.as_json(measured=read.measured))
     write_text(out / "discrepancy" / "whole.html", whole_gap_page(finding, read.title, measured=read.measured))
@@ -150,8 +149,8 @@ def _found(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | 
     path = out / "discrepancy" / f"joint{joint}.json"
     if not path.exists():
         return None
-    data = read_json(path, "a discrepancy/joint<j>.json")
-    return finding_of(data, str(path), entries) if data.get("verdict") in VERDICTS else None
+    data = read_discrepancy(path)
+    return finding_of(data, str(path), entries) if data["verdict"] in VERDICTS else None
 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,11 @@ from typing import Any
 import click
 
 from fmu_build.build import Fmu, Kind, build_fmu
-from fmu_build.findings import Finding, by_joint, finding_of, refitted
-from fmu_build.identified import check_schema, entries_of, of_device, of_joint
+from fmu_build.findings import Finding, by_joint, read_finding, refitted
+from fmu_build.identified import entries_of, of_device, of_joint, read_identification
 from fmu_build.ssv import write_ssv
 from model.device import Device
-from model.device_file import load_device
+from model.device_file import builtin_devices, load_device
 from model.effects import with_folder
 from model.joint import joint_equations
 from model.parameters import joint_parameters
@@ -21,8 +22,9 @@ from model.quantity import Quantity
 from model.whole_device import full_equations
 from support.command import exit_codes, parse_joints
 from support.errors import InputError
-from support.files import read_json
 
+LONGEST_PATH = 1024
+"""Characters of a device's path; the shortest limit among the systems, macOS's."""
 SINGLE = "single_joint"
 """The name of the device that is any one joint of any machine."""
 
@@ -93,8 +95,12 @@ def _packaging(kind: Kind, fmi: str) -> Kind:
     help="A discrepancy/joint<j>.json whose effects the whole device takes along; may be given several times.",
 )  # fmt: skip
 @click.option("--effects", type=click.Path(path_type=Path), default=None, help="Folder with the effects of your own.")
+@click.option(
+    "--device", default=None, metavar="FILE",
+    help="The device's file, where identification.json names one outside its own folder.",
+)  # fmt: skip
 @exit_codes
-def main(
+def main(  # noqa: PLR0913, PLR0917 # one argument an option
     source: Path,
     out: Path,
     kind: Kind,
@@ -102,41 +108,75 @@ def main(
     joints: str | None,
     named: tuple[Path, ...],
     effects: Path | None,
+    device: str | None,
 ) -> None:
     """Package the model that an identification.json holds.
 
     --with takes along what `discrepancy.run` named, at the values of its refit: into the 6-DOF FMU of all joints.
     """
     kind = _packaging(kind, fmi)
-    data, wanted = read_json(source, "an identification.json"), parse_joints(joints)
-    check_schema(data, str(source))
+    data, wanted = read_identification(source), parse_joints(joints)
     if data["device"] == SINGLE or wanted:
         if named:
             todo = "discrepancy.run has written the FMU of a joint with its effects already"
             raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
-        fmu = export_joint(data, _only_joint(data, wanted), out, kind)
+        joint = _only_joint(data, wanted)
+        if "inertia" not in entries_of(data, joint):
+            where = f"{source}: parameters of joint {joint}"
+            raise InputError(where, expected="the key 'inertia'", got=", ".join(entries_of(data, joint)) or "none")
+        fmu = export_joint(data, joint, out, kind)
     else:
         entries = with_folder(effects)
-        findings = [finding_of(read_json(path, "a discrepancy/joint<j>.json"), str(path), entries) for path in named]
-        told = list(_taken(findings, data))
-        fmu = export_full(load_device(data["device"], source.parent), data, out, kind, findings)
+        findings = [read_finding(path, entries) for path in named]
+        machine = _device(device, data["device"], source)
+        told = list(_taken(findings, data, machine, str(source)))
+        fmu = export_full(machine, data, out, kind, findings)
         for line in told:
             click.echo(line)
     size = fmu.path.stat().st_size / 1024
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
 
 
-def _taken(findings: Sequence[Finding], data: Mapping[str, Any]) -> Iterator[str]:
+def _device(given: str | None, recorded: str, source: Path) -> Device:
+    """Return the device that the user names, else the recorded one, built in or from the results' own folder.
+
+    A folder of results may come from a stranger: what it names elsewhere is read only where the user says so.
+    """
+    if given is not None:
+        return load_device(given)
+    if recorded in builtin_devices():
+        return load_device(recorded)
+    where, own = f"{source}: device", source.parent.resolve()
+    path = (own / recorded).resolve() if recorded.isprintable() and len(recorded) < LONGEST_PATH else own
+    if not path.is_relative_to(own):
+        expected, todo = "a built-in name, or a file in the results' own folder", f"--device {recorded} if it is yours"
+        raise InputError(where, expected=expected, got=repr(recorded), todo=todo)
+    if not os.path.isfile(path):  # noqa: PTH113 # a name that is too long is no file, where Path.is_file raises
+        todo = "--device FILE names the device's file"
+        raise InputError(where, expected="a built-in name or a file", got=repr(recorded), todo=todo)
+    return load_device(path)
+
+
+def _taken(findings: Sequence[Finding], data: Mapping[str, Any], device: Device, source: str) -> Iterator[str]:
     """Say what of each finding went into the FMU, what stayed behind, and how far the joint's inertia had moved."""
     for f in findings:
+        if f.joint >= len(device.joints):
+            raise InputError("--with", expected=f"joints of {device.name}", got=f"joint {f.joint}")
         if f.effects:
             taken = ", ".join(e.id for e in f.effects)
-            moved = 100 * (f.values[f"inertia_{f.joint}"] / entries_of(data, f.joint)["inertia"]["value"] - 1)
-            inertia = f"its inertia moved by {moved:+.2g} % in the refit"
-            yield f"joint {f.joint}: {taken}; {inertia}, links stay as identified"
+            yield f"joint {f.joint}: {taken}; {_inertia_moved(f, data, source)}, links stay as identified"
         else:
             yield f"joint {f.joint}: nothing"
         yield from (f"  without {id}: {reason}" for id, reason in f.left)
+
+
+def _inertia_moved(finding: Finding, data: Mapping[str, Any], source: str) -> str:
+    before = entries_of(data, finding.joint).get("inertia", {"value": 0.0})["value"]
+    after = finding.values.get(f"inertia_{finding.joint}")
+    if before == 0.0 or after is None:
+        where = f"{source}: joint {finding.joint}"
+        raise InputError(where, expected="its inertia, identified and refitted", got="none")
+    return f"its inertia moved by {100 * (after / before - 1):+.2g} % in the refit"
 
 
 if __name__ == "__main__":

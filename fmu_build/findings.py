@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 from fmu_build.identified import Identified
@@ -14,8 +16,8 @@ from model.effects import named
 from model.joint_parts import Effects, of_the_test_alone
 from model.quantity import Quantity
 from support.errors import InputError
+from support.files import read_json
 
-SCHEMA = "discrepancy/1"
 VERDICTS = ("named", "ambiguous", "nothing_missing")
 """Verdicts that leave a model to take along."""
 
@@ -44,7 +46,7 @@ class Finding:
     left: tuple[tuple[str, str], ...]
 
 
-def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
+def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
     """Return the finding that a ``discrepancy/joint<j>.json`` holds.
 
     Raises
@@ -52,14 +54,22 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     InputError
         For any other file, one without a name for what is missing, and an effect that ``entries`` do not have.
     """
-    if data.get("schema") != SCHEMA or not isinstance(data.get("joint"), int):
-        got = f"schema {data.get('schema')!r}, joint {data.get('joint')!r}"
-        raise InputError(where, expected=f"a discrepancy/joint<j>.json of schema {SCHEMA}", got=got)
+    return finding_of(read_discrepancy(path), str(path), entries)
+
+
+def read_discrepancy(path: Path) -> dict[str, Any]:
+    """Return the content of a ``discrepancy/joint<j>.json``, whatever its verdict."""
+    return read_json(path, "a discrepancy/joint<j>.json", ("fmu_build", "discrepancy.schema.json"))
+
+
+def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
+    """Return the finding in the content of a ``discrepancy/joint<j>.json``; see `read_finding`."""
     if data["verdict"] not in VERDICTS:
-        raise InputError(where, expected=f"one of the verdicts {', '.join(VERDICTS)}", got=data["verdict"])
+        at, expected = f"{where}: verdict", f"one of the verdicts {', '.join(VERDICTS)}"
+        raise InputError(at, expected=expected, got=repr(data["verdict"]))
     joint = data["joint"]
     keys = [":".join(filter(None, (e["id"], e.get("variant")))) for e in data["effects"]]
-    found = named(keys, entries)
+    found = _named(keys, where, entries)
     taken = tuple(e for e in found if not of_the_test_alone(e))
     refit = {id: float(value) for id, value in (data.get("refit") or {}).items()}
     kind = "measured" if data.get("measured") else "SYNTHETIC"
@@ -72,6 +82,17 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
         provenance={f"{id}_{joint}": Provenance(source=source, std=std.get(id), status="") for id in refit},
         left=tuple((e.id, reason) for e in found if (reason := of_the_test_alone(e))),
     )
+
+
+def _named(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple[Effect, ...]:
+    known = {name for key, e in entries.items() for name in (key, e.id)}
+    for key in keys:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            todo = f"is {near[0]!r} meant?" if near else "--effects names the folder of effects of your own"
+            at = f"{where}: effects"
+            raise InputError(at, expected="ids of the catalogue", got=repr(key), todo=todo)
+    return named(keys, entries)
 
 
 def by_joint(findings: Sequence[Finding]) -> Effects:

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from fmu_build.provenance import Provenance
 from fmu_build.variables import structured_name
 from model.equations import Equations
 from support.errors import InputError
-
-SCHEMA = "identification/1"
+from support.files import read_json
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,10 +36,21 @@ class Identified:
         return values, {names[q.id]: q.unit for q in equations.parameters}
 
 
-def check_schema(data: Mapping[str, Any], where: str) -> None:
-    """Refuse what is not the content of an ``identification.json``."""
-    if data.get("schema") != SCHEMA or "configurations" not in data:
-        raise InputError(where, expected=f"an identification.json of schema {SCHEMA}", got=repr(data.get("schema")))
+def read_identification(path: Path) -> dict[str, Any]:
+    """Return the content of an ``identification.json``.
+
+    Raises
+    ------
+    InputError
+        Where the file does not follow ``identification.schema.json``, or tests the same joints twice.
+    """
+    data = read_json(path, "an identification.json", ("fmu_build", "identification.schema.json"))
+    tested = [tuple(sorted(c["free_joints"])) for c in data["configurations"]]
+    for joints in tested:
+        if len(joints) == 1 and tested.count(joints) > 1:
+            where = f"{path}: configurations"
+            raise InputError(where, expected="one test of every joint alone", got=f"joint {joints[0]} twice")
+    return data
 
 
 def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:

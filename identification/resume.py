@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from pathlib import Path
 from typing import Any
 
+from fmu_build.identified import read_identification
 from identification.configurations import Configuration
 from identification.options import FitOptions
 from measurement.campaign import Campaign
 from model.device import Device
+from support.errors import InputError
 
 CODE = ("identification", "model", "measurement")
 
@@ -45,9 +46,9 @@ def _sources() -> list[Path]:
 def kept_entries(path: Path, digest: str) -> list[dict[str, Any]]:
     """Return the finished configurations of an earlier run with the same inputs; none where it ran to its end."""
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        data = read_identification(path)
+    except InputError:  # nothing to go on from: the run begins anew and writes the file again
         return []
-    if not isinstance(data, dict) or data.get("inputs") != digest or data.get("complete", True):
+    if data.get("inputs") != digest or data.get("complete", True):
         return []
-    return list(data.get("configurations", []))
+    return list(data["configurations"])

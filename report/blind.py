@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ from report.blind_picture import confusion_picture
 from report.style import png
 from support.command import exit_codes
 from support.errors import InputError
-from support.files import write_bytes, write_text
+from support.files import read_json, write_bytes, write_text
 
 Row = dict[str, Any]
 
@@ -22,15 +21,16 @@ Row = dict[str, Any]
 @exit_codes
 def main(path: Path) -> None:
     """Write the page and its picture, and print the summary."""
-    try:
-        study = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise InputError(str(path), expected="the blind.json of a study", got=f"{type(error).__name__}") from error
-    if study.get("schema") != "blind/1":
-        raise InputError(str(path), expected="schema blind/1", got=repr(study.get("schema")))
+    study = read_json(path, "the blind.json of a study", ("report", "blind.schema.json"))
     picture = path.with_suffix(".png")
-    write_bytes(picture, png(confusion_picture(study["confusion"], study["confusion_leave_one_out"])))
-    write_text(path.with_suffix(".md"), blind_page(study, picture.name))
+    drawn, page = png(confusion_picture(study["confusion"], study["confusion_leave_one_out"])), ""
+    try:
+        page = blind_page(study, picture.name)
+    except (KeyError, TypeError, ValueError, AttributeError) as error:  # nested figures: the page asks for each by name
+        got = f"{type(error).__name__}: {error}"
+        raise InputError(str(path), expected="all figures of a blind study", got=got) from None
+    write_bytes(picture, drawn)
+    write_text(path.with_suffix(".md"), page)
     click.echo("\n".join(headlines(study)))
     click.echo(f"written: {path}, {path.with_suffix('.md').name}, {picture.name}")
 

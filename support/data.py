@@ -13,6 +13,7 @@ from support.errors import InputError
 
 DEEPEST = 64
 """Levels of tables and lists: no format read here needs a third of them."""
+_HALF_CHARACTER = re.compile(r"\\u[dD][89a-fA-F]")
 OPEN_ENDED = ("lower", "upper", "position_limits")
 """Keys under which infinity says that there is no bound."""
 
@@ -40,8 +41,8 @@ def parse_toml(text: str, path: str, *, finite: bool = False) -> dict[str, Any]:
     return data
 
 
-def parse_json(text: str, path: str) -> Any:
-    """Return the values of a JSON text; ``path`` names it in errors.
+def parse_json(text: str, path: str, wanted: str = "") -> Any:
+    """Return the values of a JSON text; ``path`` names it in errors, ``wanted`` says in words what it should be.
 
     Raises
     ------
@@ -51,9 +52,14 @@ def parse_json(text: str, path: str) -> Any:
     """
     try:
         data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_distinct)
+        if _HALF_CHARACTER.search(text):  # what cannot be written again, or shown
+            json.dumps(data, ensure_ascii=False).encode()
     except json.JSONDecodeError as error:
         where = f"{path}, line {error.lineno}"
-        raise InputError(where, expected="JSON", got=error.msg) from None
+        todo = "the file may have been cut off" if error.pos >= len(text.rstrip()) else ""
+        raise InputError(where, expected=f"JSON, {wanted}".rstrip(", "), got=error.msg, todo=todo) from None
+    except UnicodeEncodeError:
+        raise InputError(path, expected="whole characters", got=r"half of one, as \ud800") from None
     except RecursionError:
         raise _too_deep(path) from None
     except _NotJsonError as error:

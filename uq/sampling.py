@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -13,8 +12,8 @@ import numpy as np
 
 from identification.workers import Here, Workers
 from measurement.run import Array
-from support.errors import NumericalError
-from support.files import write_json
+from support.errors import InputError, NumericalError
+from support.files import read_json, write_json
 from uq.autocorrelation import autocorrelation_time
 from uq.chunk import Chunk, Task, advance
 from uq.laplace import Laplace
@@ -275,8 +274,16 @@ def _claim(folder: Path, start: Laplace, options: SamplingOptions) -> None:
     digest.update(repr((start.density.equations.digest, start.density.coordinates.names, told)).encode())
     name = digest.hexdigest()[:16]
     path = folder / "chain.json"
-    if path.exists() and json.loads(path.read_text())["digest"] == name:
+    if _digest_in(path) == name:
         return
     for old in folder.glob("*.h5"):
         old.unlink()
     write_json(path, {"digest": name, **told})
+
+
+def _digest_in(path: Path) -> object:
+    """Return the digest of the problem whose chunks lie beside ``path``; None where it cannot be read."""
+    try:
+        return read_json(path, "the digest of a chain").get("digest")
+    except InputError:  # cut off, or not there: the chunks are of no use
+        return None

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tomllib
 from collections.abc import Mapping
@@ -13,7 +12,7 @@ from typing import Any
 import tomli_w
 
 from support.errors import InputError
-from support.files import write_bytes, write_text
+from support.files import read_json, write_bytes, write_text
 from virtual_device.campaign import joint_runs
 from virtual_device.inputs import Cosine
 from virtual_device.sensor import Sensor
@@ -31,11 +30,7 @@ def read_label(out: Path, case: str) -> dict[str, Any]:
         Where the study or the case is not there.
     """
     path = out / "labels.json"
-    try:
-        labels = json.loads(path.read_text(encoding="utf-8"))["labels"]
-    except (OSError, ValueError, KeyError) as error:
-        got = f"{type(error).__name__}: {error}"
-        raise InputError(str(path), expected="the labels of a blind study", got=got) from error
+    labels = read_json(path, "the labels of a blind study", ("virtual_device", "labels.schema.json"))["labels"]
     for label in labels:
         if label["case"] == case:
             return dict(label)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from support.errors import InputError
+from support.files import read_json
 from virtual_device.arm import JOINTS, Arm
 from virtual_device.inputs import AMPLITUDE, Cosine
 from virtual_device.sensor import Sensor
@@ -36,12 +36,8 @@ def read_planned(path: Path) -> tuple[PlannedTest, ...]:
     InputError
         Where the file has no such tests, or they are not of six joints.
     """
-    try:
-        entries = json.loads(path.read_text(encoding="utf-8"))["postures"]["tests"]
-        tests = [PlannedTest(free_joints=tuple(e["free_joints"]), posture=_posture(e)) for e in entries]
-    except (OSError, ValueError, TypeError, KeyError) as error:
-        expected = "a locking_plan.json with postures.tests"
-        raise InputError(str(path), expected=expected, got=f"{type(error).__name__}: {error}") from error
+    plan = read_json(path, "a locking_plan.json", ("virtual_device", "locking_plan.schema.json"))
+    tests = [PlannedTest(free_joints=tuple(e["free_joints"]), posture=_posture(e)) for e in plan["postures"]["tests"]]
     for test in tests:
         if not set(test.free_joints) < set(range(JOINTS)) or len(test.posture) != JOINTS:
             raise InputError(

@@ -102,9 +102,9 @@ def test_where_nothing_is_missing_the_whole_device_stays_as_it_is(tmp_path: Path
 @pytest.mark.parametrize(
     ("contents", "told"),
     [
-        ([finding({"cogging": COGGING}, verdict="unlisted")], "got unlisted"),
+        ([finding({"cogging": COGGING}, verdict="unlisted")], "got 'unlisted'"),
         ([{"schema": "identification/1"}], "expected a discrepancy/joint<j>.json"),
-        ([finding({"cogging": COGGING}, joint=None)], "joint None"),
+        ([finding({"cogging": COGGING}, joint=None)], "joint: expected a whole number, got None"),
         ([finding({"no_such_thing": {}})], "got 'no_such_thing'"),
         ([finding({"cogging": COGGING})] * 2, "expected one finding per joint"),
         ([finding({"cogging": COGGING}, joint=2)], "joint 2: expected a configuration with this joint alone"),

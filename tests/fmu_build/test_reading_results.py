@@ -1,0 +1,148 @@
+"""identification.json and discrepancy JSON of strangers: one line, nothing written, no file elsewhere read."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+from click.testing import CliRunner
+
+from fmu_build.export import main as export
+from fmu_build.platforms import this_platform
+from model.device_file import load_device
+from support.errors import LONGEST
+
+PARAMETER = {"value": 1e-4, "std": None, "unit": "kg m^2", "status": "identified"}
+FINDING = {
+    "schema": "discrepancy/1", "joint": 4, "measured": False, "verdict": "named",
+    "effects": [{"id": "cubic_spring", "parameters": {"k3": {"value": 0.03, "std": 0.001}}}],
+    "refit": {"inertia": 1e-4, "k3": 0.03},
+}  # fmt: skip
+
+
+def content() -> dict:
+    return {
+        "schema": "identification/1", "device": "freedom6s", "campaign": "a test", "measured": False,
+        "configurations": [{"free_joints": [4], "parameters": {"inertia": dict(PARAMETER)}}], "links": {},
+    }  # fmt: skip
+
+
+def refused(folder, data, *arguments):
+    """Return the line with which the export refuses ``data``."""
+    source, out = folder / "identification.json", folder / "x.fmu"
+    source.write_text(data if isinstance(data, str) else json.dumps(data))
+    before = sorted(folder.rglob("*"))
+    done = CliRunner().invoke(export, ["--from", str(source), "--out", str(out), *map(str, arguments)])
+    assert done.exit_code == 2, done.output
+    (line,) = done.stderr.splitlines()
+    assert len(line.removeprefix("error: ")) <= LONGEST
+    assert sorted(folder.rglob("*")) == before
+    return line
+
+
+def changed(*path, to, data=None):
+    """Return the content with one entry replaced, or removed where ``to`` is ...."""
+    data = content() if data is None else json.loads(json.dumps(data))
+    at = data
+    for key in path[:-1]:
+        at = at[key]
+    if to is ...:
+        del at[path[-1]]
+    else:
+        at[path[-1]] = to
+    return data
+
+
+ONE = ("configurations", 0)
+WRONG = [
+    (
+        changed("schema", to="identification/2"),
+        "schema: expected an identification.json of schema 'identification/1', got 'identification/2'",
+    ),
+    (changed("schema", to=...), "expected an identification.json with the key 'schema'"),
+    (changed("configurations", to={}), "configurations: expected a list"),
+    (changed("configurations", to=[7]), "configurations[0]: expected a table { … }, got 7"),
+    (changed("device", to=7), "device: expected a text, got 7"),
+    (changed("device", to="../elsewhere.toml"), "--device ../elsewhere.toml if it is yours"),
+    (changed("device", to="/etc/passwd"), "--device /etc/passwd if it is yours"),
+    (changed("device", to="freedom7s"), "a built-in name or a file"),
+    (changed("device", to="a\0b"), "device: expected"),
+    (changed("device", to="x" * 5000), "device: expected"),
+    (changed("device", to="x" * 500), "device: expected"),
+    (changed(*ONE, "free_joints", to=["4"]), "configurations[0].free_joints[0]: expected a whole number, got '4'"),
+    (changed(*ONE, "free_joints", to=[4, 4]), "every entry once"),
+    (changed(*ONE, "free_joints", to=[]), "free_joints: expected"),
+    (changed(*ONE, "parameters", "inertia", "value", to="1e-4"), "inertia.value: expected a number, got '1e-4'"),
+    (changed(*ONE, "parameters", "inertia", "value", to=...), "inertia: expected the key 'value'"),
+    (changed(*ONE, "parameters", "inertia", to={"vlaue": 1.0}), "is 'vlaue' a misspelling of it?"),
+    (changed(*ONE, "parameters", "inertia", "status", to="known"), "status: expected one of identified"),
+    (changed("links", to={"6": {"m": {"value": None}}}), "links.6.m.value: expected a number"),
+    (changed("whole", to={"a": True}), "whole.a: expected a number, got True"),
+    (changed("configurations", to=2 * content()["configurations"]), "joint 4 twice"),
+    ('{"schema": "identification/1",', "cut off"),
+]
+
+
+@pytest.mark.parametrize(("data", "part"), WRONG)
+def test_export_names_the_key_at_fault(data, part, tmp_path):
+    assert part in refused(tmp_path, data)
+
+
+@pytest.mark.parametrize(
+    ("data", "part"),
+    [
+        (
+            changed("schema", to="discrepancy/2", data=FINDING),
+            "expected a discrepancy/joint<j>.json of schema 'discrepancy/1'",
+        ),
+        (changed("joint", to=None, data=FINDING), "joint: expected a whole number, got None"),
+        (changed("joint", to=77, data=FINDING), "joints of freedom6s, got joint 77"),
+        (changed("joint", to=3, data=FINDING), "a configuration with this joint alone"),
+        (changed("verdict", to="unlisted", data=FINDING), "verdict: expected one of the verdicts"),
+        (changed("verdict", to="perhaps", data=FINDING), "verdict: expected one of nothing_missing"),
+        (changed("effects", to=[{"id": "cubic_sprin", "parameters": {}}], data=FINDING), "is 'cubic_spring' meant?"),
+        (changed("effects", 0, "parameters", to=..., data=FINDING), "effects[0]: expected the key 'parameters'"),
+        (changed("refit", to={"k3": "x"}, data=FINDING), "refit.k3: expected a number"),
+        (changed("refit", to={}, data=FINDING), "its inertia, identified and refitted"),
+    ],
+)
+def test_export_names_the_key_of_a_finding(data, part, tmp_path):
+    path = tmp_path / "joint4.json"
+    path.write_text(json.dumps(data))
+    assert part in refused(tmp_path, content(), "--with", path)
+
+
+def test_one_joint_needs_its_inertia(tmp_path):
+    data = changed(*ONE, "parameters", to={"Ks": PARAMETER})
+    assert "the key 'inertia'" in refused(tmp_path, data, "--joints", "4")
+
+
+def test_a_link_out_of_the_folder_is_no_file_of_the_results(tmp_path):
+    folder = tmp_path / "results"
+    folder.mkdir()
+    (tmp_path / "machine.toml").write_text('name = "secret"')
+    (folder / "machine.toml").symlink_to(tmp_path / "machine.toml")
+    assert "--device machine.toml if it is yours" in refused(folder, changed("device", to="machine.toml"))
+
+
+def test_a_device_beside_the_results_or_named_by_the_user_is_read(tmp_path, monkeypatch):
+    monkeypatch.setattr("fmu_build.build.PLATFORMS", this_platform())
+    from importlib import resources  # noqa: PLC0415 # this test alone
+
+    folder = tmp_path / "results"
+    folder.mkdir()
+    machine = tmp_path / "machine.toml"
+    shutil.copy(str(resources.files("model.devices") / "double_pendulum.toml"), machine)
+    data = changed("device", to="../machine.toml")
+    data["configurations"] = []
+    source = folder / "identification.json"
+    source.write_text(json.dumps(data))
+    call = ["--from", str(source), "--out", str(folder / "x.fmu"), "--kind", "native"]
+    done = CliRunner().invoke(export, [*call, "--device", str(machine)])
+    assert done.exit_code == 0, done.output
+    shutil.copy(machine, folder)
+    source.write_text(json.dumps(data | {"device": "machine.toml"}))
+    done = CliRunner().invoke(export, call)
+    assert done.exit_code == 0, done.output
+    assert load_device(machine).title in done.output
