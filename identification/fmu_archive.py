@@ -1,0 +1,147 @@
+"""The archive of an FMU that somebody else made: looked through before a byte of it is unpacked or run."""
+
+from __future__ import annotations
+
+import re
+import stat
+import zipfile
+import zlib
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from typing import Any, NoReturn
+from xml.parsers import expat
+
+import fmpy
+
+from support.errors import InputError, one_line
+
+LARGEST = 2_000_000_000
+"""Bytes of an archive once it is unpacked."""
+MOST_FILES = 100_000
+_DESCRIPTION = "modelDescription.xml"
+_LARGEST_DESCRIPTION = 100_000_000
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_UNREADABLE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, NotImplementedError, ValueError)
+"""What zipfile raises for damaged archives, passwords and unknown methods of compression."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unpacked:
+    """An archive on disk.
+
+    Parameters
+    ----------
+    path, folder
+        The archive, and where its files are.
+    description
+        What fmpy read from its model description.
+    """
+
+    path: Path
+    folder: Path
+    description: Any
+
+
+def unpack_checked(path: Path, folder: Path) -> Unpacked:
+    """Unpack the FMU ``path`` into ``folder``, which exists and is empty.
+
+    Raises
+    ------
+    InputError
+        Where the archive is damaged, holds names that leave the folder, links, or more than `LARGEST` bytes; where its
+        description is no plain XML of FMI 2.0 or 3.0; where it has no co-simulation for this platform.
+    """
+    if not path.is_file():
+        raise InputError(str(path), expected="an FMU", got="no such file")
+    try:
+        with zipfile.ZipFile(path) as archive:
+            entries = archive.infolist()
+            _check_entries(path, entries)
+            _check_description(path, archive)
+            archive.extractall(folder)
+    except _UNREADABLE as error:
+        got = one_line(str(error)) or type(error).__name__
+        raise InputError(str(path), expected="an FMU, a whole zip archive", got=got) from None
+    description = _described(path, folder)
+    _check_binary(path, folder, description)
+    return Unpacked(path=path, folder=folder, description=description)
+
+
+def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
+    names = [entry.filename for entry in entries]
+    for entry in entries:
+        where, name = f"{path}: {entry.filename!r}", entry.orig_filename
+        if not _stays_inside(name):
+            raise InputError(where, expected="a name within the archive's folder", got=repr(name))
+        if stat.S_ISLNK(entry.external_attr >> 16):
+            raise InputError(where, expected="files and folders", got="a link")
+    if len(set(names)) < len(names):
+        raise InputError(str(path), expected="every name once", got="a name twice")
+    size = sum(entry.file_size for entry in entries)
+    if size > LARGEST or len(entries) > MOST_FILES:
+        got = f"{len(entries)} of {size:.3g} bytes"
+        raise InputError(str(path), expected=f"at most {MOST_FILES} files of {LARGEST:.0e} bytes unpacked", got=got)
+    if _DESCRIPTION not in names:
+        raise InputError(str(path), expected=f"an FMU with {_DESCRIPTION}", got="a zip archive without it")
+
+
+def _stays_inside(name: str) -> bool:
+    parts = PurePosixPath(name).parts
+    return name.isprintable() and not any(c in name for c in "\\:") and ".." not in parts and not name.startswith("/")
+
+
+class _RefusedError(ValueError):
+    """What an XML text holds that it should not."""
+
+
+def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
+    """Refuse a description that is malformed, of another FMI version, or declares entities, before a library reads it."""
+    where = f"{path}: {_DESCRIPTION}"
+    if archive.getinfo(_DESCRIPTION).file_size > _LARGEST_DESCRIPTION:
+        raise InputError(where, expected=f"at most {_LARGEST_DESCRIPTION:.0e} bytes", got="more")
+    version: list[str] = []
+
+    def begin(name: str, attributes: dict[str, str]) -> None:
+        if not version:
+            version.append(attributes.get("fmiVersion", "none") if name == "fmiModelDescription" else f"<{name}>")
+
+    parser = expat.ParserCreate()
+    parser.StartDoctypeDeclHandler = _refuse_entities
+    parser.StartElementHandler = begin
+    try:
+        parser.Parse(archive.read(_DESCRIPTION), True)
+    except expat.ExpatError as error:
+        line = f"{where}, line {error.lineno}"
+        raise InputError(line, expected="XML", got=expat.ErrorString(error.code)) from None
+    except _RefusedError:
+        raise InputError(where, expected="XML without document type and entities", got="<!DOCTYPE") from None
+    if version[0] != "2.0" and not version[0].startswith("3."):
+        raise InputError(f"{where}: fmiVersion", expected="2.0 or 3.0", got=repr(version[0]))
+
+
+def _refuse_entities(*_: object) -> NoReturn:
+    raise _RefusedError
+
+
+def _described(path: Path, folder: Path) -> Any:
+    where = f"{path}: {_DESCRIPTION}"
+    try:
+        description = fmpy.read_model_description(str(folder))
+    except Exception as error:  # fmpy raises bare exceptions, and whatever its conversions meet
+        problems = getattr(error, "problems", None) or [str(error)]
+        raise InputError(where, expected="what the FMI standard's schema says", got=str(problems[0])) from None
+    if description.coSimulation is None:
+        raise InputError(where, expected="an FMU for co-simulation", got="model exchange alone")
+    identifier = description.coSimulation.modelIdentifier
+    if not _IDENTIFIER.fullmatch(identifier or ""):
+        raise InputError(f"{where}: modelIdentifier", expected="a name as C has them", got=repr(identifier))
+    return description
+
+
+def _check_binary(path: Path, folder: Path, description: Any) -> None:
+    platform = fmpy.platform if description.fmiVersion == "2.0" else fmpy.platform_tuple
+    library = f"{description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
+    if not (folder / "binaries" / platform / library).is_file():
+        there = sorted(p.name for p in (folder / "binaries").glob("*")) or ["none"]
+        expected, got = f"binaries/{platform}/{library} for this platform", f"binaries for {', '.join(there)}"
+        raise InputError(str(path), expected=expected, got=got, todo="ask its maker for this platform's")

@@ -1,0 +1,82 @@
+"""Foreign FMUs: what crashes, hangs or prints without end is one line, and the next simulation runs."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification.foreign_fmu import ForeignFmu
+from support.errors import InputError, NumericalError
+from tests.identification.foreign_cases import content, write
+
+DATA = Path(__file__).parents[3] / "shared" / "data" / "foreign_fmus"
+T = np.array([0.0, 0.5, 1.5, 1.75])
+
+
+def simulated(fmu: ForeignFmu):
+    inputs = {"force": np.array([1.0, 2.0, 4.0, 0.0])}
+    return fmu.simulate(T, start={"position": 3.0}, inputs=inputs, outputs=["position", "force"])
+
+
+@pytest.mark.parametrize("step", ["integrates", "prints"])
+def test_rows_are_stepped_with_inputs_held_and_prints_go_nowhere(step, tmp_path, capfd):
+    with ForeignFmu(write(tmp_path / "small.fmu", content(step))) as fmu:
+        for _ in range(2):
+            assert simulated(fmu).tolist() == [[3.0, 1.0], [3.5, 2.0], [5.5, 4.0], [6.5, 0.0]]
+    assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("step", "told"),
+    [
+        ("crashes", "its own code ended the process (signal SIG"),
+        ("aborts", "its own code ended the process (signal SIGABRT)"),
+        ("exits", "its own code ended the process (exit code 0)"),
+        ("reports an error", "fmi2DoStep failed with status 3"),
+    ],
+)
+def test_what_ends_the_fmu_is_one_line(step, told, tmp_path):
+    with ForeignFmu(write(tmp_path / "small.fmu", content(step))) as fmu:
+        for _ in range(2):  # the second is asked of a new child
+            with pytest.raises(NumericalError) as caught:
+                simulated(fmu)
+            line = str(caught.value)
+            assert line.startswith("small.fmu: ")
+            assert told in line
+            assert "\n" not in line
+            assert len(line) <= 300
+
+
+def test_a_hang_is_ended_in_time_and_nothing_is_left(tmp_path, monkeypatch):
+    monkeypatch.setattr("identification.foreign_fmu._BEGINNING_S", 3.0)
+    with ForeignFmu(write(tmp_path / "small.fmu", content("hangs")), limit_s=0.5) as fmu:
+        began = time.monotonic()
+        with pytest.raises(NumericalError, match=r"small\.fmu: no answer within 0\.5 s"):
+            simulated(fmu)
+        assert time.monotonic() - began < 20.0
+        child, folder = fmu._child.pid, fmu._folder
+        with pytest.raises(ProcessLookupError):
+            os.kill(child, 0)
+    assert not folder.exists()
+
+
+def test_a_variable_that_is_not_there_is_named_with_its_neighbour(tmp_path):
+    with (
+        ForeignFmu(write(tmp_path / "small.fmu", content())) as fmu,
+        pytest.raises(InputError, match="got 'positon'; is 'position' meant"),
+    ):
+        fmu.simulate(T, start={}, inputs={}, outputs=["positon"])
+
+
+@pytest.mark.skipif(not DATA.is_dir(), reason="needs ../shared/data/foreign_fmus, which is not beside the checkout")
+@pytest.mark.parametrize("version", ["fmi2", "fmi3"])
+def test_a_reference_fmu_gives_its_exponential(version):
+    t = np.linspace(0.0, 2.0, 21)
+    with ForeignFmu(DATA / version / "Dahlquist.fmu") as fmu:
+        (x,) = fmu.simulate(t, start={"k": 0.5}, inputs={}, outputs=["x"]).T
+    steps = np.round(t / 0.1)  # the FMU steps by forward Euler, 0.1 s each
+    np.testing.assert_allclose(x, (1 - 0.5 * 0.1) ** steps, rtol=1e-12)
