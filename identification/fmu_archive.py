@@ -95,7 +95,7 @@ class _RefusedError(ValueError):
 
 
 def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
-    """Refuse a description that is malformed, of another FMI version, or declares entities, before a library reads it."""
+    """Refuse a description that is malformed, of another FMI version, or declares entities, before fmpy reads it."""
     where = f"{path}: {_DESCRIPTION}"
     if archive.getinfo(_DESCRIPTION).file_size > _LARGEST_DESCRIPTION:
         raise InputError(where, expected=f"at most {_LARGEST_DESCRIPTION:.0e} bytes", got="more")
@@ -116,7 +116,8 @@ def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
     except _RefusedError:
         raise InputError(where, expected="XML without document type and entities", got="<!DOCTYPE") from None
     if version[0] != "2.0" and not version[0].startswith("3."):
-        raise InputError(f"{where}: fmiVersion", expected="2.0 or 3.0", got=repr(version[0]))
+        where = f"{where}: fmiVersion"
+        raise InputError(where, expected="2.0 or 3.0", got=repr(version[0]))
 
 
 def _refuse_entities(*_: object) -> NoReturn:
@@ -134,7 +135,8 @@ def _described(path: Path, folder: Path) -> Any:
         raise InputError(where, expected="an FMU for co-simulation", got="model exchange alone")
     identifier = description.coSimulation.modelIdentifier
     if not _IDENTIFIER.fullmatch(identifier or ""):
-        raise InputError(f"{where}: modelIdentifier", expected="a name as C has them", got=repr(identifier))
+        where = f"{where}: modelIdentifier"
+        raise InputError(where, expected="a name as C has them", got=repr(identifier))
     return description
 
 

@@ -47,6 +47,7 @@ class ForeignFmu:
         self._folder = Path(tempfile.mkdtemp(prefix="haptid_fmu_"))
         self._child: Any = None
         self._connection: Connection | None = None
+        self._fresh = True
         try:
             self._unpacked = unpack_checked(path, self._folder)
         except BaseException:

@@ -21,8 +21,8 @@ from model.effects import catalogue
 from model.equations import TIME
 from model.joint import joint_equations
 from model.scales import Scales
+from tests.real_data import DATA
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
 UNIT = Scales()
 BASE = joint_equations(4)
 READABLE = readable({k: e.at(UNIT) for k, e in catalogue().items()}, BASE, prismatic=False)
@@ -90,7 +90,7 @@ def test_every_held_out_stretch_lies_between_fitted_ones():
     assert np.diff(edges).max() < 4885 / 20
 
 
-@pytest.mark.skipif(not (DATA / "dvrk_mtm_joint4").is_dir(), reason="needs ../shared/data/dvrk_mtm_joint4")
+@pytest.mark.real("dvrk_mtm_joint4")
 def test_the_real_joint_gets_a_story_and_its_gap_shrinks(tmp_path: Path):
     done = CliRunner().invoke(
         main, [str(DATA / "dvrk_mtm_joint4"), "--out", str(tmp_path), "--starts", "1", "--fmu", "native", "--quiet"]

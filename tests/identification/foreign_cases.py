@@ -10,12 +10,41 @@ import fmpy
 from model.kernel.compiler import compile_shared
 
 NAMES = (
-    "GetTypesPlatform GetVersion SetDebugLogging Instantiate FreeInstance SetupExperiment EnterInitializationMode "
-    "ExitInitializationMode Terminate Reset GetReal GetInteger GetBoolean GetString SetReal SetInteger SetBoolean "
-    "SetString GetFMUstate SetFMUstate FreeFMUstate SerializedFMUstateSize SerializeFMUstate DeSerializeFMUstate "
-    "GetDirectionalDerivative SetRealInputDerivatives GetRealOutputDerivatives DoStep CancelStep GetStatus "
-    "GetRealStatus GetIntegerStatus GetBooleanStatus GetStringStatus"
-).split()
+    "GetTypesPlatform",
+    "GetVersion",
+    "SetDebugLogging",
+    "Instantiate",
+    "FreeInstance",
+    "SetupExperiment",
+    "EnterInitializationMode",
+    "ExitInitializationMode",
+    "Terminate",
+    "Reset",
+    "GetReal",
+    "GetInteger",
+    "GetBoolean",
+    "GetString",
+    "SetReal",
+    "SetInteger",
+    "SetBoolean",
+    "SetString",
+    "GetFMUstate",
+    "SetFMUstate",
+    "FreeFMUstate",
+    "SerializedFMUstateSize",
+    "SerializeFMUstate",
+    "DeSerializeFMUstate",
+    "GetDirectionalDerivative",
+    "SetRealInputDerivatives",
+    "GetRealOutputDerivatives",
+    "DoStep",
+    "CancelStep",
+    "GetStatus",
+    "GetRealStatus",
+    "GetIntegerStatus",
+    "GetBooleanStatus",
+    "GetStringStatus",
+)
 OWN = {
     "GetVersion": 'const char *fmi2GetVersion(void) { return "2.0"; }',
     "GetTypesPlatform": 'const char *fmi2GetTypesPlatform(void) { return "default"; }',
@@ -39,9 +68,10 @@ DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="small" guid="{0}">
 <CoSimulation modelIdentifier="small" canHandleVariableCommunicationStepSize="true"/>
 <ModelVariables>
-<ScalarVariable name="force" valueReference="0" causality="input" variability="continuous"><Real start="0"/></ScalarVariable>
-<ScalarVariable name="position" valueReference="1" causality="output" variability="continuous" initial="exact"><Real start="0"/>
+<ScalarVariable name="force" valueReference="0" causality="input" variability="continuous"><Real start="0"/>
 </ScalarVariable>
+<ScalarVariable name="position" valueReference="1" causality="output" variability="continuous" initial="exact">
+<Real start="0"/></ScalarVariable>
 </ModelVariables>
 <ModelStructure><Outputs><Unknown index="2"/></Outputs></ModelStructure>
 </fmiModelDescription>
@@ -52,8 +82,10 @@ def source(step: str) -> str:
     """Return the C source of an FMU whose doStep has this body."""
     rest = "\n".join(f"int fmi2{name}(void) {{ return 0; }}" for name in NAMES if name not in (*OWN, "DoStep"))
     own = "\n".join(OWN.values())
-    head = "#include <stdio.h>\n#include <stdlib.h>\n#include <stddef.h>\nstatic double x, u;\n"
-    return f"{head}{own}\n{rest}\nint fmi2DoStep(void *c, double t, double h, int k) {{ {step} }}\n"
+    head = "#include <stdio.h>\n#include <stdlib.h>\n#include <stddef.h>\n#pragma GCC visibility push(default)\n"
+    return (
+        f"{head}\nstatic double x, u;\n{own}\n{rest}\nint fmi2DoStep(void *c, double t, double h, int k) {{ {step} }}\n"
+    )
 
 
 def content(step: str = "integrates") -> dict[str, bytes]:

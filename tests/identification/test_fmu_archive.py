@@ -14,6 +14,10 @@ from support.errors import InputError
 from tests.identification.foreign_cases import DESCRIPTION, content, write
 
 XML = "modelDescription.xml"
+EXCHANGE = DESCRIPTION.replace(
+    '<CoSimulation modelIdentifier="small" canHandleVariableCommunicationStepSize="true"/>', ""
+)
+EXCHANGE = EXCHANGE.replace("<ModelVariables>", '<ModelExchange modelIdentifier="small"/><ModelVariables>')
 BOMB = '<!DOCTYPE a [<!ENTITY b "bbbbbbbb"><!ENTITY c "&b;&b;&b;">]>'
 
 
@@ -82,12 +86,12 @@ def test_damaged_archives(tmp_path, folder):
     ("xml", "part"),
     [
         (None, "an FMU with modelDescription.xml"),
-        (DESCRIPTION[:-30], "line 10: expected XML, got unclosed token"),
+        (DESCRIPTION[:-30], "expected XML, got unclosed token"),
         (DESCRIPTION.replace("?>", "?>" + BOMB), "without document type and entities"),
         (DESCRIPTION.replace("UTF-8", "UTF-16").replace("?>", "?>" + BOMB).encode("utf-16"), "without document type"),
         (DESCRIPTION.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'), "fmiVersion: expected 2.0 or 3.0, got '1.0'"),
         (DESCRIPTION.replace('fmiVersion="2.0"', ""), "got 'none'"),
-        (DESCRIPTION.replace("CoSimulation", "ModelExchange").replace("canHandleVariableCommunicationStepSize", "needsExecutionTool"), "co-simulation"),
+        (EXCHANGE, "an FMU for co-simulation, got model exchange alone"),
         (DESCRIPTION.replace('modelIdentifier="small"', 'modelIdentifier="../../small"'), "a name as C has them"),
         (DESCRIPTION.replace('modelIdentifier="small"', 'modelIdentifier="other"'), "for this platform"),
         (DESCRIPTION.replace('valueReference="1"', 'valueReference="one"'), "the FMI standard's schema"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,8 @@ import pytest
 from identification.foreign_fmu import ForeignFmu
 from support.errors import InputError, NumericalError
 from tests.identification.foreign_cases import content, write
+from tests.real_data import DATA
 
-DATA = Path(__file__).parents[3] / "shared" / "data" / "foreign_fmus"
 T = np.array([0.0, 0.5, 1.5, 1.75])
 
 
@@ -72,11 +71,11 @@ def test_a_variable_that_is_not_there_is_named_with_its_neighbour(tmp_path):
         fmu.simulate(T, start={}, inputs={}, outputs=["positon"])
 
 
-@pytest.mark.skipif(not DATA.is_dir(), reason="needs ../shared/data/foreign_fmus, which is not beside the checkout")
+@pytest.mark.real("foreign_fmus")
 @pytest.mark.parametrize("version", ["fmi2", "fmi3"])
 def test_a_reference_fmu_gives_its_exponential(version):
     t = np.linspace(0.0, 2.0, 21)
-    with ForeignFmu(DATA / version / "Dahlquist.fmu") as fmu:
+    with ForeignFmu(DATA / "foreign_fmus" / version / "Dahlquist.fmu") as fmu:
         (x,) = fmu.simulate(t, start={"k": 0.5}, inputs={}, outputs=["x"]).T
     steps = np.round(t / 0.1)  # the FMU steps by forward Euler, 0.1 s each
     np.testing.assert_allclose(x, (1 - 0.5 * 0.1) ** steps, rtol=1e-12)

@@ -19,12 +19,12 @@ from click.testing import CliRunner
 import identification.run as command
 from identification.run import main
 from tests.identification.bench_joint import TRUE
+from tests.real_data import DATA
 from virtual_device.campaign import make_joint_campaign
 from virtual_device.inputs import Cosine
 from virtual_device.sensor import Sensor
 
 ROOT = Path(__file__).parents[2]
-DATA = Path(__file__).parents[3] / "shared" / "data"
 FAST = ("--quiet", "--workers", "1", "--fmu", "none", "--method", "gauss_newton")
 COSINES = (
     Cosine(amplitude=0.005, frequency=1.13, duration=6.0),
@@ -196,7 +196,7 @@ def test_out_must_not_be_a_file(campaign, tmp_path):
     assert run(campaign, "--out", tmp_path / "out", *FAST).exit_code == 2
 
 
-@pytest.mark.skipif(not (DATA / "dvrk_mtm_joint4").is_dir(), reason="needs ../shared/data/dvrk_mtm_joint4")
+@pytest.mark.real("dvrk_mtm_joint4")
 def test_real_tendon_joint_does_not_claim_a_good_fit(tmp_path):
     done = run(DATA / "dvrk_mtm_joint4", "--out", tmp_path, "--no-export", *FAST)
     assert done.exit_code == 0, done.output

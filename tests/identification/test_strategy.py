@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from scipy.linalg import expm
@@ -20,8 +18,8 @@ from model.configuration import configuration_equations
 from model.device_file import load_device
 from model.equations import Equations
 from model.joint import joint_equations
+from tests.real_data import DATA
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
 NOISE = 2e-4
 TRUE = {
     "inertia": 0.02,
@@ -142,16 +140,14 @@ def test_embedded_campaign_is_simulated_freely_but_for_the_controlled_runs() -> 
     assert "reference" in controlled.reason
 
 
-@pytest.mark.skipif(not (DATA / "dvrk_mtm_joint4").is_dir(), reason="the real measurements are not beside the project")
+@pytest.mark.real("dvrk_mtm_joint4")
 def test_real_sweep_has_its_torque_scored() -> None:
     strategy = choose_for(read_campaign(DATA / "dvrk_mtm_joint4").runs)
     assert strategy.kind == "torque"
     assert "constant speed" in strategy.reason
 
 
-@pytest.mark.skipif(
-    not (DATA / "dfki_double_pendulum_a0").is_dir(), reason="the real measurements are not beside the project"
-)
+@pytest.mark.real("dfki_double_pendulum_a0")
 @pytest.mark.filterwarnings("ignore::measurement.warning.CampaignWarning")
 def test_real_double_pendulum_needs_an_observer() -> None:
     campaign = read_campaign(DATA / "dfki_double_pendulum_a0")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,8 +25,8 @@ from measurement.run import Run
 from model.equations import Equations
 from model.joint import joint_equations
 from tests.identification.controlled_cases import controlled_joint, rich_motion, slow_sweep, truth_of
+from tests.real_data import DATA
 
-DATA = Path(__file__).parents[3] / "shared" / "data"
 OPTIONS = FitOptions(method="gauss_newton", starts=2)
 
 
@@ -150,7 +149,7 @@ def test_jackknife_of_a_problem_is_per_unknown(rich: Run) -> None:
     assert np.all(np.isfinite(std))
 
 
-@pytest.mark.skipif(not (DATA / "dvrk_mtm_joint4").is_dir(), reason="the real measurements are not beside the project")
+@pytest.mark.real("dvrk_mtm_joint4")
 def test_real_sweep_is_fitted_like_the_published_ones_and_not_called_good() -> None:
     campaign = campaign_for_command(DATA / "dvrk_mtm_joint4")
     found = fit_torque(equations_for(campaign, None, (4,)), campaign.runs, options=FitOptions(starts=2))

@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-SHARED = Path(__file__).parents[3] / "shared" / "data"
+from tests.real_data import DATA
+
 TOML = """[campaign]
 title = "A test"
 device = "single_joint"
@@ -64,6 +65,4 @@ def folder(tmp_path: Path) -> Folder:
 
 @pytest.fixture(scope="session")
 def shared() -> Path:
-    if not SHARED.is_dir():
-        pytest.skip("the shared measurements lie beside the repository and are absent here")
-    return SHARED
+    return DATA

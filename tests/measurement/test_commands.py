@@ -122,12 +122,14 @@ def test_check_refuses_bad_input_in_one_line(folder):
     assert result.stderr.count("\n") == 1
 
 
+@pytest.mark.real("dvrk_mtm_joint4")
 def test_check_sees_position_control_in_the_real_tendon_joint(shared):
     result = run_check(shared / "dvrk_mtm_joint4")
     assert result.exit_code == 0
     assert "recorded under position control" in result.stdout
 
 
+@pytest.mark.real("dfki_double_pendulum_a0")
 def test_check_of_the_real_arm_finds_open_loop_and_the_encoder_step(shared):
     result = run_check(shared / "dfki_double_pendulum_a0")
     assert result.exit_code == 0

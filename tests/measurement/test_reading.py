@@ -144,6 +144,7 @@ def test_missing_device_file_with_a_built_in_namesake(folder):
         assert read_campaign(folder.path).device == "freedom6s"
 
 
+@pytest.mark.real("dvrk_mtm_joint4", "dfki_double_pendulum_a0")
 @pytest.mark.parametrize("name", ["dvrk_mtm_joint4", "dfki_double_pendulum_a0"])
 @pytest.mark.filterwarnings("ignore::measurement.warning.CampaignWarning")
 def test_real_measurements(shared, name):

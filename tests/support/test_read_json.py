@@ -7,15 +7,15 @@ from support.files import read_json
 
 REFUSED = {
     "cut off": ('{"a": [1, 2', "line 1: expected JSON"),
-    "nested": ("[" * 5_000 + "]" * 5_000, "nested too deeply"),
-    "nested tables": ('{"a":' * 100_000, "nested too deeply"),
-    "many digits": ('{"a": ' + "9" * 5_000 + "}", "finite numbers"),
-    "no double": ('{"a": ' + "9" * 350 + "}", "finite numbers"),
-    "overflow": ('{"a": -1e999}', "finite numbers, got -1e999"),
-    "NaN": ('{"a": NaN}', "finite numbers, got NaN"),
-    "Infinity": ('{"a": -Infinity}', "finite numbers, got -Infinity"),
-    "twice": ('{"a": {"b": 1, "b": 2}}', "every key once, got the key 'b' twice"),
-    "half a character": ('{"a": "\\ud800"}', "half a character"),
+    "nested": ("[" * 5_000 + "]" * 5_000, "64 levels of brackets"),
+    "nested tables": ('{"a":' * 100_000, "64 levels of brackets"),
+    "many digits": ('{"a": ' + "9" * 5_000 + "}", "numbers of at most 64 bits, got a number of 5000 digits"),
+    "no double": ('{"a": ' + "9" * 350 + "}", "numbers of at most 64 bits"),
+    "overflow": ('{"a": -1e999}', "a: expected a finite number, got -inf"),
+    "NaN": ('{"a": NaN}', "got NaN"),
+    "Infinity": ('{"a": -Infinity}', "got -Infinity"),
+    "twice": ('{"a": {"b": 1, "b": 2}}', "got 'b' twice in one object"),
+    "half a character": ('{"a": "\\ud800"}', "half of one"),
     "a list": ("[1]", "a table { … }, got list"),
     "empty": ("", "expected JSON"),
 }
@@ -50,5 +50,5 @@ def test_what_is_no_text_file_is_refused(tmp_path):
 
 def test_a_byte_order_mark_and_a_character_in_two_halves_are_read(tmp_path):
     path = tmp_path / "a.json"
-    path.write_bytes(b"\xef\xbb\xbf" + rb'{"a": "\ud83d\ude00", "b": [1e308, 12345678901234567890]}')
-    assert read_json(path, "a result") == {"a": "\U0001f600", "b": [1e308, 12345678901234567890]}
+    path.write_bytes(b"\xef\xbb\xbf" + rb'{"a": "\ud83d\ude00", "b": [1e308, 1234567890123456789]}')
+    assert read_json(path, "a result") == {"a": "\U0001f600", "b": [1e308, 1234567890123456789]}
