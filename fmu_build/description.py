@@ -11,6 +11,7 @@ from fmu_build.dependencies import Dependencies
 from fmu_build.interface import Interface
 from fmu_build.units import BASE, parse_unit
 from fmu_build.variables import SENSITIVITY_SWITCH, Variable
+from support.errors import one_line
 
 LOG_CATEGORIES = (("logStatusError", "Values and calls that are refused, with what was expected"),)
 TOOL = "haptid 0.1"
@@ -34,7 +35,7 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
         fmiVersion="2.0",
         modelName=interface.identifier,
         guid=guid,
-        description=text,
+        description=one_line(text),
         license=LICENCE,
         generationTool=TOOL,
         variableNamingConvention="structured",
@@ -119,7 +120,7 @@ def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
     attributes = {
         "name": v.name,
         "valueReference": str(v.reference),
-        "description": v.description,
+        "description": one_line(v.description),
         "causality": v.causality,
         "variability": v.variability,
     }

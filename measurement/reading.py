@@ -15,7 +15,7 @@ from measurement.overrides import joint_tables, read_overrides
 from measurement.runs import read_runs
 from measurement.toml_source import TomlSource
 from measurement.warning import warn
-from support.errors import InputError
+from support.errors import InputError, one_line
 from support.suggestion import did_you_mean
 
 TABLES = ("campaign", "sensor", "joint", "runs")
@@ -55,7 +55,7 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
     named = {"title", "device", "measured", "hold"}
     return Campaign(
         folder=folder,
-        title=head.get("title", folder.resolve().name),
+        title=one_line(head.get("title", folder.resolve().name)),
         device=device,
         measured=head["measured"],
         hold=head.get("hold", "zero"),

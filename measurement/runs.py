@@ -13,7 +13,7 @@ from measurement.overrides import drive_constants, sensor_of
 from measurement.run import Array, Run
 from measurement.table import read_table
 from measurement.toml_source import TomlSource
-from support.errors import InputError
+from support.errors import InputError, one_line
 
 
 def read_runs(
@@ -76,8 +76,8 @@ def _run(entry: dict[str, Any], signals: Signals, posture: Array) -> Run:
         resolution=np.full(len(joints), np.nan),
         use=entry["use"],
         hold=entry["hold"],
-        reason=entry.get("reason", ""),
-        notes=(entry["note"],) if "note" in entry else (),
+        reason=one_line(entry.get("reason", "")),
+        notes=(one_line(str(entry["note"])),) if "note" in entry else (),
     )
 
 

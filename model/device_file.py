@@ -16,7 +16,7 @@ from jsonschema.exceptions import best_match
 from model.device import BASE, Device, Guess, Joint, Link, Motor, Vector
 from model.link_guesses import Uncertainty, inertial
 from support.data import parse_toml
-from support.errors import InputError
+from support.errors import InputError, one_line
 from support.files import is_file, reason_of
 
 Table = Mapping[str, Any]
@@ -73,6 +73,7 @@ def _find(name: str, folder: Path | None) -> Path:
 def parse_device(table: Table, where: str) -> Device:
     """Return the device that a parsed TOML table describes; `where` names it in errors."""
     _check_schema(table, where)
+    table = _shown(table)
     joints = tuple(_joint(entry, f"{where}: joints[{j}]") for j, entry in enumerate(table["joints"]))
     uncertainty = Uncertainty(**table.get("uncertainty", {}))
     links: list[Link] = []
@@ -97,6 +98,15 @@ def parse_device(table: Table, where: str) -> Device:
         control_point=_vector(control["position"]),
         assumptions=tuple(table.get("assumptions", ())),
     )
+
+
+def _shown(value: Any) -> Any:
+    """Return the table with every text on one printable line: texts go into XML, HTML, C and pictures."""
+    if isinstance(value, str):
+        return one_line(value)
+    if isinstance(value, Mapping):
+        return {key: _shown(entry) for key, entry in value.items()}
+    return [_shown(entry) for entry in value] if isinstance(value, list) else value
 
 
 def _check_schema(table: Table, where: str) -> None:

@@ -24,6 +24,7 @@ _RC: dict[str, Any] = {
     "legend.frameon": False,
     "lines.linewidth": 1.1,
     "figure.dpi": 110,
+    "text.parse_math": False,  # a file's name may hold dollars
 }
 
 
