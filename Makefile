@@ -4,7 +4,7 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind calibrate
+.PHONY: fmu check test real bench docs blind calibrate fuzz
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
@@ -14,3 +14,4 @@ bench: ; $(RUN) --dev -m benchmarks.run
 docs: ; $(RUN) --dev -m docs.build
 blind: ; $(RUN) -m discrepancy.blind
 calibrate: ; $(RUN) -m uq.calibrate
+fuzz: ; $(RUN) --dev -m tests.fuzz.run $(FUZZ)

@@ -12,6 +12,8 @@ from support.errors import InputError
 LINES = 200
 """Lines from the start that are looked at: a layout is the same all through a file."""
 LONGEST_LINE = 1_000_000
+BOMB_BYTES, BOMB_RATIO = 64 << 20, 250
+"""Measured tables pack to a third or a twentieth; one that unpacks to more than both is made to fill the memory."""
 
 
 def check_layout(path: Path) -> None:
@@ -23,6 +25,8 @@ def check_layout(path: Path) -> None:
         With the line at fault and what to do.
     """
     try:
+        if path.suffix == ".gz":
+            _refuse_packed_bomb(path)
         with _opened(path) as stream:
             lines = [stream.readline(LONGEST_LINE) for _ in range(LINES)]
     except UnicodeDecodeError as error:
@@ -32,6 +36,24 @@ def check_layout(path: Path) -> None:
         return  # said by whoever reads the file whole
     _check_header(path, lines[0].strip())
     _check_rows(path, lines)
+
+
+def refuse_bomb(path: Path, unpacked: int) -> None:
+    """Raise where a table of ``unpacked`` bytes is absurdly larger than its file."""
+    packed = path.stat().st_size
+    if unpacked > max(BOMB_BYTES, BOMB_RATIO * packed):
+        expected = f"a table that unpacks to at most {BOMB_RATIO} times its {packed} bytes"
+        raise InputError(str(path), expected=expected, got=f"{unpacked >> 20} MiB", todo="export it again")
+
+
+def _refuse_packed_bomb(path: Path) -> None:
+    if path.stat().st_size * 1032 < BOMB_BYTES:  # gzip never packs below a 1032nd
+        return
+    unpacked = 0
+    with gzip.open(path) as stream:
+        while chunk := stream.read(1 << 20):
+            unpacked += len(chunk)
+            refuse_bomb(path, unpacked)
 
 
 def _opened(path: Path) -> TextIO:

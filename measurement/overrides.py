@@ -22,7 +22,7 @@ def joint_tables(source: TomlSource) -> dict[int, dict[str, Any]]:
     if not isinstance(tables, dict):
         raise InputError(source.where("", "joint"), expected="tables [joint.J]", got=repr(tables))
     for name in tables:
-        if not re.fullmatch(r"\d+", name):
+        if not re.fullmatch(r"0|[1-9][0-9]{0,3}", name):
             got = repr(name)
             raise InputError(source.where(f"joint.{name}"), expected="a joint number, as in [joint.4]", got=got)
     return {int(name): schema.check_table(source, tables[name], schema.JOINT, f"joint.{name}") for name in tables}

@@ -12,8 +12,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow.parquet as pq
 
-from measurement.layout import check_layout
+from measurement.layout import check_layout, refuse_bomb
 from measurement.run import Array
 from support.errors import InputError
 from support.files import is_file
@@ -113,10 +114,10 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
 
 
 def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
+    if path.suffix == ".parquet":
+        return _read_parquet(path)
     broken: tuple[Any, ...] = (ValueError, OSError, EOFError, zlib.error, pd.errors.ParserWarning)
     try:
-        if path.suffix == ".parquet":
-            return pd.read_parquet(path)
         with warnings.catch_warnings():
             warnings.simplefilter("error", pd.errors.ParserWarning)
             common: dict[str, Any] = {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
@@ -127,9 +128,21 @@ def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
     except pd.errors.EmptyDataError:
         raise InputError(str(path), expected=f"a header and at least {LEAST_ROWS} rows", got="an empty file") from None
     except broken as error:
-        kind = "Parquet" if path.suffix == ".parquet" else "CSV with a header line"
         got = f"a damaged file ({type(error).__name__})"
-        raise InputError(str(path), expected=f"a table in {kind}", got=got, todo="export it again") from None
+        expected = "a table in CSV with a header line"
+        raise InputError(str(path), expected=expected, got=got, todo="export it again") from None
+
+
+def _read_parquet(path: Path) -> pd.DataFrame:
+    try:
+        about = pq.read_metadata(path)
+        refuse_bomb(path, about.num_rows * about.num_columns * 8)
+        return pq.read_table(path).to_pandas(ignore_metadata=True)
+    except InputError:
+        raise
+    except Exception as error:  # Arrow, Thrift and the codecs raise anything on a damaged file
+        got = f"a damaged file ({type(error).__name__})"
+        raise InputError(str(path), expected="a table in Parquet", got=got, todo="export it again") from None
 
 
 def _number(cell: object) -> float:

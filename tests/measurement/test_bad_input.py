@@ -1,5 +1,6 @@
 """Every fault ends in one InputError of one line that names file, line or key, expected and got."""
 
+import gzip
 import re
 
 import pytest
@@ -159,3 +160,20 @@ def test_current_without_torque_constant(folder):
 def test_position_in_two_units(folder):
     folder.frame.assign(position_4_m=0.0).to_csv(folder.path / "a.csv", index=False)
     fault(folder, r"expected one position of joint 4")
+
+
+def test_a_packed_table_that_fills_the_memory_is_refused(folder):
+    folder.replace('file = "a.csv"', 'file = "a.csv.gz"')
+    with gzip.open(folder.path / "a.csv.gz", "wb") as stream:
+        stream.write(b"time_s,torque_4_Nm,position_4_rad\n")
+        for _ in range(100):
+            stream.write(b"0,0,0\n" * 200_000)
+    fault(folder, r"a\.csv\.gz: expected a table that unpacks to at most 250 times")
+
+
+def test_a_damaged_parquet_table_is_refused(folder):
+    folder.replace('file = "a.csv"', 'file = "a.parquet"')
+    folder.frame.to_parquet(folder.path / "a.parquet")
+    content = (folder.path / "a.parquet").read_bytes()
+    (folder.path / "a.parquet").write_bytes(content[:200] + b"\xff" * 40 + content[240:])
+    fault(folder, r"a\.parquet: expected a table in Parquet, got a damaged file \(\w+\); export it again")
