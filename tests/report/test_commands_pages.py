@@ -1,0 +1,89 @@
+"""Pages of real results: they parse, their numbers are those of the JSON, text of files stays text."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from click.testing import CliRunner
+
+from discrepancy.run import main as discrepancy
+from identification.run import main as identification
+from model.effects import catalogue
+from model.plan import main as plan
+from report.numbers import with_error
+from tests.identification.bench_joint import TRUE
+from tests.report.reading import seen
+from virtual_device.campaign import make_joint_campaign
+from virtual_device.inputs import Cosine
+from virtual_device.sensor import Sensor
+
+TITLE = "<script>alert(1)</script> & {{ 7*7 }} ]]>"
+COSINES = (
+    Cosine(amplitude=0.005, frequency=1.13, duration=6.0),
+    Cosine(amplitude=0.004, frequency=2.4, duration=6.0),
+    Cosine(amplitude=0.0045, frequency=1.75, duration=6.0, use="validate"),
+)
+
+
+@pytest.fixture(scope="module")
+def campaign(tmp_path_factory) -> Path:
+    folder = tmp_path_factory.mktemp("campaign")
+    made = make_joint_campaign(
+        folder, 4, {**TRUE, "Kp": 1.0}, COSINES, sensor=Sensor(noise=2e-4, resolution=1.5e-4), seed=4
+    )
+    toml = folder / "campaign.toml"
+    lines = toml.read_text(encoding="utf-8").splitlines()
+    titled = [f"title = {json.dumps(TITLE)}" if line.startswith("title =") else line for line in lines]
+    toml.write_text("\n".join(titled) + "\n", encoding="utf-8")
+    assert made
+    return folder
+
+
+def called(command, *arguments) -> None:
+    done = CliRunner().invoke(command, [str(a) for a in arguments])
+    assert done.exit_code == 0, done.output
+
+
+def test_the_identification_s_page_has_the_numbers_of_its_json(campaign, tmp_path):
+    fast = ("--quiet", "--workers", "1", "--fmu", "none", "--method", "gauss_newton", "--no-export")
+    called(identification, campaign, "--out", tmp_path, *fast)
+    (one,) = json.loads((tmp_path / "identification.json").read_text(encoding="utf-8"))["configurations"]
+    page = seen((tmp_path / "report.html").read_text(encoding="utf-8"))
+    for id, entry in one["parameters"].items():
+        cells = page.row(id)
+        assert with_error(entry["value"], entry["std"]) in cells, id
+        assert entry["unit"] in cells or entry["unit"] == "1", id
+    for run in one["runs"]:
+        cells = page.row(run["file"])
+        assert cells[1:4] == [run["use"], f"{run['rmse_rad']:.3g}", f"{run['rmse_over_noise']:.3f}"]
+    assert TITLE in page.text
+    assert "49" not in page.text.split(TITLE)[0]
+    assert "SYNTHETIC DATA" in page.text
+    assert len(page.pictures) >= 1
+
+
+def test_the_discrepancy_s_page_has_the_numbers_of_its_json(campaign, tmp_path):
+    others = ",".join(sorted({e.id for e in catalogue().values()} - {"cubic_spring"}))
+    called(discrepancy, campaign, "--joint", 4, "--out", tmp_path, "--starts", 1, "--without", others, "--quiet")
+    found = json.loads((tmp_path / "discrepancy" / "joint4.json").read_text(encoding="utf-8"))
+    page = seen((tmp_path / "discrepancy" / "joint4.html").read_text(encoding="utf-8"))
+    assert found["sentence"] in page.text
+    assert TITLE in page.text
+    gap = found["gap"]["validate"]
+    told = [f"{1e3 * gap[name]:.3g}" for name in ("before", "after", "noise")]
+    assert page.row("runs that no fit saw")[1:4] == told
+    assert len(page.pictures) >= 2
+
+
+def test_the_plan_s_page_has_the_numbers_of_its_json(tmp_path):
+    called(plan, "double_pendulum", "--no-design", "--out", tmp_path)
+    made = json.loads((tmp_path / "locking_plan.json").read_text(encoding="utf-8"))
+    page = seen((tmp_path / "locking_plan.html").read_text(encoding="utf-8"))
+    for stage in made["stages"]:
+        name = "+".join(map(str, stage["free_joints"]))
+        assert any(row and row[0].strip() == name for row in page.rows), name
+    for entry in made["unidentifiable"]:
+        assert page.row(", ".join(entry["what"]))[1] == " ".join(entry["why"].split())
+    assert str(made["base_parameters"]["rank_exact"]) in page.text
