@@ -22,6 +22,7 @@ from fmu_build.identified import read_identification
 from identification.equations_for import device_of
 from identification.strategy import choose_for
 from measurement.campaign import Campaign
+from measurement.places import allow_outside_option
 from measurement.prepare import campaign_for_command
 from measurement.units import unit_for
 from model.effect import Effect
@@ -54,6 +55,7 @@ from support.files import write_json, write_text
     help="Simulated runs after which no further combinations of effects are tried.",
 )  # fmt: skip
 @click.option("--fmu", "kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
+@allow_outside_option
 @exit_codes
 def main(
     campaign: str | None,

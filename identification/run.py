@@ -35,6 +35,7 @@ from identification.verification_result import Verification
 from identification.whole import Whole, whole_device
 from identification.workers import Here, Processes, Workers
 from measurement.campaign import Campaign
+from measurement.places import allow_outside_option
 from measurement.prepare import campaign_for_command
 from model.device import Device
 from model.equations import Equations
@@ -98,6 +99,7 @@ def in_process(equations: Equations) -> Simulator:
 @click.option("--profile", is_flag=True, help="Follow profile likelihoods to the ends of their 95 % intervals.")
 @click.option("--free-velocity", is_flag=True, help="Fit the initial velocity of every run.")
 @click.option("--no-export", is_flag=True, help="Leave out the FMUs of the whole device.")
+@allow_outside_option
 @exit_codes
 def main(
     campaign: str | None,

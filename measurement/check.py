@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from measurement.campaign import Campaign
+from measurement.places import allow_outside_option
 from measurement.reading import read_campaign
 from measurement.summary import summarise, table_text
 from measurement.warning import warnings_on_stderr
@@ -15,6 +16,7 @@ from support.command import exit_codes
 
 @click.command()
 @click.argument("campaign", required=False, type=click.Path(path_type=Path))
+@allow_outside_option
 @exit_codes
 def main(campaign: Path | None) -> None:
     """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).

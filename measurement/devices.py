@@ -7,6 +7,7 @@ from importlib.resources import files
 from pathlib import Path
 from xml.etree import ElementTree
 
+from measurement.places import check_inside
 from measurement.warning import warn
 from support.errors import InputError
 from support.files import is_file
@@ -35,6 +36,7 @@ def resolve_device(device: str, folder: Path, where: str) -> str:
         raise InputError(where, expected="a built-in device or a file *.toml, *.urdf", got=repr(device), todo=todo)
     path = folder / device
     if is_file(path):
+        check_inside(folder, device, where)
         return str(path)
     if path.stem in device_names():
         warn(f"{where}: no file {device} in {folder}; the built-in device {path.stem} is used")

@@ -21,7 +21,7 @@ from measurement.warning import warnings_on_stderr
 from measurement.writing import refuse_overwrite, write_table
 from support.command import exit_codes, parse_joints
 from support.errors import InputError
-from support.files import write_text
+from support.files import is_file, write_bytes, write_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -160,17 +160,21 @@ def _write(folder: Path, tables: list[Table], answers: Answers) -> None:
         for unit in ("rad", "m"):
             if any(f"position_{joint}_{unit}" in frame for joint in joints):
                 sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
-    device = _portable(answers.device)
+    device = _copied_device(answers.device, folder)
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
     known = {key: value for key, value in sensor.items() if value is not None}
     content = {"campaign": head, **({"sensor": known} if known else {}), "runs": runs}
     write_text(folder / "campaign.toml", tomli_w.dumps(content))
 
 
-def _portable(device: str) -> str:
-    """Return an absolute path for a device file that exists here, so that the campaign finds it."""
+def _copied_device(device: str, folder: Path) -> str:
+    """Copy a device file that exists here into the campaign, which stays whole wherever it goes."""
     path = Path(device)
-    return str(path.resolve()) if path.suffix == ".toml" and path.is_file() else device
+    if path.suffix not in (".toml", ".urdf") or not is_file(path):
+        return device
+    name = f"device_{path.name}" if path.name == "campaign.toml" else path.name
+    write_bytes(folder / name, path.read_bytes())
+    return name
 
 
 if __name__ == "__main__":

@@ -2,25 +2,57 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
+from typing import TypeVar
 
+import click
+
+from measurement.warning import warn
 from support.errors import InputError
 from support.files import is_file
 
-ALLOW_OUTSIDE = "--allow-outside"
+F = TypeVar("F", bound=Callable[..., object])
+OPTION = "--allow-outside"
+_allowed: ContextVar[bool] = ContextVar("outside_allowed", default=False)
 
 
-def lies_outside(folder: Path, name: str) -> bool:
-    """Whether ``name`` leads out of ``folder``, be it by "..", as an absolute path or through a link."""
+def allow_outside_option(command: F) -> F:
+    """Add ``--allow-outside`` to a command that reads a campaign; it holds until the command ends."""
+
+    def set_allowed(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+        context.with_resource(outside_allowed(value))
+
+    words = "Let the campaign name files outside its folder."
+    return click.option(OPTION, is_flag=True, expose_value=False, callback=set_allowed, help=words)(command)
+
+
+@contextmanager
+def outside_allowed(value: bool = True) -> Iterator[None]:
+    """Let campaigns that are read inside name files outside their folders, with a warning."""
+    token = _allowed.set(value)
     try:
-        return not (folder / name).resolve().is_relative_to(folder.resolve())
-    except (OSError, ValueError, RuntimeError):  # RuntimeError: links in a circle
-        return False
+        yield
+    finally:
+        _allowed.reset(token)
 
 
-def refuse_outside(folder: Path, name: str, where: str) -> None:
-    """Raise where the file ``name`` exists and leads out of the campaign's ``folder``."""
-    if lies_outside(folder, name) and is_file(folder / name):
-        todo = f"copy it into the campaign, or allow it with {ALLOW_OUTSIDE}"
-        expected = "a file inside the campaign's folder"
-        raise InputError(where, expected=expected, got=f"{name!r}, which leads out of it", todo=todo)
+def check_inside(folder: Path, name: str, where: str) -> None:
+    """Refuse the file ``name`` where it leads out of ``folder`` by "..", as an absolute path or through a link.
+
+    Raises
+    ------
+    InputError
+        Where that file exists and ``--allow-outside`` was not given; with it, a warning says what lies outside.
+    """
+    if not is_file(folder / name):
+        return
+    target = (folder / name).resolve()
+    if target.is_relative_to(folder.resolve()):
+        return
+    if not _allowed.get():
+        expected, got = "a file inside the campaign's folder", f"{name!r} outside"
+        raise InputError(where, expected=expected, got=got, todo=f"copy it there, or allow it by {OPTION}")
+    warn(f"{where}: {name!r} lies outside the campaign's folder, at {target}")

@@ -10,6 +10,7 @@ from measurement import schema
 from measurement.columns import Signals, read_signals
 from measurement.devices import SINGLE_JOINT, joint_count
 from measurement.overrides import drive_constants, sensor_of
+from measurement.places import check_inside
 from measurement.run import Array, Run
 from measurement.table import read_table
 from measurement.toml_source import TomlSource
@@ -48,6 +49,7 @@ def read_runs(
         schema.check_table(source, entry, schema.RUN, "runs", index)
         _check_entry(source, entry, index, device, count, seen)
         seen.add(entry["file"])
+        check_inside(source.path.parent, entry["file"], f"{source.path}, runs[{index}].file")
         table = read_table(source.path.parent / entry["file"])
         joints = tuple(sorted(entry["free_joints"]))
         signals = read_signals(table, joints, drive_constants(tables))

@@ -24,6 +24,7 @@ from identification.step import Step
 from identification.verification_result import Verification
 from identification.workers import Processes, Submitting
 from measurement.campaign import Campaign
+from measurement.places import allow_outside_option
 from measurement.prepare import campaign_for_command
 from model.device import Device
 from model.equations import Equations
@@ -75,6 +76,7 @@ class _Results:
     show_default=True,
     help="Packaging that the sampler runs; none runs the same equations' kernel in process, many sets side by side.",
 )
+@allow_outside_option
 @exit_codes
 def main(campaign: Path | None, **settings: Any) -> None:
     """Sample, write, summarise."""

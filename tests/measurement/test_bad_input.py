@@ -5,7 +5,9 @@ import re
 
 import pytest
 
+from measurement.places import outside_allowed
 from measurement.reading import read_campaign
+from measurement.warning import CampaignWarning
 from support.errors import InputError
 
 
@@ -177,3 +179,22 @@ def test_a_damaged_parquet_table_is_refused(folder):
     content = (folder.path / "a.parquet").read_bytes()
     (folder.path / "a.parquet").write_bytes(content[:200] + b"\xff" * 40 + content[240:])
     fault(folder, r"a\.parquet: expected a table in Parquet, got a damaged file \(\w+\); export it again")
+
+
+@pytest.mark.parametrize("way", ["dots", "absolute", "link"])
+def test_files_outside_the_folder_need_to_be_allowed(folder, tmp_path, way):
+    outside = tmp_path / "a.csv"
+    (folder.path / "a.csv").rename(outside)
+    if way == "link":
+        (folder.path / "a.csv").symlink_to(outside)
+    else:
+        folder.replace('file = "a.csv"', f'file = "{"../a.csv" if way == "dots" else outside}"')
+    fault(folder, r"runs\[0\]\.file: expected a file inside the campaign's folder, got .*allow it by --allow-outside")
+    with outside_allowed(), pytest.warns(CampaignWarning, match="lies outside the campaign's folder"):
+        read_campaign(folder.path)
+
+
+def test_a_device_file_outside_the_folder_needs_to_be_allowed(folder, tmp_path):
+    (tmp_path / "arm.toml").write_text("")
+    folder.replace('"single_joint"', '"../arm.toml"')
+    fault(folder, r"campaign\.device: expected a file inside the campaign's folder, got .*allow it by --allow-outside")
