@@ -128,7 +128,7 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
     else:
         entries = with_folder(effects)
         findings = [read_finding(path, entries) for path in named]
-        machine = _device(device, data["device"], source)
+        machine = device_of_results(device, data["device"], source)
         told = list(_taken(findings, data, machine, str(source)))
         fmu = export_full(machine, data, out, kind, findings)
         for line in told:
@@ -137,7 +137,7 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
 
 
-def _device(given: str | None, recorded: str, source: Path) -> Device:
+def device_of_results(given: str | None, recorded: str, source: Path) -> Device:
     """Return the device that the user names, else the recorded one, built in or from the results' own folder.
 
     A folder of results may come from a stranger: what it names elsewhere is read only where the user says so.

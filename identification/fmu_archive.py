@@ -20,7 +20,7 @@ LARGEST = 2_000_000_000
 MOST_FILES = 100_000
 _DESCRIPTION = "modelDescription.xml"
 _LARGEST_DESCRIPTION = 100_000_000
-_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}")
 _UNREADABLE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, NotImplementedError, ValueError)
 """What zipfile raises for damaged archives, passwords and unknown methods of compression."""
 
@@ -113,6 +113,8 @@ def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
     except expat.ExpatError as error:
         line = f"{where}, line {error.lineno}"
         raise InputError(line, expected="XML", got=expat.ErrorString(error.code)) from None
+    except LookupError as error:
+        raise InputError(where, expected="XML in an encoding that is known", got=str(error)) from None
     except _RefusedError:
         raise InputError(where, expected="XML without document type and entities", got="<!DOCTYPE") from None
     if version[0] != "2.0" and not version[0].startswith("3."):

@@ -1,0 +1,109 @@
+"""Results that are read again, and archives of FMUs, as targets of fuzzing."""
+
+from __future__ import annotations
+
+import io
+import json
+import zipfile
+from pathlib import Path
+
+import fmpy
+
+from fmu_build.export import device_of_results
+from fmu_build.findings import read_finding, refitted
+from fmu_build.identified import of_device, of_joint, read_identification
+from identification.fmu_archive import unpack_checked
+from model.effects import catalogue
+from tests.fuzz.harness import Target
+from tests.identification.foreign_cases import DESCRIPTION
+from virtual_device.planned import read_planned
+
+PARAMETER = {"value": 2.2e-4, "std": 1e-6, "unit": "kg m^2", "status": "identified", "lower": 0.0, "upper": None}
+IDENTIFICATION = {
+    "schema": "identification/1", "device": "freedom6s", "campaign": "a test", "measured": False,
+    "configurations": [
+        {"free_joints": [4], "parameters": {"inertia": PARAMETER, "Ks": PARAMETER}},
+        {"free_joints": [0, 1], "parameters": {"Ks_0": PARAMETER}},
+    ],
+    "links": {"6": {"m": PARAMETER}, "motor_4": {"inertia": PARAMETER}}, "whole": {"Ks_4": 0.01},
+    "verification": {"runs": [{"file": "a.csv", "mode": "open_loop", "joints": [{"joint": 4, "spread_rad": None}]}]},
+}  # fmt: skip
+FINDING = {
+    "schema": "discrepancy/1", "joint": 4, "measured": False, "verdict": "named",
+    "effects": [{"id": "cubic_spring", "variant": None, "parameters": {"k3": {"value": 0.03, "std": 0.001}}}],
+    "refit": {"inertia": 2.2e-4, "k3": 0.03},
+}  # fmt: skip
+PLAN = {"postures": {"tests": [{"free_joints": [4], "locked_positions_rad": [0, 0.1, 0, 0, 0, 0]}]}}
+
+
+def _bytes(value: object) -> bytes:
+    return json.dumps(value, indent=1).encode()
+
+
+def read_identification_file(content: bytes, folder: Path) -> None:
+    """Read ``content`` as an identification.json, with what the export takes from it."""
+    path = folder / "identification.json"
+    path.write_bytes(content)
+    data = read_identification(path)
+    of_device(data)
+    for configuration in data["configurations"]:
+        if len(configuration["free_joints"]) == 1:
+            of_joint(data, configuration["free_joints"][0])
+    if data["device"] != IDENTIFICATION["device"]:  # to read the built-in one again and again would only take time
+        device_of_results(None, data["device"], path)
+
+
+def read_finding_file(content: bytes, folder: Path) -> None:
+    """Read ``content`` as a discrepancy/joint<j>.json, with the effects that it names."""
+    path = folder / "joint4.json"
+    path.write_bytes(content)
+    refitted(of_device(IDENTIFICATION), [read_finding(path, catalogue())])
+
+
+def read_plan_file(content: bytes, folder: Path) -> None:
+    """Read ``content`` as a locking_plan.json."""
+    (folder / "locking_plan.json").write_bytes(content)
+    read_planned(folder / "locking_plan.json")
+
+
+def _archive() -> bytes:
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in _files(DESCRIPTION.encode()).items():
+            archive.writestr(zipfile.ZipInfo(name), data)
+    return stream.getvalue()
+
+
+def _files(description: bytes) -> dict[str, bytes]:
+    library = f"binaries/{fmpy.platform}/small{fmpy.sharedLibraryExtension}"
+    return {"modelDescription.xml": description, library: b"is not loaded here", "resources/a.txt": 100 * b"a"}
+
+
+def read_fmu(content: bytes, folder: Path) -> None:
+    """Unpack ``content`` as an FMU; nothing may come to lie beside its folder."""
+    path, inside = folder / "a.fmu", folder / "unpacked"
+    path.write_bytes(content)
+    inside.mkdir()
+    unpack_checked(path, inside)
+
+
+def read_description(content: bytes, folder: Path) -> None:
+    """Unpack a whole archive whose modelDescription.xml is ``content``."""
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, "w") as archive:
+        for name, data in _files(content).items():
+            archive.writestr(name, data)
+    read_fmu(stream.getvalue(), folder)
+
+
+KEYS = (b'"schema"', b'"value"', b'"../x.toml"', b'"configurations": []', b'"free_joints": [4, 4]', b'"joint": 77')
+RESULTS = (
+    Target(name="identification", examples=(_bytes(IDENTIFICATION),), read=read_identification_file, nasty=KEYS),
+    Target(name="discrepancy", examples=(_bytes(FINDING),), read=read_finding_file, nasty=KEYS),
+    Target(name="locking_plan", examples=(_bytes(PLAN),), read=read_plan_file, nasty=KEYS),
+    Target(name="fmu", examples=(_archive(),), read=read_fmu, nasty=(b"PK\x03\x04", b"PK\x01\x02", b"PK\x05\x06")),
+    Target(
+        name="model_description", examples=(DESCRIPTION.encode(),), read=read_description,
+        nasty=(b'fmiVersion="3.0"', b"&lt;", b"&a;", b"<![CDATA[", b"<!--", b'encoding="UTF-16"', b"<Real/>"),
+    ),
+)  # fmt: skip
