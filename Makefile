@@ -4,7 +4,7 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind calibrate fuzz
+.PHONY: fmu check test real bench docs blind calibrate fuzz cluster parquet posterior urdf locked licences sbom
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
@@ -13,5 +13,12 @@ real: ; $(RUN) --dev -m pytest --real -n 2 --dist worksteal
 bench: ; $(RUN) --dev -m benchmarks.run
 docs: ; $(RUN) --dev -m docs.build
 blind: ; $(RUN) -m discrepancy.blind
-calibrate: ; $(RUN) -m uq.calibrate
+calibrate: ; $(RUN) --extra posterior -m uq.calibrate
 fuzz: ; $(RUN) --dev -m tests.fuzz.run $(FUZZ)
+
+# What few need is installed on demand: an extra of pyproject.toml, in the versions of uv.lock, checked by their hashes.
+cluster parquet posterior urdf: ; $(RUN) --extra $@
+# Files that are made from uv.lock.
+locked: ; $(RUN) --dev -m support.supply_chain lock
+licences: ; $(RUN) --dev -m support.supply_chain licences
+sbom: ; $(RUN) --dev -m support.supply_chain sbom

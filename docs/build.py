@@ -5,13 +5,19 @@ from __future__ import annotations
 import importlib
 import importlib.util
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import click
-from mkdocs.commands.build import build
-from mkdocs.config import load_config
+
+try:
+    from mkdocs.commands.build import build
+    from mkdocs.config import load_config
+except ModuleNotFoundError as absent:
+    sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
+    sys.exit(2)
 
 from model.device_file import load_device
 from model.effects import catalogue

@@ -6,26 +6,41 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Any
+from urllib.parse import urlsplit
+
+import click
 
 from identification.workers import Submitting
 from support.errors import InputError
+from support.extras import need
 from support.threads import single_threaded
 
 PROBE = f"import {__name__}"
+LOCAL = ("localhost", "127.0.0.1", "::1")
+CERTIFICATES = "name ca-file, client.cert and client.key under distributed.comm.tls in Dask's configuration"
 
 
 class Cluster(Submitting, AbstractContextManager["Cluster"]):
-    """A client of the scheduler at ``address`` (``tcp://host:port``)."""
+    """A client of the scheduler at ``address``.
+
+    Parameters
+    ----------
+    address
+        ``tls://host:port``, with the certificates that Dask's configuration names, or ``tcp://host:port``, unencrypted.
+    """
 
     def __init__(self, address: str) -> None:
+        need("cluster", "--scheduler")
+        encrypted = _checked(address)
         from distributed import Client  # noqa: PLC0415 (slow to import and rarely needed)
 
         try:
             self._client = Client(address, timeout="10s", set_as_default=False)
-        except (OSError, ValueError, TimeoutError) as error:
+        except (OSError, ValueError, TypeError, TimeoutError) as error:  # TypeError: Dask's word for no certificate
             raise InputError(
-                "--scheduler", expected="the address of a running Dask scheduler", got=f"{address}: {error}"
-            ) from None
+                "--scheduler", expected="the address of a running Dask scheduler", got=f"{address}: {error}",
+                todo=CERTIFICATES if encrypted else "",
+            ) from None  # fmt: skip
         try:
             for run in (self._client.run_on_scheduler, self._client.run):
                 run(exec, PROBE)
@@ -46,3 +61,20 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
     ) -> None:
         """Disconnect."""
         self._client.close()
+
+
+def _checked(address: str) -> bool:
+    """Whether the connection is encrypted; one that is not and leaves this machine is told on stderr."""
+    try:
+        parts = urlsplit(address)
+        scheme, host, port = parts.scheme, parts.hostname, parts.port
+    except ValueError:
+        scheme, host, port = "", None, None
+    if scheme not in ("tcp", "tls") or not host or port is None:
+        raise InputError("--scheduler", expected="tls://HOST:PORT or tcp://HOST:PORT", got=address)
+    if scheme == "tcp" and host not in LOCAL:
+        click.echo(
+            f"warning: --scheduler {address} is not encrypted: whoever is on the way reads the measurements and can "
+            f"run code here and on the workers; use tls://{host}:{port}", err=True,
+        )  # fmt: skip
+    return scheme == "tls"

@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import pyarrow.parquet as pq
 
 from measurement.layout import check_layout, refuse_bomb
 from measurement.run import Array
 from support.errors import InputError
+from support.extras import need
 from support.files import is_file
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
@@ -134,6 +134,9 @@ def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
 
 
 def _read_parquet(path: Path) -> pd.DataFrame:
+    need("parquet", str(path))
+    import pyarrow.parquet as pq  # noqa: PLC0415 (an extra)
+
     try:
         about = pq.read_metadata(path)
         refuse_bomb(path, about.num_rows * about.num_columns * 8)

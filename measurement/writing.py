@@ -13,6 +13,7 @@ import tomli_w
 from measurement.campaign import Campaign
 from measurement.run import Run
 from support.errors import InputError
+from support.extras import need
 from support.files import write_bytes, write_text
 
 
@@ -32,6 +33,7 @@ def write_table(path: Path, frame: pd.DataFrame) -> None:
     """Write a table in the format that the name of ``path`` tells; numbers keep their last bit."""
     stream = io.BytesIO()
     if path.suffix == ".parquet":
+        need("parquet", str(path))
         frame.to_parquet(stream, index=False)
     else:
         packing = {"method": "gzip", "mtime": 0} if path.suffix == ".gz" else None

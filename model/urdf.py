@@ -20,6 +20,7 @@ from model.device import BASE, Device
 from model.device_file import parse_device
 from model.urdf_check import check_urdf
 from support.errors import InputError
+from support.extras import need
 
 MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 
@@ -48,6 +49,7 @@ def load_urdf(path: Path) -> Device:
 
 
 def _parse(path: Path) -> Any:
+    need("urdf", str(path))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # trimesh's and lxml's own deprecations are not the user's concern
         from yourdfpy import URDF  # noqa: PLC0415 (slow to import, needed for URDF files alone)

@@ -1,4 +1,4 @@
-"""Install what is missing, then run a module: ``python support/bootstrap.py [--dev] -m module arguments``.
+"""Install what is missing, then run a module: ``support/bootstrap.py [--dev | --extra NAME] [-m module arguments]``.
 
 Readable by any Python 3, so that an old one gets one line to read and not a syntax error.
 """

@@ -1,4 +1,4 @@
-"""All static checks, each run and reported: lint, format, types, import contracts."""
+"""All static checks, each run and reported: lint, format, types, import contracts, locked requirements."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ CHECKS = {
         "from importlinter.cli import lint_imports_command; lint_imports_command()",
         "--no-logo",
     ),
+    "locked requirements": ("-m", "support.supply_chain", "check"),
 }
 
 

@@ -5,11 +5,13 @@ Standard library only: this runs before anything is installed.
 
 from __future__ import annotations
 
+import ast
 import os
 import platform
 import re
 import subprocess
 import sys
+import sysconfig
 import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -20,9 +22,22 @@ from typing import NoReturn
 ROOT = Path(__file__).resolve().parent.parent
 VENV_PYTHON = ROOT / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 BAD_SETUP = 2
+UNFINISHED = "haptid-installation-unfinished"
+"""File beside the installed packages while they are being installed: what a killed installation leaves is not used."""
 
 _REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)\s*(\[[^]]*\])?\s*(?P<bounds>[^;]*?)\s*(;\s*(?P<marker>.*))?$")
-_MARKER = re.compile(r"^(platform_machine|sys_platform)\s*(==|!=)\s*['\"]([^'\"]*)['\"]$")
+_SELF = re.compile(r"^haptid\[(?P<extras>[^]]*)\]$")
+_HERE = {
+    "implementation_name": sys.implementation.name,
+    "os_name": os.name,
+    "platform_machine": platform.machine(),
+    "platform_python_implementation": platform.python_implementation(),
+    "platform_system": platform.system(),
+    "python_full_version": platform.python_version(),
+    "python_version": ".".join(platform.python_version_tuple()[:2]),
+    "sys_platform": sys.platform,
+}
+_OPERATORS = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,14 +70,32 @@ def _holds(installed: tuple[int, ...], operator: str, bound: tuple[int, ...]) ->
     return {">=": a >= b, ">": a > b, "<": a < b, "<=": a <= b, "==": a == b, "!=": a != b}[operator]
 
 
-def _applies(marker: str | None) -> bool:
-    """Evaluate the one form of marker that pyproject uses; a richer one counts as true and is left to the installer."""
-    match = _MARKER.match(marker or "")
-    if match is None:
+def applies(marker: str | None) -> bool:
+    """Whether a marker holds on this machine; one of a form that is not read counts as true, left to the installer."""
+    if not marker:
         return True
-    name, operator, value = match.groups()
-    here = {"platform_machine": platform.machine(), "sys_platform": sys.platform}[name]
-    return (here == value) == (operator == "==")
+    try:
+        return _holds_here(ast.parse(marker, mode="eval").body)
+    except (SyntaxError, ValueError, KeyError):
+        return True
+
+
+def _holds_here(node: ast.expr) -> bool:
+    """Evaluate ``and``, ``or`` and comparisons of one variable with one text: the grammar of markers is Python's."""
+    if isinstance(node, ast.BoolOp):
+        parts = [_holds_here(value) for value in node.values]
+        return all(parts) if isinstance(node.op, ast.And) else any(parts)
+    if not isinstance(node, ast.Compare) or not isinstance(node.left, ast.Name):
+        raise ValueError(ast.dump(node))
+    wanted = str(ast.literal_eval(node.comparators[0]))
+    name, operator = node.left.id, _OPERATORS[type(node.ops[0])]
+    if name.startswith("python_"):
+        release = wanted.removesuffix(".*")
+        installed = _version(_HERE[name])
+        if release != wanted:  # ``== '3.14.*'`` compares as many numbers as it names
+            installed = installed[: len(_version(release))]
+        return _holds(installed, operator, _version(release))
+    return (_HERE[name] == wanted) == (operator == "==")
 
 
 def parse_requirement(text: str) -> Requirement | None:
@@ -71,22 +104,40 @@ def parse_requirement(text: str) -> Requirement | None:
     if match is None:
         msg = f"pyproject.toml: cannot read the requirement {text!r}"
         raise ValueError(msg)
-    if not _applies(match["marker"]):
+    if not applies(match["marker"]):
         return None
     bounds = re.findall(r"([<>=!]=|[<>])\s*([^,\s]+)", match["bounds"])
     return Requirement(text, match["name"], tuple((operator, _version(version)) for operator, version in bounds))
 
 
-def requirements(*, dev: bool) -> tuple[Requirement, ...]:
-    """Read the project's requirements that apply here, those of its development tools too where ``dev``."""
+def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
+    """Read the project's requirements that apply here.
+
+    Parameters
+    ----------
+    dev
+        Those of the development tools too, every extra that they name included.
+    extra
+        Those of this extra too.
+    """
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    lines = project["project"]["dependencies"] + (project["dependency-groups"]["dev"] if dev else [])
+    extras = project["project"].get("optional-dependencies", {})
+    lines = project["project"]["dependencies"] + (extras[extra] if extra else [])
+    for line in project["dependency-groups"]["dev"] if dev else []:
+        own = _SELF.match(line)
+        lines += [text for name in own["extras"].split(",") for text in extras[name]] if own else [line]
     return tuple(r for r in map(parse_requirement, lines) if r is not None)
 
 
-def missing(*, dev: bool = False) -> tuple[Requirement, ...]:
-    """List the requirements that the interpreter in use does not meet."""
-    return tuple(r for r in requirements(dev=dev) if not r.met)
+def missing(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
+    """List the requirements that the interpreter in use does not meet: all where an installation did not end."""
+    half = unfinished().exists()
+    return tuple(r for r in requirements(dev=dev, extra=extra) if half or not r.met)
+
+
+def unfinished() -> Path:
+    """Path of the file that stands beside the packages of the interpreter in use while they are being installed."""
+    return Path(sysconfig.get_path("purelib")) / UNFINISHED
 
 
 def replace_process(arguments: Sequence[str | Path]) -> NoReturn:
@@ -102,19 +153,22 @@ def in_venv() -> bool:
     return Path(sys.prefix).resolve() == (ROOT / ".venv").resolve()
 
 
-def ready() -> None:
+def ready(extra: str | None = None) -> None:
     """Let ``python -m package.command`` run under an interpreter that has the requirements, or say what to type.
 
-    Packages that hold a command call this when they are imported. It acts only while ``python -m`` looks for the
-    command (``sys.argv[0]`` is then ``-m``), so that it costs a library import nothing.
+    Packages that hold a command call this when they are imported, with the extra that all of the package needs, if
+    any. It acts only while ``python -m`` looks for the command (``sys.argv[0]`` is then ``-m``), so that it costs a
+    library import nothing.
     """
     if sys.argv[:1] != ["-m"]:
         return
-    lacking = missing()
+    lacking = missing(extra=extra)
     if not lacking:
         return
     if VENV_PYTHON.is_file() and not in_venv():
         options = sys.orig_argv[1:]
         replace_process([VENV_PYTHON, *options])
-    sys.stderr.write(f"error: {sys.executable} lacks {', '.join(r.name for r in lacking)}; run `make fmu` first\n")
+    verb = extra if extra and not missing() else "fmu"
+    names = ", ".join(r.name for r in lacking)
+    sys.stderr.write(f"error: {sys.executable} lacks {names}; run `make {verb}` first\n")
     sys.exit(BAD_SETUP)

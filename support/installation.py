@@ -11,7 +11,8 @@ import shutil
 import subprocess
 import sys
 import sysconfig
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
@@ -19,13 +20,17 @@ from support.environment import (
     BAD_SETUP,
     ROOT,
     VENV_PYTHON,
-    Requirement,
     in_venv,
     missing,
     replace_process,
-    requirements,
+    unfinished,
 )
+from support.locked import CORE, DEV, Amount, amount, locked_file
 
+INTERRUPTED = 130
+USAGE = "usage: python support/bootstrap.py [--dev | --extra NAME] [-m module [arguments]]"
+LAST_LINES = 15
+"""Lines of an installer's output that are shown where it fails."""
 BOOTSTRAP = ROOT / "support" / "bootstrap.py"
 
 
@@ -98,17 +103,60 @@ def make_venv() -> None:
         )
 
 
-def install(wanted: Sequence[Requirement], lacking: Sequence[Requirement]) -> None:
-    """Install into the interpreter in use; all requirements are given, so that the installer sees every bound."""
-    say(f"installing into {sys.prefix}: {', '.join(r.name for r in lacking)}")
-    texts = [r.text for r in wanted]
+def install(part: str) -> None:
+    """Install what the lock file says of a part into the interpreter in use, every file checked by its hash.
+
+    Nothing is resolved: the exported files are complete, and an installer that looked for more would go past the lock.
+    """
+    again = unfinished().exists()  # what a killed installer left may have its metadata and lack its files
+    told = amount(part, again=again)
+    say(f"installing into {sys.prefix}: {told}")
+    unfinished().touch()
+    _install(part, told, again=again)
+    unfinished().unlink()
+
+
+def _install(part: str, told: Amount, *, again: bool) -> None:
+    options = ("--require-hashes", "--no-deps", "-r", locked_file(part))
     tool = uv()
-    if tool and succeeds(tool, "pip", "install", "--quiet", "--python", sys.executable, *texts):
+    if tool and _follow(told, tool, "pip", "install", "--python", sys.executable, *["--reinstall"] * again, *options):
         return
     if not has_module("pip") and not succeeds(sys.executable, "-m", "ensurepip", "--default-pip", quiet=True):
         fail(f"{sys.executable} has no pip and cannot get it; install pip or uv")
-    if not succeeds(sys.executable, "-m", "pip", "install", "--quiet", "--disable-pip-version-check", *texts):
+    pip = (sys.executable, "-m", "pip", "install", "--progress-bar", "off", "--disable-pip-version-check")
+    if not _follow(told, *pip, *["--force-reinstall"] * again, *options):
         fail("the installation failed, as said above; it needs the network this one time")
+
+
+def _follow(told: Amount, *command: str | Path) -> bool:
+    """Run an installer and show how far it is; True where it left with 0, else its last lines are shown."""
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}
+    text = [str(c) for c in command]
+    last: deque[str] = deque(maxlen=LAST_LINES)
+    with subprocess.Popen(
+        text, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, env=environment, encoding="utf-8", errors="replace"
+    ) as process:
+        assert process.stdout is not None  # asked for above
+        try:
+            _show(process.stdout, last, told.count)
+        except KeyboardInterrupt:
+            process.terminate()
+            raise
+    if process.returncode != 0:
+        say("\n".join(last))
+    return process.returncode == 0
+
+
+def _show(output: Iterable[str], last: deque[str], count: int) -> None:
+    """Show what is worth it of an installer's output, and keep its ``last`` lines."""
+    begun = 0
+    for line in output:
+        last.append(line.rstrip())
+        if line.startswith(("Collecting ", "Processing ")):  # pip's words: from an index, from a folder
+            begun += 1
+            say(f"  {begun}/{count} {Path(line.split()[1]).name}")
+        elif line.startswith(("Downloading ", "Prepared ", "Installing ", "Installed ")):
+            say(f"  {line.split(':')[0].strip()}")  # pip names all of them in one line after the colon
 
 
 def say_what_to_type() -> None:
@@ -120,19 +168,47 @@ def say_what_to_type() -> None:
 
 
 def run_module(arguments: Sequence[str]) -> NoReturn:
-    """Find or make an interpreter that has everything, and become it: ``[--dev] -m module arguments``."""
-    dev = arguments[:1] == ["--dev"]
-    command = arguments[1:] if dev else arguments
-    if command[:1] != ["-m"] or len(command) < 2:
-        fail("usage: python support/bootstrap.py [--dev] -m module [arguments]")
+    """Find or make an interpreter that has what is asked for, and become ``-m module arguments`` in it, if any."""
+    part, command = _understand(arguments)
     os.chdir(ROOT)
-    lacking = missing(dev=dev)
-    if lacking and not in_venv():
+    try:
+        _provide(part, arguments)
+    except KeyboardInterrupt:
+        say("interrupted: the set-up is not complete; the same command takes it up again")
+        sys.exit(INTERRUPTED)
+    if not command:
+        sys.exit(0)
+    replace_process([sys.executable, *command])
+
+
+def _understand(arguments: Sequence[str]) -> tuple[str, Sequence[str]]:
+    """Return the part of the lock file that is asked for, and the command to run with it."""
+    part, command = CORE, arguments
+    if arguments[:1] == ["--dev"]:
+        part, command = DEV, arguments[1:]
+    elif arguments[:1] == ["--extra"] and len(arguments) > 1:
+        part, command = arguments[1], arguments[2:]
+    unknown = part.startswith("-") or not locked_file(part).is_file()
+    incomplete = command[:1] != ["-m"] or len(command) < 2
+    if unknown or (incomplete and (command or part == CORE)):
+        fail(USAGE)
+    return part, command
+
+
+def _provide(part: str, arguments: Sequence[str]) -> None:
+    """Install what the part lacks here, or go on in the project's .venv."""
+
+    def lacking() -> bool:
+        return bool(missing(dev=part == DEV, extra=None if part in (CORE, DEV) else part))
+
+    if not lacking():
+        return
+    if not in_venv():
         if not VENV_PYTHON.is_file() and not can_install_here():
             make_venv()
         if VENV_PYTHON.is_file():
             replace_process([VENV_PYTHON, BOOTSTRAP, *arguments])
-    if lacking:
-        install(requirements(dev=dev), lacking)
-        say_what_to_type()
-    replace_process([sys.executable, *command])
+    install(part)
+    if lacking():
+        fail(f"{locked_file(part).relative_to(ROOT)} lacks what pyproject.toml asks for; run `make locked`")
+    say_what_to_type()

@@ -2,4 +2,4 @@
 
 from support.environment import ready
 
-ready()
+ready("posterior")

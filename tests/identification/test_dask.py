@@ -1,14 +1,21 @@
 """Fits on a running Dask cluster: a scheduler and two workers in processes of their own, reached by address."""
 
+import json
 import os
 import subprocess
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import dask
 import numpy as np
 import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.x509.oid import NameOID
 
 from identification.dask_workers import Cluster
 from identification.fitting import fit
@@ -25,21 +32,21 @@ SERVE = """
 import sys
 from distributed import LocalCluster
 if __name__ == "__main__":
-    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, protocol=sys.argv[1]) as cluster:
         print(cluster.scheduler_address, flush=True)
         sys.stdin.read()
 """
 
 
 @contextmanager
-def cluster(folder: Path, path: str) -> Iterator[str]:
+def cluster(folder: Path, path: str, protocol: str = "tcp") -> Iterator[str]:
     """Serve a cluster from ``folder`` whose processes import from ``path``; ends with its standard input."""
     script = folder / "serve.py"
     script.write_text(SERVE, encoding="utf-8")
     environment = {**os.environ, "PYTHONPATH": path}
     with subprocess.Popen(
-        [sys.executable, str(script)], cwd=folder, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL, text=True,
+        [sys.executable, str(script), protocol], cwd=folder, env=environment, stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True,
     ) as served:  # fmt: skip
         try:
             yield served.stdout.readline().strip()
@@ -79,3 +86,65 @@ def test_a_cluster_without_haptid_is_refused_in_one_line(tmp_path: Path):
 def test_no_scheduler_at_the_address():
     with pytest.raises(InputError, match="the address of a running Dask scheduler"):
         Cluster("tcp://127.0.0.1:1")
+
+
+@pytest.fixture
+def certificate(tmp_path: Path) -> Iterator[None]:
+    """One self-made certificate for both sides, in Dask's configuration of this process and of those it starts."""
+    key = ec.generate_private_key(ec.SECP256R1())
+    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "localhost")])
+    day = timedelta(days=1)
+    now = datetime.now(UTC)
+    made = (
+        x509.CertificateBuilder().subject_name(name).issuer_name(name).public_key(key.public_key())
+        .serial_number(1).not_valid_before(now - day).not_valid_after(now + day)
+        .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True).sign(key, hashes.SHA256())
+    )  # fmt: skip
+    encoding, none = serialization.Encoding.PEM, serialization.NoEncryption()
+    cert, secret = tmp_path / "cert.pem", tmp_path / "key.pem"
+    cert.write_bytes(made.public_bytes(encoding))
+    secret.write_bytes(key.private_bytes(encoding, serialization.PrivateFormat.PKCS8, none))
+    both = {"cert": str(cert), "key": str(secret)}
+    roles = {"ca-file": str(cert), "scheduler": both, "worker": both, "client": both}
+    (tmp_path / "dask.yaml").write_text(json.dumps({"distributed": {"comm": {"tls": roles}}}))
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        dask.config.set({f"distributed.comm.tls.{k}": v for k, v in roles.items()}),
+    ):
+        patch.setenv("DASK_CONFIG", str(tmp_path / "dask.yaml"))
+        yield
+
+
+@pytest.mark.usefixtures("certificate")
+def test_an_encrypted_scheduler_is_used_with_the_certificates_of_dasks_configuration(tmp_path: Path, capfd):
+    with cluster(tmp_path, str(ROOT), "tls") as address, Cluster(address) as workers:
+        assert address.startswith("tls://")
+        assert workers.count == 2
+        assert workers.submit(pow, 2, 5).result(30) == 32
+        with (
+            dask.config.set({"distributed.comm.tls.ca-file": None}),
+            pytest.raises(InputError, match=r"distributed\.comm\.tls"),
+        ):
+            Cluster(address)
+    assert "not encrypted" not in capfd.readouterr().err
+
+
+def test_an_unencrypted_scheduler_elsewhere_is_told(capsys: pytest.CaptureFixture[str], monkeypatch):
+    monkeypatch.setattr("distributed.Client", Unreachable)
+    for address, told in (("tcp://lab.example:8786", 1), ("tls://lab.example:8786", 0), ("tcp://127.0.0.1:1", 0)):
+        with pytest.raises(InputError):
+            Cluster(address)
+        assert capsys.readouterr().err.count("is not encrypted") == told
+
+
+class Unreachable:
+    """A client of a host that is not there, without the wait."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        raise OSError("no route")
+
+
+@pytest.mark.parametrize("address", ["lab.example", "http://lab.example:80", "tcp://lab:x", "tls://:1", "tcp://[::1"])
+def test_what_is_no_address_is_refused(address: str):
+    with pytest.raises(InputError, match="expected tls://HOST:PORT or tcp://HOST:PORT"):
+        Cluster(address)
