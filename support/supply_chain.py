@@ -54,11 +54,11 @@ def stale() -> tuple[Path, ...]:
 
 def licence(name: str) -> str:
     """Licence of an installed distribution, as its metadata says it: expression, classifier, or first line."""
-    about = metadata.metadata(name)
-    expression = about.get("License-Expression")
-    classifiers = [c.rpartition(" :: ")[2] for c in about.get_all("Classifier", []) if c.startswith("License ::")]
-    lines = (about.get("License") or "").strip().splitlines()
-    return expression or ", ".join(classifiers) or (lines[0][:80] if lines else "not stated in its metadata")
+    about = metadata.metadata(name).json
+    expression = about.get("license_expression")
+    classifiers = [c.rpartition(" :: ")[2] for c in about.get("classifier", []) if c.startswith("License ::")]
+    lines = str(about.get("license", "")).strip().splitlines()
+    return str(expression or "") or ", ".join(classifiers) or (lines[0][:80] if lines else "not stated in its metadata")
 
 
 def licences_page() -> str:

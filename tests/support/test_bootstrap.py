@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import zipfile
 from pathlib import Path
 
@@ -17,22 +20,40 @@ PROJECT = """
 [project]
 name = "small"
 dependencies = ["greeting>=1.2"]
+[project.optional-dependencies]
+loud = ["shouting>=3"]
 [dependency-groups]
 dev = []
 """
 COMMAND = "import greeting, sys; print(greeting.TEXT, sys.prefix)"
 
 
-def wheel(folder: Path) -> None:
-    """Write a wheel of the package ``greeting``."""
-    info = "greeting-1.2.dist-info"
-    with zipfile.ZipFile(folder / "greeting-1.2-py3-none-any.whl", "w") as archive:
-        archive.writestr("greeting.py", "TEXT = 'hello'\n")
-        archive.writestr(f"{info}/METADATA", "Metadata-Version: 2.1\nName: greeting\nVersion: 1.2\n")
+LOCK = """
+[[package]]
+name = "{name}"
+version = "{version}"
+wheels = [{{ url = "https://index.example/{wheel}", hash = "sha256:{digest}", size = 6000000 }}]
+"""
+
+
+def wheel(folder: Path, name: str, version: str, locked: str) -> str:
+    """Write a wheel with a text and its entry in uv.lock, and return its pin."""
+    info = f"{name}-{version}.dist-info"
+    path = folder / f"{name}-{version}-py3-none-any.whl"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr(f"{name}.py", "TEXT = 'hello'\n")
+        archive.writestr(f"{info}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: {version}\n")
         archive.writestr(
             f"{info}/WHEEL", "Wheel-Version: 1.0\nGenerator: test\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
         )
         archive.writestr(f"{info}/RECORD", "")
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    with (folder / "uv.lock").open("a") as lock:
+        lock.write(LOCK.format(name=name, version=version, wheel=path.name, digest=digest))
+    pin = f"{name}=={version} \\\n    --hash=sha256:{digest}\n"
+    with (folder / "support" / "locked" / f"{locked}.txt").open("a") as stream:
+        stream.write(pin)
+    return pin
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +72,11 @@ def project(tmp_path: Path) -> Path:
     (tmp_path / "tool").mkdir()
     (tmp_path / "tool" / "__init__.py").write_text("from support.environment import ready\n\nready()\n")
     (tmp_path / "tool" / "run.py").write_text(COMMAND)
-    wheel(tmp_path)
+    shutil.rmtree(tmp_path / "support" / "locked")
+    (tmp_path / "support" / "locked").mkdir()
+    core = wheel(tmp_path, "greeting", "1.2", "core")
+    (tmp_path / "support" / "locked" / "loud.txt").write_text(core)
+    wheel(tmp_path, "shouting", "3.0", "loud")
     return tmp_path
 
 
@@ -74,6 +99,7 @@ def test_installs_into_the_interpreter_in_use_and_runs_from_any_folder(python: P
     done = run(project, python, project / "support" / "bootstrap.py", "-m", "tool.run", cwd=elsewhere)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["hello", str(python.parent.parent)]
+    assert f"installing into {python.parent.parent}: 1 distribution, 6 MB to download\n  1/1 greeting" in done.stderr
     assert run(project, python, "-m", "tool.run").stdout == done.stdout
     run(project, python, "-m", "pip", "uninstall", "--yes", "greeting")
 
@@ -89,4 +115,59 @@ def test_a_venv_beside_the_project_is_used_by_bootstrap_and_by_the_next_command(
 def test_says_how_to_call_it(python: Path, project: Path):
     done = run(project, python, "support/bootstrap.py", "tool.run")
     assert done.returncode == 2
-    assert done.stderr == "error: usage: python support/bootstrap.py [--dev] -m module [arguments]\n"
+    assert done.stderr == "error: usage: python support/bootstrap.py [--dev | --extra NAME] [-m module [arguments]]\n"
+
+
+def test_a_file_that_the_lock_does_not_know_is_not_installed(python: Path, project: Path):
+    with zipfile.ZipFile(project / "greeting-1.2-py3-none-any.whl", "a") as archive:
+        archive.writestr("more.py", "")
+    done = run(project, python, "support/bootstrap.py", "-m", "tool.run")
+    assert done.returncode == 2
+    assert "DO NOT MATCH THE HASHES" in done.stderr
+    assert done.stderr.endswith("error: the installation failed, as said above; it needs the network this one time\n")
+    assert run(project, python, "-c", "import greeting").returncode == 1
+
+
+def test_an_extra_is_installed_when_it_is_asked_for(python: Path, project: Path):
+    done = run(project, python, "support/bootstrap.py", "--extra", "loud")
+    assert done.returncode == 0, done.stderr
+    assert "2 distributions, 12 MB to download" in done.stderr
+    assert run(project, python, "-c", "import greeting, shouting").returncode == 0
+    assert run(project, python, "support/bootstrap.py", "--extra", "loud").stderr == ""
+    assert run(project, python, "support/bootstrap.py", "--extra", "silent").returncode == 2
+    run(project, python, "-m", "pip", "uninstall", "--yes", "greeting", "shouting")
+
+
+def test_an_interrupted_installation_is_one_line_and_is_done_again(python: Path, project: Path):
+    slow = project / "pip"  # an installer that has copied one of two packages and hangs
+    slow.mkdir()
+    (slow / "__init__.py").touch()
+    (slow / "__main__.py").write_text("import time; print('Collecting greeting', flush=True); time.sleep(60)")
+    command = [str(python), "support/bootstrap.py", "-m", "tool.run"]
+    environment = {**os.environ, "PYTHONPATH": str(project), "PATH": "/usr/bin:/bin"}
+    begun = time.monotonic()
+    with subprocess.Popen(command, cwd=project, env=environment, stderr=subprocess.PIPE, text=True) as process:
+        assert process.stderr is not None
+        assert "to download" in process.stderr.readline()
+        assert "1/1 greeting" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        assert process.stderr.read() == "interrupted: the set-up is not complete; the same command takes it up again\n"
+    assert process.returncode == 130
+    assert time.monotonic() - begun < 30
+
+    shutil.rmtree(slow)
+    run(project, python, "-m", "pip", "install", "--no-deps", project / "greeting-1.2-py3-none-any.whl")
+    assert "run `make fmu` first" in run(project, python, "-m", "tool.run").stderr  # there, yet not known to be whole
+    done = run(project, python, "support/bootstrap.py", "-m", "tool.run")
+    assert done.returncode == 0, done.stderr
+    assert "1/1 greeting" in done.stderr
+    assert run(project, python, "-m", "tool.run").returncode == 0
+    run(project, python, "-m", "pip", "uninstall", "--yes", "greeting")
+
+
+def test_after_a_failed_installation_it_is_done_anew(python: Path, project: Path):
+    (project / "greeting-1.2-py3-none-any.whl").rename(project / "away")
+    assert run(project, python, "support/bootstrap.py", "-m", "tool.run").returncode == 2
+    (project / "away").rename(project / "greeting-1.2-py3-none-any.whl")
+    assert run(project, python, "support/bootstrap.py", "-m", "tool.run").returncode == 0
+    run(project, python, "-m", "pip", "uninstall", "--yes", "greeting")

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import ast
+import json
+import subprocess
 import sys
 import tomllib
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 from packaging.requirements import Requirement
 
+from support import locked, supply_chain
 from support.environment import ROOT, requirements
 
 OURS = (
@@ -54,3 +58,109 @@ def test_imports_are_declared(folder: str):
         if not declared & {normal(owner) for owner in (SPELLED_OTHERWISE | owners).get(name, [name])}
     }
     assert not undeclared
+
+
+def test_the_locked_files_are_what_the_lock_says():
+    assert supply_chain.stale() == ()
+
+
+def test_every_locked_file_is_pinned_by_a_hash():
+    for part in (locked.CORE, locked.DEV, *supply_chain.extras()):
+        entries = locked.locked_file(part).read_text(encoding="utf-8").split("\n    --hash=sha256:")
+        assert len(entries) > len(locked.pins(part)) > 0
+        assert not any("==" in line and not line.endswith("\\") for e in entries for line in e.splitlines()), part
+
+
+def test_sizes_of_the_lock_are_those_of_wheels_for_this_machine():
+    everything = locked.amount(locked.CORE, again=True)
+    assert everything.count == len(locked.pins(locked.CORE))
+    assert 100e6 < everything.size < 600e6
+    assert locked.amount(locked.DEV, again=True).size > everything.size
+
+
+def test_the_list_of_licences_names_every_distribution_of_the_lock():
+    page = supply_chain.LICENCES.read_text(encoding="utf-8")
+    for pin in locked.pins(locked.DEV):
+        assert f"| {pin.name} | {pin.version} |" in page, "run `make licences`"
+
+
+def test_the_bill_of_materials_has_a_hash_for_every_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(supply_chain, "ROOT", tmp_path)
+    monkeypatch.setattr(supply_chain, "SBOM", tmp_path / "sbom.json")
+    for name in ("pyproject.toml", "uv.lock", "README.md"):
+        (tmp_path / name).write_bytes((ROOT / name).read_bytes())
+    assert CliRunner().invoke(supply_chain.main, ["sbom"]).exit_code == 0
+    bill = json.loads((tmp_path / "sbom.json").read_text())
+    assert bill["bomFormat"] == "CycloneDX"
+    assert {pin.name for pin in locked.pins("posterior")} <= {c["name"] for c in bill["components"]}
+    files = [f for c in bill["components"] for f in c.get("externalReferences", [])]
+    assert len(files) > 500
+    assert all(f["hashes"] for f in files if f["type"] == "distribution")
+
+
+BLOCK = """
+import importlib, importlib.metadata, runpy, sys
+blocked = set(sys.argv.pop(1).split(","))
+found = importlib.metadata.version
+class Absent:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in blocked:
+            raise ModuleNotFoundError(name, name=name)
+def version(name):
+    if name in blocked:
+        raise importlib.metadata.PackageNotFoundError(name)
+    return found(name)
+sys.meta_path.insert(0, Absent())
+importlib.metadata.version = version
+sys.argv.pop(0)
+*imported, last = sys.argv[0].split(",")
+for name in imported:
+    importlib.import_module(name)
+runpy.run_module(last, run_name="__main__", alter_sys=True)
+"""
+
+
+def without_extras(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run a module where nothing can be imported but what the core installs, ``pip`` and the like left alone."""
+    only = {pin.name for pin in locked.pins(locked.DEV)} - {pin.name for pin in locked.pins(locked.CORE)}
+    owners = packages_distributions()
+    modules = {module for module, names in owners.items() if {normal(n) for n in names} <= only}
+    command = [sys.executable, "-c", BLOCK, ",".join(only | modules), *map(str, arguments)]
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+def test_the_embedded_job_runs_on_the_core_alone(tmp_path: Path):
+    done = without_extras("identification.run", "--joints", "4", "--out", tmp_path, "--workers", "1", "--quiet")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_every_other_command_starts_on_the_core_alone():
+    commands = (
+        "fmu_build.run", "fmu_build.export", "discrepancy.run", "discrepancy.blind", "measurement.check",
+        "measurement.new", "virtual_device.make_campaign", "model.plan",
+    )  # fmt: skip
+    done = without_extras(",".join(commands), "--help")
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "extra"),
+    [
+        (("identification.run", "--joints", "4", "--scheduler", "tcp://127.0.0.1:1"), "cluster"),
+        (("model.plan", "arm6"), "urdf"),
+    ],
+)
+def test_an_extra_that_is_missing_is_named_with_its_command(tmp_path: Path, arguments: tuple[str, ...], extra: str):
+    done = without_extras(*arguments, "--out", tmp_path / "out")
+    assert done.returncode == 2, done.stderr
+    assert f"run `make {extra}` (" in done.stderr.splitlines()[-1]
+    assert "MB to download)" in done.stderr.splitlines()[-1]
+
+
+def test_missing_development_packages_are_one_line():
+    done = without_extras("docs.build")
+    assert done.returncode == 2
+    assert done.stderr.count("\n") == 1
+    assert "lacks mkdocs" in done.stderr
+    assert done.stderr.endswith("run `make docs`\n")

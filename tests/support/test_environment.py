@@ -11,10 +11,11 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from packaging.markers import Marker
 from packaging.requirements import Requirement as Judge
 from packaging.version import Version
 
-from support import environment, installation
+from support import environment, installation, locked
 from support.environment import parse_requirement, requirements
 
 versions = st.lists(st.integers(0, 40), min_size=1, max_size=4).map(lambda parts: ".".join(map(str, parts)))
@@ -50,11 +51,23 @@ def test_absent_packages_are_missing(monkeypatch: pytest.MonkeyPatch):
         (f"sys_platform == '{sys.platform}'", True),
         (f"sys_platform != '{sys.platform}'", False),
         ("platform_machine == 'abacus'", False),
-        ("python_version < '3.0'", True),  # not read here: left to the installer
+        ("python_version < '3.0'", False),
+        ("python_full_version >= '3.11'", True),
+        ("python_full_version == '3.10.*' or python_full_version > '3.10'", True),
+        (f"python_full_version >= '3.11' and sys_platform != '{sys.platform}'", False),
+        ("platform_release >= '20'", True),  # not read here: left to the installer
     ],
 )
 def test_markers(marker: str, applies: bool):
     assert (parse_requirement(f"demo>=1; {marker}") is not None) == applies
+
+
+def test_every_marker_of_the_locked_files_is_read_as_the_standard_says():
+    texts = "".join(path.read_text(encoding="utf-8") for path in locked.FOLDER.glob("*.txt"))
+    markers = {line.partition(";")[2].strip(" \\") for line in texts.splitlines() if " ; " in line}
+    assert len(markers) > 5
+    for marker in markers:
+        assert environment.applies(marker) == Marker(marker).evaluate(), marker
 
 
 def test_an_unreadable_requirement_is_named():
