@@ -148,10 +148,12 @@ def test_every_other_command_starts_on_the_core_alone():
     ("arguments", "extra"),
     [
         (("identification.run", "--joints", "4", "--scheduler", "tcp://127.0.0.1:1"), "cluster"),
-        (("model.plan", "arm6"), "urdf"),
+        (("model.plan", ROOT / "model" / "devices" / "arm6.urdf"), "urdf"),
     ],
 )
-def test_an_extra_that_is_missing_is_named_with_its_command(tmp_path: Path, arguments: tuple[str, ...], extra: str):
+def test_what_needs_an_extra_names_its_command(tmp_path: Path, arguments: tuple[str | Path, ...], extra: str):
+    tmp_path: Path, arguments: tuple[str | Path, ...], extra: str
+):
     done = without_extras(*arguments, "--out", tmp_path / "out")
     assert done.returncode == 2, done.stderr
     assert f"run `make {extra}` (" in done.stderr.splitlines()[-1]
