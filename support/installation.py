@@ -111,7 +111,10 @@ def install(part: str) -> None:
     again = unfinished().exists()  # what a killed installer left may have its metadata and lack its files
     told = amount(part, again=again)
     say(f"installing into {sys.prefix}: {told}")
-    unfinished().touch()
+    try:
+        unfinished().touch()
+    except OSError as error:
+        fail(f"nothing can be installed into {sys.prefix}: {error}")
     _install(part, told, again=again)
     unfinished().unlink()
 

@@ -152,8 +152,6 @@ def test_every_other_command_starts_on_the_core_alone():
     ],
 )
 def test_what_needs_an_extra_names_its_command(tmp_path: Path, arguments: tuple[str | Path, ...], extra: str):
-    tmp_path: Path, arguments: tuple[str | Path, ...], extra: str
-):
     done = without_extras(*arguments, "--out", tmp_path / "out")
     assert done.returncode == 2, done.stderr
     assert f"run `make {extra}` (" in done.stderr.splitlines()[-1]
