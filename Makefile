@@ -17,7 +17,10 @@ calibrate: ; $(RUN) --extra posterior -m uq.calibrate
 fuzz: ; $(RUN) --dev -m tests.fuzz.run $(FUZZ)
 
 # What few need is installed on demand: an extra of pyproject.toml, in the versions of uv.lock, checked by their hashes.
-cluster parquet posterior urdf: ; $(RUN) --extra $@
+cluster: ; $(RUN) --extra cluster
+parquet: ; $(RUN) --extra parquet
+posterior: ; $(RUN) --extra posterior
+urdf: ; $(RUN) --extra urdf
 # Files that are made from uv.lock.
 locked: ; $(RUN) --dev -m support.supply_chain lock
 licences: ; $(RUN) --dev -m support.supply_chain licences

@@ -107,6 +107,8 @@ def install(part: str) -> None:
     """Install what the lock file says of a part into the interpreter in use, every file checked by its hash.
 
     Nothing is resolved: the exported files are complete, and an installer that looked for more would go past the lock.
+    An installation that fails or is interrupted while it downloads has changed nothing; one that ends while packages
+    are copied leaves the environment marked as unfinished.
     """
     again = unfinished().exists()  # what a killed installer left may have its metadata and lack its files
     told = amount(part, again=again)
@@ -115,23 +117,31 @@ def install(part: str) -> None:
         unfinished().touch()
     except OSError as error:
         fail(f"nothing can be installed into {sys.prefix}: {error}")
-    _install(part, told, again=again)
-    unfinished().unlink()
+    copying: list[str] = []
+    try:
+        _install(part, told, copying, again=again)
+        copying.clear()
+        again = False
+    finally:
+        if not copying and not again:
+            unfinished().unlink()
 
 
-def _install(part: str, told: Amount, *, again: bool) -> None:
+def _install(part: str, told: Amount, copying: list[str], *, again: bool) -> None:
     options = ("--require-hashes", "--no-deps", "-r", locked_file(part))
     tool = uv()
-    if tool and _follow(told, tool, "pip", "install", "--python", sys.executable, *["--reinstall"] * again, *options):
+    if tool and _follow(
+        told, copying, tool, "pip", "install", "--python", sys.executable, *["--reinstall"] * again, *options
+    ):
         return
     if not has_module("pip") and not succeeds(sys.executable, "-m", "ensurepip", "--default-pip", quiet=True):
         fail(f"{sys.executable} has no pip and cannot get it; install pip or uv")
     pip = (sys.executable, "-m", "pip", "install", "--progress-bar", "off", "--disable-pip-version-check")
-    if not _follow(told, *pip, *["--force-reinstall"] * again, *options):
+    if not _follow(told, copying, *pip, *["--force-reinstall"] * again, *options):
         fail("the installation failed, as said above; it needs the network this one time")
 
 
-def _follow(told: Amount, *command: str | Path) -> bool:
+def _follow(told: Amount, copying: list[str], *command: str | Path) -> bool:
     """Run an installer and show how far it is; True where it left with 0, else its last lines are shown."""
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}
     text = [str(c) for c in command]
@@ -141,7 +151,7 @@ def _follow(told: Amount, *command: str | Path) -> bool:
     ) as process:
         assert process.stdout is not None  # asked for above
         try:
-            _show(process.stdout, last, told.count)
+            _show(process.stdout, last, copying, told.count)
         except KeyboardInterrupt:
             process.terminate()
             raise
@@ -150,15 +160,17 @@ def _follow(told: Amount, *command: str | Path) -> bool:
     return process.returncode == 0
 
 
-def _show(output: Iterable[str], last: deque[str], count: int) -> None:
-    """Show what is worth it of an installer's output, and keep its ``last`` lines."""
+def _show(output: Iterable[str], last: deque[str], copying: list[str], count: int) -> None:
+    """Show what is worth it of an installer's output, keep its ``last`` lines, and those that say that it copies."""
     begun = 0
     for line in output:
         last.append(line.rstrip())
         if line.startswith(("Collecting ", "Processing ")):  # pip's words: from an index, from a folder
             begun += 1
             say(f"  {begun}/{count} {Path(line.split()[1]).name}")
-        elif line.startswith(("Downloading ", "Prepared ", "Installing ", "Installed ")):
+        if line.startswith(("Prepared ", "Installing ")):  # uv's and pip's words
+            copying.append(line)
+        if line.startswith(("Downloading ", "Prepared ", "Installing ", "Installed ")):
             say(f"  {line.split(':')[0].strip()}")  # pip names all of them in one line after the colon
 
 

@@ -142,7 +142,9 @@ def test_an_interrupted_installation_is_one_line_and_is_done_again(python: Path,
     slow = project / "pip"  # an installer that has copied one of two packages and hangs
     slow.mkdir()
     (slow / "__init__.py").touch()
-    (slow / "__main__.py").write_text("import time; print('Collecting greeting', flush=True); time.sleep(60)")
+    (slow / "__main__.py").write_text(
+        "import time; print('Collecting greeting\\nInstalling it', flush=True); time.sleep(60)"
+    )
     command = [str(python), "support/bootstrap.py", "-m", "tool.run"]
     environment = {**os.environ, "PYTHONPATH": str(project), "PATH": "/usr/bin:/bin"}
     begun = time.monotonic()
@@ -150,6 +152,7 @@ def test_an_interrupted_installation_is_one_line_and_is_done_again(python: Path,
         assert process.stderr is not None
         assert "to download" in process.stderr.readline()
         assert "1/1 greeting" in process.stderr.readline()
+        assert "Installing it" in process.stderr.readline()
         process.send_signal(signal.SIGINT)
         assert process.stderr.read() == "interrupted: the set-up is not complete; the same command takes it up again\n"
     assert process.returncode == 130
@@ -168,6 +171,7 @@ def test_an_interrupted_installation_is_one_line_and_is_done_again(python: Path,
 def test_after_a_failed_installation_it_is_done_anew(python: Path, project: Path):
     (project / "greeting-1.2-py3-none-any.whl").rename(project / "away")
     assert run(project, python, "support/bootstrap.py", "-m", "tool.run").returncode == 2
+    assert not list(python.parent.parent.rglob("haptid-installation-unfinished"))  # it failed before it copied anything
     (project / "away").rename(project / "greeting-1.2-py3-none-any.whl")
     assert run(project, python, "support/bootstrap.py", "-m", "tool.run").returncode == 0
     run(project, python, "-m", "pip", "uninstall", "--yes", "greeting")
