@@ -13,6 +13,8 @@ CUT = 3.0
 KEPT = 0.9733
 """Variance of a standard normal variable cut at ±3 (its density renormalised)."""
 FLOOR = 1e-9
+BLOCK = 20_000
+"""Rows whose weights are held at a time: 81 numbers each."""
 
 
 def contrasts(t: Array, y: Array, order: int) -> Array:
@@ -26,10 +28,15 @@ def contrasts(t: Array, y: Array, order: int) -> Array:
     ndarray, shape (n_t - order,)
     """
     rows = np.lib.stride_tricks.sliding_window_view(t / np.median(np.diff(t)), order + 1)
-    gaps = rows[:, :, None] - rows[:, None, :]
-    weights = 1.0 / np.prod(gaps + np.eye(order + 1), axis=2)
-    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
     windows = np.lib.stride_tricks.sliding_window_view(y - y[0], order + 1)
+    parts = [slice(first, first + BLOCK) for first in range(0, len(rows), BLOCK)]
+    return np.concatenate([_contrasts(rows[part], windows[part]) for part in parts])
+
+
+def _contrasts(rows: Array, windows: Array) -> Array:
+    gaps = rows[:, :, None] - rows[:, None, :]
+    weights = 1.0 / np.prod(gaps + np.eye(rows.shape[1]), axis=2)
+    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
     return np.asarray(np.einsum("ij,ij->i", weights, windows), dtype=np.float64)
 
 

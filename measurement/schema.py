@@ -58,6 +58,14 @@ def _is_positive(value: object) -> bool:
     return is_number(value) and value > 0
 
 
+LEAST, MOST = 1e-15, 1e3
+"""No sensor of positions is finer [rad] or [m], and no device's is coarser."""
+
+
+def _is_noise(value: object) -> bool:
+    return is_number(value) and LEAST <= value <= MOST
+
+
 def _is_not_negative(value: object) -> bool:
     return is_number(value) and value >= 0
 
@@ -69,7 +77,9 @@ def _is_nonzero(value: object) -> bool:
 TEXT = Key(accepts=_is_text, words="a text in quotes")
 NUMBER = Key(accepts=is_number, words="a finite number")
 HOLD = Key(accepts=_one_of("zero", "linear"), words='"zero" or "linear"')
-NOISE = Key(accepts=_is_positive, words="a positive number (standard deviation of the white noise)")
+NOISE = Key(
+    accepts=_is_noise, words=f"a positive number (standard deviation of the white noise, {LEAST:g} to {MOST:g})"
+)
 STEP = Key(accepts=_is_not_negative, words="a number, 0 or more (encoder step)")
 
 CAMPAIGN = {

@@ -11,6 +11,7 @@ from measurement.control import position_control
 from measurement.cycles import find_cycles
 from measurement.noise import with_noise
 from measurement.run import Run
+from measurement.suspicions import suspicions, twins
 
 HEADER = (
     "file",
@@ -48,11 +49,15 @@ def unevenness(run: Run) -> float:
 
 def summarise(campaign: Campaign) -> tuple[Row, ...]:
     """Describe every joint of every run."""
-    runs = [(run, with_noise(run)) for run in campaign.runs]
-    return tuple(_row(run, full, column) for run, full in runs for column in range(len(run.free_joints)))
+    same = twins(campaign.runs)
+    return tuple(
+        _row(run, full, column, same.get(run.file))
+        for run, full in ((run, with_noise(run)) for run in campaign.runs)
+        for column in range(len(run.free_joints))
+    )
 
 
-def _row(run: Run, full: Run, column: int) -> Row:
+def _row(run: Run, full: Run, column: int, twin: str | None) -> Row:
     cycles = find_cycles(run, column)
     uneven = unevenness(run)
     given = "" if np.isfinite(run.noise[column]) else "~"
@@ -73,10 +78,10 @@ def _row(run: Run, full: Run, column: int) -> Row:
         f"{given}{full.noise[column]:.2g}",
         f"{step_given}{full.resolution[column]:.2g}",
     )
-    return Row(cells=cells, remarks=tuple(_remarks(run, full, column)))
+    return Row(cells=cells, remarks=tuple(_remarks(run, full, column, twin)))
 
 
-def _remarks(run: Run, full: Run, column: int) -> list[str]:
+def _remarks(run: Run, full: Run, column: int, twin: str | None) -> list[str]:
     sensor = float(full.sensor_std[column])
     found = []
     sign = position_control(run, column)
@@ -91,6 +96,9 @@ def _remarks(run: Run, full: Run, column: int) -> list[str]:
         found.append(f"a gap of {np.diff(run.t).max():.3g} s after {run.t[row] + run.start_time:.4g} s")
     if run.v is not None and abs(run.v[0, column]) > 0.1 * float(np.abs(run.v[:, column]).max()):
         found.append("it starts in motion: the initial velocity should be measured or fitted")
+    found += suspicions(run, with_noise(run.but(noise=np.full(run.noise.shape, np.nan))), column)
+    if twin is not None:
+        found.append(f"it holds the same rows as {twin}, which is used otherwise: it shows nothing that no fit saw")
     if run.use == "excluded":
         found.append(f"excluded: {run.reason}")
     return [*found, *run.notes]

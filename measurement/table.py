@@ -21,6 +21,8 @@ from support.files import is_file
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
 LEAST_ROWS = 8
+LARGEST = 1e100
+"""No time, torque, position or velocity is larger, and squares of such numbers are finite."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
 """Python's float() to the last bit, as pandas does by itself from version 3 on."""
 
@@ -61,12 +63,13 @@ class Table:
         if f"{column}.1" in self.frame:
             raise InputError(self.header, expected=f"one column {column}", got="two")
         values = self.loosely(column)
-        bad = np.flatnonzero(~np.isfinite(values))
+        bad = np.flatnonzero(~(np.abs(values) < LARGEST))
         if bad.size:
             cell = self.frame[column].iloc[int(bad[0])]
             got = "an empty or NaN cell" if pd.isna(cell) else repr(str(cell))
+            todo = "" if np.isnan(values[bad[0]]) else f"no value is above {LARGEST:g}"
             where = f"{self.row(int(bad[0]))}, {column}"
-            raise InputError(where, expected="a finite number", got=got)
+            raise InputError(where, expected="a finite number", got=got, todo=todo)
         return values
 
     def loosely(self, column: str) -> Array:

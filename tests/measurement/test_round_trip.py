@@ -13,7 +13,7 @@ from measurement.run import Run
 from measurement.writing import write_campaign
 from support.errors import InputError, one_line
 
-NUMBERS = st.floats(allow_nan=False, allow_infinity=False, width=64)
+NUMBERS = st.floats(-1e99, 1e99, allow_nan=False, width=64)
 SMALL = st.floats(1e-9, 1e-1)
 
 

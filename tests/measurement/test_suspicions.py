@@ -1,0 +1,106 @@
+"""Slips of units, signs and columns are remarked with the remedy; what is right is not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from measurement.noise import contrasts, with_noise
+from measurement.reading import embedded_campaign, read_campaign
+from measurement.run import Array, Run
+from measurement.summary import summarise
+from measurement.suspicions import suspicions, twins
+
+WORDS = ("degrees?", "milliseconds?", "sign wrong", "clipped", "is stated", "same rows")
+
+
+def a_run(t: Array, u: Array, y: Array, *, noise: float = np.nan, file: str = "a.csv", use: str = "fit") -> Run:
+    return Run(
+        file=file,
+        free_joints=(0,),
+        t=t,
+        start_time=0.0,
+        u=u[:, None],
+        y=y[:, None],
+        v=None,
+        prismatic=(False,),
+        extra={},
+        posture=np.zeros(0),
+        noise=np.array([noise]),
+        resolution=np.array([np.nan]),
+        use=use,
+        hold="zero",
+        reason="",
+        notes=(),
+    )
+
+
+def moved(*, damping: float = 0.02, seed: int = 0) -> tuple[Array, Array, Array]:
+    """A spring, a damper and a mass under a cosine torque, in the steady state, read with noise of 1e-4 rad."""
+    t = np.arange(0.0, 10.0, 1e-3)
+    omega, gain = 3.0, 1.0 / complex(0.05 - 0.01 * 3.0**2, damping * 3.0)
+    y = np.real(0.01 * gain * np.exp(1j * omega * t)) + 1e-4 * np.random.default_rng(seed).standard_normal(t.size)
+    return t, 0.01 * np.cos(omega * t), y
+
+
+def remarks_on(run: Run) -> str:
+    full = with_noise(run.but(noise=np.array([np.nan])))
+    return "; ".join(suspicions(run, full, 0))
+
+
+def test_what_is_right_is_not_remarked():
+    t, u, y = moved()
+    assert not remarks_on(a_run(t, u, y, noise=1e-4))
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_little_friction_is_no_wrong_sign(seed: int):
+    t, u, y = moved(damping=1e-5, seed=seed)
+    assert not remarks_on(a_run(t, u, y))
+
+
+@pytest.mark.parametrize(
+    ("run", "word"),
+    [
+        (lambda t, u, y: a_run(t, u, 180 * y), "degrees?"),
+        (lambda t, u, y: a_run(1000 * t, u, y), "milliseconds?"),
+        (lambda t, u, y: a_run(t, -u, y), "sign wrong"),
+        (lambda t, u, y: a_run(t, y, u + 1e-6 * np.random.default_rng(1).standard_normal(t.size)), "columns swapped"),
+        (lambda t, u, y: a_run(t, u, np.clip(y, -0.05, 0.05)), "clipped"),
+        (lambda t, u, y: a_run(t, u, y, noise=1e-12), "is stated"),
+        (lambda t, u, y: a_run(t, u, y, noise=1.0), "is stated"),
+    ],
+)
+def test_slips_are_remarked(run, word: str):
+    t, u, y = moved()
+    assert word in remarks_on(run(t, u, y))
+
+
+def test_a_run_to_validate_with_the_rows_of_a_run_to_fit():
+    t, u, y = moved()
+    runs = [a_run(t, u, y), a_run(t, u, y, file="b.csv", use="validate"), a_run(t, u, y, file="c.csv")]
+    assert twins(runs) == {"b.csv": "a.csv"}
+
+
+def test_nothing_is_suspected_of_the_embedded_campaign():
+    rows = summarise(read_campaign(embedded_campaign()))
+    assert not [remark for row in rows for remark in row.remarks if any(word in remark for word in WORDS)]
+
+
+@pytest.mark.parametrize("name", ["dvrk_mtm_joint4", "dfki_double_pendulum_a0", "emps"])
+def test_nothing_is_suspected_of_real_machines(name: str):
+    folder = Path(__file__).parents[3] / "shared" / "data" / name
+    if not (folder / "campaign.toml").is_file():
+        pytest.skip(f"the measurements {name} are not beside the checkout")
+    rows = summarise(read_campaign(folder))
+    found = [remark for row in rows for remark in row.remarks]
+    assert not [remark for remark in found if any(word in remark for word in WORDS if word != "is stated")]
+
+
+def test_contrasts_do_not_depend_on_the_block(monkeypatch: pytest.MonkeyPatch):
+    t, _, y = moved()
+    whole = contrasts(t, y, 5)
+    monkeypatch.setattr("measurement.noise.BLOCK", 777)
+    assert np.array_equal(contrasts(t, y, 5), whole)
