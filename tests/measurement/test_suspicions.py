@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,6 +10,7 @@ from measurement.reading import embedded_campaign, read_campaign
 from measurement.run import Array, Run
 from measurement.summary import summarise
 from measurement.suspicions import suspicions, twins
+from tests.real_data import DATA
 
 WORDS = ("degrees?", "milliseconds?", "sign wrong", "clipped", "is stated", "same rows")
 
@@ -89,12 +88,11 @@ def test_nothing_is_suspected_of_the_embedded_campaign():
     assert not [remark for row in rows for remark in row.remarks if any(word in remark for word in WORDS)]
 
 
-@pytest.mark.parametrize("name", ["dvrk_mtm_joint4", "dfki_double_pendulum_a0", "emps"])
+@pytest.mark.real("dvrk_mtm_joint4", "dfki_double_pendulum_a0")
+@pytest.mark.filterwarnings("ignore::measurement.warning.CampaignWarning")
+@pytest.mark.parametrize("name", ["dvrk_mtm_joint4", "dfki_double_pendulum_a0"])
 def test_nothing_is_suspected_of_real_machines(name: str):
-    folder = Path(__file__).parents[3] / "shared" / "data" / name
-    if not (folder / "campaign.toml").is_file():
-        pytest.skip(f"the measurements {name} are not beside the checkout")
-    rows = summarise(read_campaign(folder))
+    rows = summarise(read_campaign(DATA / name))
     found = [remark for row in rows for remark in row.remarks]
     assert not [remark for remark in found if any(word in remark for word in WORDS if word != "is stated")]
 
