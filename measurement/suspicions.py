@@ -60,7 +60,12 @@ def _milliseconds(run: Run) -> str:
 
 
 def _power(run: Run, column: int) -> str:
-    """Compare ∫τ dq over whole cycles with RMS torque times RMS velocity: friction only takes, springs give back."""
+    """Compare ∫τ dq over whole cycles with RMS torque times RMS velocity: friction only takes, springs give back.
+
+    Where several joints are free, one may drive another; then nothing is said.
+    """
+    if len(run.free_joints) > 1:
+        return ""
     cycles = find_cycles(run, column)
     if not cycles.omega or cycles.count < 2:
         return ""
