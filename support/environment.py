@@ -17,11 +17,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
+from types import TracebackType
 from typing import NoReturn
 
 ROOT = Path(__file__).resolve().parent.parent
 VENV_PYTHON = ROOT / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
-BAD_SETUP = 2
+BAD_SETUP, INTERRUPTED = 2, 130
 UNFINISHED = "haptid-installation-unfinished"
 """File beside the installed packages while they are being installed: what a killed installation leaves is not used."""
 
@@ -153,6 +154,16 @@ def in_venv() -> bool:
     return Path(sys.prefix).resolve() == (ROOT / ".venv").resolve()
 
 
+def _told(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """Say in one line that Ctrl-C came while modules were imported, before the command itself could hear it."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
+        return
+    sys.stderr.write("interrupted: nothing was finished yet\n")
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)
+
+
 def ready(extra: str | None = None) -> None:
     """Let ``python -m package.command`` run under an interpreter that has the requirements, or say what to type.
 
@@ -162,6 +173,7 @@ def ready(extra: str | None = None) -> None:
     """
     if sys.argv[:1] != ["-m"]:
         return
+    sys.excepthook = _told
     lacking = missing(extra=extra)
     if not lacking:
         return

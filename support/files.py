@@ -122,8 +122,8 @@ def _forget(path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write ``text`` as UTF-8, whole or not at all."""
-    return write_bytes(path, text.encode())
+    """Write ``text`` as UTF-8, whole or not at all; what UTF-8 has no bytes for (parts of a path, say) becomes "?"."""
+    return write_bytes(path, text.encode(errors="replace"))
 
 
 def write_json(path: Path, value: dict[str, Any]) -> Path:

@@ -11,6 +11,7 @@ import pandas as pd
 
 from measurement.reading import read_campaign
 from measurement.table import read_table
+from tests.fuzz.devices import DEVICES
 from tests.fuzz.harness import Target
 from tests.fuzz.results import RESULTS
 
@@ -118,4 +119,4 @@ _TARGETS = (
     Target(name="csv_gz", examples=(gzip.compress(CSV, mtime=0),), read=read_gzipped_csv),
     Target(name="parquet", examples=(_parquet(),), read=read_parquet),
 )
-TARGETS = {target.name: target for target in (*_TARGETS, *RESULTS)}
+TARGETS = {target.name: target for target in (*_TARGETS, *DEVICES, *RESULTS)}
