@@ -41,6 +41,8 @@ def check_urdf(path: Path) -> None:
         raise InputError(str(path), expected="a URDF file, with <robot> around everything", got=f"<{root.tag}>")
     for part in (*root.iterfind("link"), *root.iterfind("joint")):
         _check_numbers(part, _place(path, part))
+    for link in root.iterfind("link"):
+        _check_inertial(link, _place(path, link))
     _check_tree(path, root)
     for joint in root.iterfind("joint"):
         _check_joint(joint, _place(path, joint))
@@ -73,6 +75,13 @@ def _check_numbers(part: Element, where: str) -> None:
             text = element.get(key)
             if text is not None:
                 _check_number(text, key, f"{where}, {element.tag} {key}")
+
+
+def _check_inertial(link: Element, where: str) -> None:
+    inertial = link.find("inertial")
+    lacking = [] if inertial is None else [name for name in ("mass", "inertia") if inertial.find(name) is None]
+    if lacking:
+        raise InputError(where, expected="mass and inertia in <inertial>", got=f"no {' and no '.join(lacking)}")
 
 
 def _check_number(text: str, key: str, where: str) -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from support.errors import InputError
+from support.suggestion import did_you_mean
 
 Values = dict[str, float]
 
@@ -200,7 +201,7 @@ def resolve(effects: Mapping[str, float | Mapping[str, float]], scales: Scales, 
     values: Values = {}
     for name, size in effects.items():
         if name not in FORMULAS:
-            raise InputError(where="effects", expected=f"one of {', '.join(FORMULAS)}", got=repr(name))
+            raise InputError("effects", expected="a known effect", got=repr(name), todo=did_you_mean(name, FORMULAS))
         own: Mapping[str, float] = {}
         if isinstance(size, Mapping):
             own = size

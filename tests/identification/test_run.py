@@ -166,7 +166,7 @@ def test_ctrl_c_ends_workers_in_one_line(campaign, tmp_path):
     os.killpg(process.pid, signal.SIGINT)
     _, said = process.communicate(timeout=60)
     assert process.returncode == 130
-    assert said.strip().splitlines() == ["interrupted: what was finished is kept"]
+    assert said.strip().splitlines() == ["interrupted: nothing was finished yet"]
     until = time.monotonic() + 20.0
     while any(map(runs_still, ours)) and time.monotonic() < until:
         time.sleep(0.05)

@@ -39,6 +39,7 @@ def test_the_good_one_is_read(tmp_path: Path):
         ('lower="-1"', 'lower="2"', "joint one: expected limits with lower <= upper, got lower 2.0, upper 1.0"),
         ('<child link="upper"/>', '<child link="uper"/>', "did you mean upper?"),
         ('<mass value="1.0"/>', '<mass value="inf"/>', "link upper, mass value: expected 1 finite number"),
+        ("<inertia ixx", "inertia ixx", "link upper: expected mass and inertia in <inertial>, got no inertia"),
         ('ixx="0.01"', 'ixx="${m}"', "run the file through xacro first"),
         ('xyz="0 0 1"', 'xyz="0 0 0"', "joint one: expected an axis with a direction"),
         ('type="revolute"', 'type="revolut"', "did you mean revolute?"),
