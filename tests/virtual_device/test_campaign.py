@@ -89,7 +89,7 @@ def test_inputs_are_those_of_the_paper() -> None:
     ("arguments", "says"),
     [
         (["--joints", "7"], "--joints: expected joints 0 to 5, got 7"),
-        (["--effects", "coging=1", "--joints", "4"], "effects: expected one of"),
+        (["--effects", "coging=1", "--joints", "4"], "effects: expected a known effect, got 'coging'; did you mean"),
         (["--effects", "cogging", "--joints", "4"], "expected id=size"),
     ],
 )
