@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from support.environment import missing
 from support.errors import InputError
 from support.locked import amount
@@ -22,8 +24,12 @@ def need(extra: str, where: str) -> None:
     InputError
         Where a requirement of the extra is not met.
     """
-    lacking = missing(extra=extra)
-    if lacking:
-        names = ", ".join(r.name for r in lacking)
+    names = _lacking(extra)
+    if names:
         todo = f"run `make {extra}` ({amount(extra)})"
         raise InputError(where, expected=f"an environment with the extra '{extra}'", got=f"no {names}", todo=todo)
+
+
+@cache
+def _lacking(extra: str) -> str:
+    return ", ".join(requirement.name for requirement in missing(extra=extra))

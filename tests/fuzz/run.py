@@ -1,27 +1,32 @@
-"""``python -m tests.fuzz.run`` (``make fuzz``): feed changed files to the readers, store what fails and the result."""
+"""``python -m tests.fuzz.run`` (``make fuzz``): feed changed files to the readers, store what fails and the result.
+
+The changes are those of the suite, drawn by `random.Random`: in the suite Hypothesis draws them and shortens what
+fails, but over a million inputs its own bookkeeping takes longer than most readers.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import os
+import random
 import resource
 import subprocess
 import sys
-import time
-from collections.abc import Callable
+from concurrent.futures import as_completed
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import click
-from hypothesis import HealthCheck, Phase, given, seed, settings
-from tqdm import tqdm
 
 from support.command import exit_codes, progress
 from support.files import write_bytes, write_json
-from tests.fuzz.harness import Fault, Tally, Target, call, inputs_of
+from support.pool import Pool
+from tests.fuzz.harness import Fault, Tally, Target, call, drawn
 from tests.fuzz.targets import TARGETS
 
-BATCH = 2000
+BATCH = 5000
+"""Inputs of one task; each has a seed of its own, so that the same inputs come whatever the number of workers."""
 SEEDS = Path(__file__).parent / "seeds"
 ROOM = 4 << 30
 """Address space beside what is mapped at the start [bytes]: a reader that runs away fails instead of the machine."""
@@ -33,15 +38,29 @@ ROOM = 4 << 30
 @click.option("--seed", "first", type=int, default=0, show_default=True, help="Same seed, same inputs.")
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), default=Path("docs/results/fuzzing.json"),
               show_default=True, help="Where the result goes.")  # fmt: skip
+@click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores",
+              help="Processes on this machine.")  # fmt: skip
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
 @exit_codes
-def main(inputs: int, names: tuple[str, ...], first: int, out: Path, quiet: bool) -> None:
+def main(inputs: int, names: tuple[str, ...], first: int, out: Path, workers: int, quiet: bool) -> None:
     """Feed changed files to every reader; exit 1 where one does anything but read or refuse in one line.
 
     Inputs that fail are stored below tests/fuzz/seeds, one for each place that fails; the test suite replays them.
+    After each reader the result is written anew.
     """
-    _limit_memory()
-    readers = {name: _fuzz(TARGETS[name], inputs, first, quiet) for name in names or TARGETS}
+    readers: dict[str, dict[str, Any]] = {}
+    with Pool(workers) as pool:
+        for name in names or TARGETS:
+            readers[name] = _fuzz(pool, name, inputs, first, quiet)
+            _write(out, readers)
+            result = readers[name]
+            counts = f"{result['inputs']} inputs, {result['read']} read, {len(result['faults'])} faults"
+            click.echo(f"{name}: {counts}, worst {result['worst_seconds']} s, {result['peak_growth_mib']} MiB")
+    if any(result["faults"] for result in readers.values()):
+        sys.exit(1)
+
+
+def _write(out: Path, readers: dict[str, dict[str, Any]]) -> None:
     stored = {
         "command": f"python -m tests.fuzz.run {' '.join(sys.argv[1:])}".strip(),
         "date": datetime.now(UTC).date().isoformat(),
@@ -50,53 +69,48 @@ def main(inputs: int, names: tuple[str, ...], first: int, out: Path, quiet: bool
         "readers": readers,
     }
     write_json(out, stored)
-    for name, result in readers.items():
-        counts = f"{result['inputs']} inputs, {result['read']} read, {len(result['faults'])} faults"
-        click.echo(f"{name}: {counts}, worst {result['worst_seconds']} s, {result['peak_growth_mib']} MiB")
-    if any(result["faults"] for result in readers.values()):
-        sys.exit(1)
 
 
-def _fuzz(target: Target, inputs: int, first: int, quiet: bool) -> dict[str, Any]:
-    tally, faults, begun = Tally(), dict[str, dict[str, str]](), time.monotonic()
-    with progress(total=inputs, title=target.name, quiet=quiet) as bar:
-        number = first
-        while tally.inputs < inputs:
-            # batches of their own seeds: Hypothesis remembers all inputs of one run
-            _batch(target, number, min(BATCH, inputs - tally.inputs), _reader(target, tally, faults, bar))
-            number += 1
+def _fuzz(pool: Pool, name: str, inputs: int, first: int, quiet: bool) -> dict[str, Any]:
+    parts = [
+        pool.submit(fuzz_part, name, f"{name} {first + k}", min(BATCH, inputs - k * BATCH))
+        for k in range(-(-inputs // BATCH))
+    ]
+    with progress(total=inputs, title=name, quiet=quiet) as bar:
+        done = []
+        for part in as_completed(parts):
+            done.append(part.result())
+            bar.update(done[-1]["inputs"])
+    faults = {fault["place"]: fault for part in done for fault in part["faults"]}
     return {
-        "inputs": tally.inputs,
-        "read": tally.read,
-        "faults": list(faults.values()),
-        "worst_seconds": round(tally.worst_seconds, 3),
-        "peak_growth_mib": round(tally.peak_growth_mib, 1),
-        "wall_s": round(time.monotonic() - begun, 1),
+        "inputs": sum(part["inputs"] for part in done),
+        "read": sum(part["read"] for part in done),
+        "faults": [faults[place] for place in sorted(faults)],
+        "worst_seconds": round(max(part["worst_seconds"] for part in done), 3),
+        "peak_growth_mib": round(max(part["peak_growth_mib"] for part in done), 1),
     }
 
 
-def _batch(target: Target, number: int, inputs: int, read: Callable[[bytes], None]) -> None:
-    options = settings(
-        max_examples=inputs,
-        database=None,
-        deadline=None,
-        phases=(Phase.generate,),
-        suppress_health_check=list(HealthCheck),
-    )
-    seed(number)(options(given(inputs_of(target))(read)))()
-
-
-def _reader(target: Target, tally: Tally, faults: dict[str, dict[str, str]], bar: tqdm[Any]) -> Callable[[bytes], None]:
-    def read(content: bytes) -> None:
-        bar.update()
+def fuzz_part(name: str, seed: str, inputs: int) -> dict[str, Any]:
+    """Feed ``inputs`` changed files to one reader; return the counts, the worst case and the faults by place."""
+    _limit_memory()
+    target, tally, faults = TARGETS[name], Tally(), dict[str, dict[str, str]]()
+    numbers = random.Random(seed)
+    for _ in range(inputs):
+        content = drawn(target, numbers)
         try:
             call(target, content, tally)
         except Fault as fault:
             place = _place(fault)
             if place not in faults:
                 faults[place] = {"fault": str(fault), "place": place, "input": _store(target, content)}
-
-    return read
+    return {
+        "inputs": tally.inputs,
+        "read": tally.read,
+        "faults": list(faults.values()),
+        "worst_seconds": tally.worst_seconds,
+        "peak_growth_mib": tally.peak_growth_mib,
+    }
 
 
 def _store(target: Target, content: bytes) -> str:
