@@ -120,7 +120,7 @@ class FmuSimulator:
         slave = _opened(self.path, self.digest)
         with slave.lock:
             slave.initialise(start, switches={at.switch: sensitivities})
-            result = slave.run(run.t, moving, table[:, varying], outputs)
+            result = slave.run(run.t, moving, table[:, varying], outputs, step=self.step)
         if not sensitivities:
             return Trajectory(t=run.t, y=result)
         n_y, n_p = len(e.outputs), len(e.parameters)

@@ -29,6 +29,8 @@ from fmpy.model_description import ModelDescription
 
 from measurement.run import Array
 from model.kernel.compiler import compile_shared
+from model.kernel.generate import DEFAULT_STEP
+from model.kernel.pieces import pieces
 from support.cache import cache_folder, is_sealed, seal
 from support.errors import NumericalError
 
@@ -135,7 +137,9 @@ class FmuSlave:
             msg = f"{self.path.name}: {self.messages[-1] if self.messages else error}"
             raise NumericalError(msg) from error
 
-    def run(self, t: Array, inputs: Sequence[int], values: Array, outputs: Sequence[int]) -> Array:
+    def run(
+        self, t: Array, inputs: Sequence[int], values: Array, outputs: Sequence[int], *, step: float = DEFAULT_STEP
+    ) -> Array:
         """Step from row to row and return the outputs, shape (n_t, n_outputs); NaN from the row on that failed.
 
         Parameters
@@ -146,6 +150,8 @@ class FmuSlave:
             Value references (n_inputs,) and what is set at each row, shape (n_t, n_inputs).
         outputs
             Value references, read at each row after its inputs are set.
+        step
+            Inner step of the FMU [s], from which follows how many rows go into one call.
         """
         times, table = np.ascontiguousarray(t, dtype=np.float64), np.ascontiguousarray(values, dtype=np.float64)
         in_vr, out_vr = np.array(inputs, dtype=np.uint32), np.array(outputs, dtype=np.uint32)
@@ -153,19 +159,24 @@ class FmuSlave:
             msg = f"values needs shape {(times.size, in_vr.size)}, got {table.shape}"
             raise ValueError(msg)
         result = np.full((times.size, out_vr.size), np.nan)
-        rows = self._run(
-            *self._functions,
-            self._slave.component,
-            times.size,
-            times.ctypes.data,
-            in_vr.size,
-            in_vr.ctypes.data,
-            table.ctypes.data,
-            out_vr.size,
-            out_vr.ctypes.data,
-            result.ctypes.data,
-        )
-        if rows == 0:
+        done = 0
+        for rows in pieces(times, step):
+            size = rows.stop - rows.start
+            done = self._run(
+                *self._functions,
+                self._slave.component,
+                size,
+                times[rows].ctypes.data,
+                in_vr.size,
+                in_vr.ctypes.data,
+                table[rows].ctypes.data,
+                out_vr.size,
+                out_vr.ctypes.data,
+                result[rows].ctypes.data,
+            )
+            if done < size:
+                break
+        if done == 0 and rows.start == 0:
             msg = f"{self.path.name}: {self.messages[-1] if self.messages else 'the FMU refused its first values'}"
             raise NumericalError(msg)
         return result

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 from model.equations import Equations
 from model.kernel.compiler import compile_kernel
 from model.kernel.generate import Kernel, generate
+from model.kernel.pieces import MOST_STEPS, pieces
 
 Array = NDArray[np.float64]
 LANES = 4
@@ -28,7 +30,7 @@ def _load(path: Path) -> ctypes.CDLL:
     library = ctypes.CDLL(str(path))
     signatures = {
         "hk_simulate": (_long, (_long, _p, _p, _int, _p, _p, _double, _p, _p)),
-        "hk_simulate_tangent": (_long, (_long, _p, _p, _int, _p, _p, _double, _p, _p, _p)),
+        "hk_simulate_tangent": (_long, (_long, _p, _p, _int, _p, _p, _p, _double, _p, _p, _p, _p)),
         "hk_simulate_lanes": (_long, (_long, _long, _long, _p, _p, _int, _p, _p, _double, _p, _p)),
         "hk_advance": (_int, (_p, _double, _double, _p, _p, _p, _double)),
         "hk_derivatives": (None, (_double, _p, _p, _p, _p)),
@@ -51,6 +53,18 @@ def _shaped(name: str, values: Any, shape: tuple[int, ...]) -> Array:
         msg = f"{name} needs shape {shape}, got {array.shape}"
         raise ValueError(msg)
     return array
+
+
+def _in_threads(run: Callable[[int], None], tasks: Iterable[int], threads: int) -> None:
+    """Run the tasks; where Ctrl-C comes, those that have not begun are dropped."""
+    with ThreadPoolExecutor(threads) as pool:
+        futures = [pool.submit(run, task) for task in tasks]
+        try:
+            for future in futures:
+                future.result()
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,20 +119,23 @@ class CompiledKernel:
     ) -> tuple[Array, Array]:
         """As `simulate`, with the state (n_x,) at the last row: going on from there has the same bits."""
         times, inputs, parameters, start = self._prepared(t, u, p, x0)
-        y = np.full((times.size, self._sizes[3]), np.nan)
-        end = np.empty(self._sizes[0])
-        _load(self.path).hk_simulate(
-            times.size,
-            times.ctypes.data,
-            inputs.ctypes.data,
-            self.linear_bits(linear),
-            parameters.ctypes.data,
-            start.ctypes.data,
-            step or self.kernel.step,
-            y.ctypes.data,
-            end.ctypes.data,
-        )
-        return y, end
+        y, state, h = np.full((times.size, self._sizes[3]), np.nan), start.copy(), step or self.kernel.step
+        for rows in pieces(times, h):
+            size = rows.stop - rows.start
+            done = _load(self.path).hk_simulate(
+                size,
+                times[rows].ctypes.data,
+                inputs[rows].ctypes.data,
+                self.linear_bits(linear),
+                parameters.ctypes.data,
+                state.ctypes.data,
+                h,
+                y[rows].ctypes.data,
+                state.ctypes.data,
+            )
+            if done < size:
+                break
+        return y, state
 
     def simulate_tangent(
         self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
@@ -131,19 +148,26 @@ class CompiledKernel:
             raise ValueError(msg)
         y = np.full((times.size, self._sizes[3]), np.nan)
         dy = np.full((times.size, self._sizes[3], columns), np.nan)
-        end = np.empty(self._sizes[0])
-        _load(self.path).hk_simulate_tangent(
-            times.size,
-            times.ctypes.data,
-            inputs.ctypes.data,
-            self.linear_bits(linear),
-            parameters.ctypes.data,
-            start.ctypes.data,
-            step or self.kernel.step,
-            y.ctypes.data,
-            dy.ctypes.data,
-            end.ctypes.data,
-        )
+        state, h = start.copy(), step or self.kernel.step
+        slopes = np.hstack((np.zeros((state.size, columns - state.size)), np.eye(state.size)))
+        for rows in pieces(times, h):
+            size = rows.stop - rows.start
+            done = _load(self.path).hk_simulate_tangent(
+                size,
+                times[rows].ctypes.data,
+                inputs[rows].ctypes.data,
+                self.linear_bits(linear),
+                parameters.ctypes.data,
+                state.ctypes.data,
+                slopes.ctypes.data,
+                h,
+                y[rows].ctypes.data,
+                dy[rows].ctypes.data,
+                state.ctypes.data,
+                slopes.ctypes.data,
+            )
+            if done < size:
+                break
         return y, dy
 
     def simulate_many(
@@ -170,12 +194,13 @@ class CompiledKernel:
         y = np.full((sets, times.size, ny), np.nan)
         done = np.zeros(sets, dtype=np.int8)
         bits, h, library = self.linear_bits(linear), step or self.kernel.step, _load(self.path)
-        edges = np.linspace(0, sets, threads + 1).astype(int)
+        by_call = int(LANES * MOST_STEPS / (times.size + np.ptp(times) / h)) // LANES * LANES
+        chunk = max(LANES, min(by_call, -(-sets // threads)))
 
-        def run(first: int, last: int) -> None:
+        def run(first: int) -> None:
             library.hk_simulate_lanes(
-                int(first),
-                int(last),
+                first,
+                min(first + chunk, sets),
                 times.size,
                 times.ctypes.data,
                 inputs.ctypes.data,
@@ -188,10 +213,10 @@ class CompiledKernel:
             )
 
         if threads == 1:
-            run(0, sets)
+            for first in range(0, sets, chunk):
+                run(first)
         else:
-            with ThreadPoolExecutor(threads) as pool:
-                list(pool.map(run, edges[:-1], edges[1:]))
+            _in_threads(run, range(0, sets, chunk), threads)
         y[done == 0] = np.nan
         return y
 

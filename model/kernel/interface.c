@@ -87,18 +87,22 @@ static void hk_store_tangent(void *where, long k, real Y[HK_NY][1 + HK_NC]) {
 static void hk_seed(real X[HK_NX][1 + HK_NC], const double *x0, const double *S0) {
     for (int i = 0; i < HK_NX; i++) {
         X[i][0] = x0[i];
-        for (int c = 0; c < HK_NC; c++) X[i][1 + c] = S0 ? S0[i * HK_NC + c] : (c == HK_NP + i ? 1.0 : 0.0);
+        for (int c = 0; c < HK_NC; c++) X[i][1 + c] = S0[i * HK_NC + c];
     }
 }
 
-/* As hk_simulate, with dy[n][HK_NY][HK_NC]: columns are the parameters, then the initial states. */
-HK_API long hk_simulate_tangent(long n, const double *t, const double *u, int linear, const double *p, const double *x0, double h,
-                                double *y, double *dy, double *x_end) {
+/* As hk_simulate, with dy[n][HK_NY][HK_NC]: columns are the parameters, then the initial states. S0[HK_NX][HK_NC] are
+ * the sensitivities at the first row, S_end those at the last; they may be one array. */
+HK_API long hk_simulate_tangent(long n, const double *t, const double *u, int linear, const double *p, const double *x0,
+                                const double *S0, double h, double *y, double *dy, double *x_end, double *S_end) {
     real X[HK_NX][1 + HK_NC];
     hk_sink sink = {y, dy};
-    hk_seed(X, x0, 0);
+    hk_seed(X, x0, S0);
     long done = hk_tangent_rows(n, t, u, linear, p, X, h, hk_store_tangent, &sink);
-    for (int i = 0; i < HK_NX; i++) x_end[i] = X[i][0];
+    for (int i = 0; i < HK_NX; i++) {
+        x_end[i] = X[i][0];
+        for (int c = 0; c < HK_NC; c++) S_end[i * HK_NC + c] = X[i][1 + c];
+    }
     return done;
 }
 

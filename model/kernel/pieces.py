@@ -1,0 +1,35 @@
+"""Long simulations in pieces: no call into compiled code takes so long that Ctrl-C or SIGTERM would not be heard."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+MOST_STEPS = 50_000
+"""Inner steps of one call: far below a second for one joint, about a second for a whole device with sensitivities."""
+
+
+def pieces(t: NDArray[np.float64], step: float, most: int = MOST_STEPS) -> list[slice]:
+    """Cut rows into pieces of at most ``most`` inner steps; the last row of a piece is the first one of the next.
+
+    A pause between two rows is not cut: it is one piece, however long.
+
+    Parameters
+    ----------
+    t
+        Times of the rows [s], shape (n_t,).
+    step
+        Longest inner step [s].
+    """
+    if t.size < 3 or t.size + (t[-1] - t[0]) / step <= most:
+        return [slice(0, t.size)]
+    taken = np.cumsum(np.maximum(np.ceil(np.diff(t) / step), 1.0))
+    cuts, done = [0], 0.0
+    while taken[-1] - done > most:
+        # the last row within reach, and at least one further
+        row = max(int(np.searchsorted(taken, done + most, side="right")), cuts[-1] + 1)
+        if row >= t.size - 1:
+            break
+        cuts.append(row)
+        done = taken[row - 1]
+    return [slice(a, b + 1) for a, b in zip(cuts, [*cuts[1:], t.size - 1], strict=True)]
