@@ -4,7 +4,7 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind calibrate fuzz cluster parquet posterior urdf locked licences sbom
+.PHONY: fmu check test real bench docs blind calibrate fuzz faults cluster parquet posterior urdf locked licences sbom
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
@@ -15,6 +15,7 @@ docs: ; $(RUN) --dev -m docs.build
 blind: ; $(RUN) -m discrepancy.blind
 calibrate: ; $(RUN) --extra posterior -m uq.calibrate
 fuzz: ; $(RUN) --dev -m tests.fuzz.run $(FUZZ)
+faults: ; HAPTID_KILLS=10 $(RUN) --dev -m pytest tests/faults -v
 
 # What few need is installed on demand: an extra of pyproject.toml, in the versions of uv.lock, checked by their hashes.
 cluster: ; $(RUN) --extra cluster

@@ -9,6 +9,7 @@ import click
 from measurement.campaign import Campaign
 from measurement.places import allow_outside_option
 from measurement.reading import read_campaign
+from measurement.stated import check_stated
 from measurement.summary import summarise, table_text
 from measurement.warning import warnings_on_stderr
 from support.command import exit_codes
@@ -25,7 +26,7 @@ def main(campaign: Path | None) -> None:
     "~" marks what was estimated from the data. Units: N m and rad (N and m for a joint that slides).
     """
     with warnings_on_stderr():
-        found = read_campaign(campaign)
+        found = check_stated(read_campaign(campaign))
     click.echo(f"{found.title}\n{_counts(found)}\n")
     click.echo(table_text(summarise(found)))
 

@@ -9,6 +9,7 @@ from measurement.clock import check_clocks
 from measurement.noise import campaign_with_noise
 from measurement.reading import read_campaign
 from measurement.split import with_validation
+from measurement.stated import check_stated
 from measurement.warning import warnings_on_stderr
 
 
@@ -20,4 +21,4 @@ def prepare(campaign: Campaign) -> Campaign:
 def campaign_for_command(folder: Path | str | None) -> Campaign:
     """Read and prepare a campaign for a command: its warnings appear on stderr, one line each."""
     with warnings_on_stderr():
-        return prepare(check_clocks(read_campaign(folder)))
+        return prepare(check_clocks(check_stated(read_campaign(folder))))

@@ -1,0 +1,45 @@
+"""Whether the joints have the parameters that a campaign states under ``[joint.J.parameters]``."""
+
+from __future__ import annotations
+
+from measurement.campaign import Campaign
+from measurement.devices import SINGLE_JOINT
+from model.configuration import configuration_equations
+from model.device import Device
+from model.device_file import load_device
+from model.joint import joint_equations
+from support.errors import InputError
+from support.suggestion import did_you_mean
+
+
+def check_stated(campaign: Campaign) -> Campaign:
+    """Return the campaign, refused where it states a parameter that the joint does not have.
+
+    The joint of a device has no ``gravity_cos`` and ``gravity_sin`` where its axis is vertical, for example.
+
+    Raises
+    ------
+    InputError
+        With the parameters that the joint has.
+    """
+    if campaign.parameter_overrides:
+        device = None if campaign.device == SINGLE_JOINT else load_device(campaign.device, campaign.folder)
+        for joint, stated in campaign.parameter_overrides.items():
+            _check_joint(campaign, device, joint, tuple(stated))
+    return campaign
+
+
+def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: tuple[str, ...]) -> None:
+    runs = campaign.runs_of((joint,))
+    if not runs:  # never alone: what its equations hold depends on the others
+        return
+    if device is None:
+        equations = joint_equations(joint, prismatic=bool(runs[0].prismatic[0]))
+    else:
+        equations = configuration_equations(device, (joint,), tuple(float(x) for x in runs[0].posture))
+    known = tuple(q.id for q in equations.parameters)
+    for name in stated:
+        if name not in known:
+            where = f"{campaign.folder / 'campaign.toml'}, joint.{joint}.parameters.{name}"
+            todo = did_you_mean(name, known) or "take the entry out"
+            raise InputError(where, expected=f"a parameter of this joint ({', '.join(known)})", got=name, todo=todo)
