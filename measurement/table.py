@@ -159,7 +159,10 @@ def _number(cell: object) -> float:
 
 
 def _neighbours(path: Path) -> list[str]:
-    return [item.name for item in path.parent.iterdir()] if path.parent.is_dir() else []
+    try:
+        return [item.name for item in path.parent.iterdir()]
+    except (OSError, ValueError):  # no such folder, or a name that no folder can have
+        return []
 
 
 def _some(names: tuple[str, ...], most: int = 12) -> str:

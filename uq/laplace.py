@@ -150,7 +150,13 @@ def _climb_noise(density: Density, eta: Array) -> Array:
 
 
 def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
-    """Inverse of the information at η: Gauss–Newton for the parameters, differences for the noise model."""
+    """Inverse of the information at η: Gauss–Newton for the parameters, differences for the noise model.
+
+    Raises
+    ------
+    NumericalError
+        Where the information is not finite, with the parameters that are to blame.
+    """
     n, size = len(density.coordinates.free), eta.size
     information = expand(density, simulator, eta).information
     _, curvature = _prior_slopes(density, eta)
@@ -161,6 +167,12 @@ def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
     wide = np.zeros(size)
     wide[:n] = 12.0 / np.minimum(upper - lower, 1e6)[:n] ** 2
     total += np.diag(np.maximum(np.append(curvature[:n], np.zeros(size - n)), wide))
+    if not np.isfinite(total).all():
+        lost = [name for name, row in zip(density.coordinates.names, total, strict=False) if not np.isfinite(row).all()]
+        todo = "measure with more motion, or state priors or fixed values in campaign.toml"
+        told = f"the likelihood has no finite curvature in {', '.join(lost[:4])} at the fit"
+        msg = f"{density.equations.name}: {told}: the runs do not determine it, or do not follow the model; {todo}"
+        raise NumericalError(msg)
     return _inverse(total)
 
 
@@ -180,6 +192,8 @@ def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
     for value, (a, b, sa, sb) in zip(values, shifts, strict=True):
         hessian[a, b] -= sa * sb * value / (4 * h * h)
         hessian[b, a] = hessian[a, b]
+    if not np.isfinite(hessian).all():
+        return hessian
     weights, vectors = np.linalg.eigh(hessian)
     return (vectors * np.maximum(weights, 1 / LOOSE**2)) @ vectors.T
 

@@ -256,7 +256,10 @@ def _first_points(
         kept = np.concatenate([kept, drawn[np.isfinite(density(drawn))]])
         if len(kept) >= walkers:
             return kept[:walkers]
-    msg = "hardly any point near the mode has a finite posterior density"
+    msg = (
+        "hardly any point near the fit has a finite posterior density: the runs do not determine the parameters; "
+        "measure with more motion, or state priors or fixed values in campaign.toml"
+    )
     raise NumericalError(msg)
 
 

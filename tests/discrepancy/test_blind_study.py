@@ -194,7 +194,7 @@ def test_a_terminated_study_leaves_nothing_running_and_goes_on(tmp_path):
     command = [sys.executable, "-m", "discrepancy.blind", "--cases", "6", "--kinds", "none", "--inputs", "table3"]
     command += ["--out", str(tmp_path), "--workers", "2", "--minutes", "30", "--quiet"]
     study = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    until = time.monotonic() + 120.0
+    until = time.monotonic() + 400.0  # the first case takes 20 s where nothing else runs
     while not list(tmp_path.glob("found/*")) and time.monotonic() < until:
         time.sleep(0.1)
     assert list(tmp_path.glob("found/*"))

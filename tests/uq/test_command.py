@@ -104,3 +104,30 @@ def test_the_fmu_gives_the_kernel_s_posterior(kind, equations, runs):
     here = density.but(forward=KernelForward(equations=equations, step=step))(eta)
     there = density.but(forward=EachForward(simulator=fmu))(eta)
     np.testing.assert_allclose(there, here, rtol=1e-9, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("shape", "says"), [("torque", "the likelihood has no finite curvature"), ("line", "hardly any point")]
+)
+def test_runs_that_determine_nothing_end_in_words(shape, says, tmp_path):
+    t = np.arange(400) * 0.005
+    rng = np.random.default_rng(0)
+    lines = ['[campaign]\ndevice = "single_joint"\nmeasured = false']
+    for k, use in enumerate(("fit", "validate")):
+        torque = 1e-2 * np.cos(2 * np.pi * (1 + k) * t)
+        y = (
+            torque + 1e-7 * rng.standard_normal(t.size)
+            if shape == "torque"
+            else 0.5 * t + 1e-5 * rng.standard_normal(t.size)
+        )
+        rows = np.column_stack((t, torque, y))
+        header = "time_s,torque_0_Nm,position_0_rad"
+        np.savetxt(tmp_path / f"{k}.csv", rows, delimiter=",", header=header, comments="")
+        lines.append(f'[[runs]]\nfile = "{k}.csv"\nfree_joints = [0]\nuse = "{use}"')
+    (tmp_path / "campaign.toml").write_text("\n".join(lines) + "\n")
+    arguments = [str(tmp_path), "--quick", "--out", str(tmp_path / "out"), "--workers", "1", "--quiet"]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 1
+    assert says in result.output
+    assert result.output.count("\n") == 1
+    assert not (tmp_path / "out" / "posterior.json").exists()
