@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -89,9 +90,10 @@ class Sequence:
 
     def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
         if kept is not None:
-            torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
-            fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
-            return Step(configuration=configuration, fit=fitted, torque_scored=torque)
+            with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
+                torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
+                fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
+                return Step(configuration=configuration, fit=fitted, torque_scored=torque)
         runs = configuration.runs
         made, torque = fit_runs(equations, self.build, runs, options=self.options, workers=self.workers)
         return Step(configuration=configuration, fit=made, torque_scored=torque)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
@@ -12,14 +13,15 @@ from measurement.reading import read_campaign
 from measurement.stated import check_stated
 from measurement.summary import summarise, table_text
 from measurement.warning import warnings_on_stderr
-from support.command import exit_codes
+from support.command import exit_codes, progress
 
 
 @click.command()
 @click.argument("campaign", required=False, type=click.Path(path_type=Path))
 @allow_outside_option
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
 @exit_codes
-def main(campaign: Path | None) -> None:
+def main(campaign: Path | None, quiet: bool) -> None:
     """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).
 
     Prints one row per run and joint, and remarks; exit 0 where the campaign can be used, 2 with one line where not.
@@ -28,7 +30,9 @@ def main(campaign: Path | None) -> None:
     with warnings_on_stderr():
         found = check_stated(read_campaign(campaign))
     click.echo(f"{found.title}\n{_counts(found)}\n")
-    click.echo(table_text(summarise(found)))
+    with progress(total=len(found.runs), title="check", quiet=quiet or not sys.stderr.isatty()) as bar:
+        rows = summarise(found, report=bar.update)
+    click.echo(table_text(rows))
 
 
 def _counts(campaign: Campaign) -> str:

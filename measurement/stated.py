@@ -1,4 +1,4 @@
-"""Whether the joints have the parameters that a campaign states under ``[joint.J.parameters]``."""
+"""What the device says of a campaign: whether its joints have the parameters that are stated, and torque limits."""
 
 from __future__ import annotations
 
@@ -23,10 +23,20 @@ def check_stated(campaign: Campaign) -> Campaign:
         With the parameters that the joint has.
     """
     if campaign.parameter_overrides:
-        device = None if campaign.device == SINGLE_JOINT else load_device(campaign.device, campaign.folder)
+        device = _device(campaign)
         for joint, stated in campaign.parameter_overrides.items():
             _check_joint(campaign, device, joint, tuple(stated))
     return campaign
+
+
+def torque_limits(campaign: Campaign) -> dict[int, float]:
+    """Return the largest torque (force) of the device's joints [N m] ([N]), infinite where it states none."""
+    device = _device(campaign)
+    return {} if device is None else {j: joint.torque_limit for j, joint in enumerate(device.joints)}
+
+
+def _device(campaign: Campaign) -> Device | None:
+    return None if campaign.device == SINGLE_JOINT else load_device(campaign.device, campaign.folder)
 
 
 def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: tuple[str, ...]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,7 @@ from measurement.control import position_control
 from measurement.cycles import find_cycles
 from measurement.noise import with_noise
 from measurement.run import Run
+from measurement.stated import torque_limits
 from measurement.suspicions import suspicions, twins
 
 HEADER = (
@@ -47,17 +49,23 @@ def unevenness(run: Run) -> float:
     return float(np.mean(np.abs(gaps / np.median(gaps) - 1) > EVEN))
 
 
-def summarise(campaign: Campaign) -> tuple[Row, ...]:
-    """Describe every joint of every run."""
-    same = twins(campaign.runs)
-    return tuple(
-        _row(run, full, column, same.get(run.file))
-        for run, full in ((run, with_noise(run)) for run in campaign.runs)
-        for column in range(len(run.free_joints))
-    )
+def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Row, ...]:
+    """Describe every joint of every run; ``report`` is called after each run."""
+    same, limits = twins(campaign.runs), torque_limits(campaign)
+    rows = []
+    for run in campaign.runs:
+        full = with_noise(run)
+        estimated = (
+            with_noise(run.but(noise=np.full(run.noise.shape, np.nan))) if np.isfinite(run.noise).any() else full
+        )
+        for column, joint in enumerate(run.free_joints):
+            doubts = suspicions(run, estimated, column, limit=limits.get(joint, np.inf))
+            rows.append(_row(run, full, column, doubts, same.get(run.file)))
+        report()
+    return tuple(rows)
 
 
-def _row(run: Run, full: Run, column: int, twin: str | None) -> Row:
+def _row(run: Run, full: Run, column: int, doubts: list[str], twin: str | None) -> Row:
     cycles = find_cycles(run, column)
     uneven = unevenness(run)
     given = "" if np.isfinite(run.noise[column]) else "~"
@@ -78,10 +86,10 @@ def _row(run: Run, full: Run, column: int, twin: str | None) -> Row:
         f"{given}{full.noise[column]:.2g}",
         f"{step_given}{full.resolution[column]:.2g}",
     )
-    return Row(cells=cells, remarks=tuple(_remarks(run, full, column, twin)))
+    return Row(cells=cells, remarks=tuple(_remarks(run, full, column, doubts, twin)))
 
 
-def _remarks(run: Run, full: Run, column: int, twin: str | None) -> list[str]:
+def _remarks(run: Run, full: Run, column: int, doubts: list[str], twin: str | None) -> list[str]:
     sensor = float(full.sensor_std[column])
     found = []
     sign = position_control(run, column)
@@ -96,7 +104,7 @@ def _remarks(run: Run, full: Run, column: int, twin: str | None) -> list[str]:
         found.append(f"a gap of {np.diff(run.t).max():.3g} s after {run.t[row] + run.start_time:.4g} s")
     if run.v is not None and abs(run.v[0, column]) > 0.1 * float(np.abs(run.v[:, column]).max()):
         found.append("it starts in motion: the initial velocity should be measured or fitted")
-    found += suspicions(run, with_noise(run.but(noise=np.full(run.noise.shape, np.nan))), column)
+    found += doubts
     if twin is not None:
         found.append(f"it holds the same rows as {twin}, which is used otherwise: it shows nothing that no fit saw")
     if run.use == "excluded":

@@ -15,21 +15,31 @@ SLOW = 0.05
 """Time between rows [s] above which milliseconds are more likely."""
 AGAINST = -0.05
 """Mean power over RMS torque times RMS velocity, below which a joint would drive its motor."""
+ABOVE = 10.0
+"""Torque over the device's limit above which thousandths of the unit are more likely."""
 PLATEAU, SHARE = 5, 0.02
 """Equal extreme readings in a row, and their share of a run, from which it looks clipped."""
 FAR = 10.0
 """Stated noise over what the rows show, and the other way round."""
 
 
-def suspicions(run: Run, estimated: Run, column: int) -> list[str]:
+def suspicions(run: Run, estimated: Run, column: int, *, limit: float = np.inf) -> list[str]:
     """Return remarks on one joint of a run.
 
     Parameters
     ----------
     estimated
         The run with noise and encoder step from its own rows.
+    limit
+        Largest torque (force) of the joint that the device states [N m] ([N]).
     """
-    checks = (_degrees(run, column), _milliseconds(run), _power(run, column), _clipped(run, estimated, column))
+    checks = (
+        _degrees(run, column),
+        _milliseconds(run),
+        _thousandths(run, column, limit),
+        _power(run, column),
+        _clipped(run, estimated, column),
+    )
     return [remark for remark in (*checks, _noise(run, estimated, column)) if remark]
 
 
@@ -57,6 +67,13 @@ def _degrees(run: Run, column: int) -> str:
 def _milliseconds(run: Run) -> str:
     usual = float(np.median(np.diff(run.t)))
     return f"rows {usual:.3g} s apart: milliseconds? then multiply the time by 0.001" if usual > SLOW else ""
+
+
+def _thousandths(run: Run, column: int, limit: float) -> str:
+    most, unit = float(np.abs(run.u[:, column]).max()), "N" if run.prismatic[column] else "N m"
+    if most <= ABOVE * limit:
+        return ""
+    return f"up to {most:.3g} {unit}, the device's limit is {limit:.3g}: in m{unit}? then multiply by 0.001"
 
 
 def _power(run: Run, column: int) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from measurement.layout import check_layout, refuse_bomb
+from measurement.misnamed import advice
 from measurement.run import Array
 from support.errors import InputError
 from support.extras import need
@@ -57,8 +58,7 @@ class Table:
         ndarray, shape (n_t,)
         """
         if column not in self.frame:
-            near = get_close_matches(column, self.columns, n=1, cutoff=0.7)
-            todo = f"did you mean {near[0]!r} there?" if near else f"it has {_some(self.columns)}"
+            todo = advice(column, self.columns) or f"it has {_some(self.columns)}"
             raise InputError(self.header, expected=f"a column {column}", got="none", todo=todo)
         if f"{column}.1" in self.frame:
             raise InputError(self.header, expected=f"one column {column}", got="two")

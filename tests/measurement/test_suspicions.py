@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from measurement.misnamed import advice
 from measurement.noise import contrasts, with_noise
 from measurement.reading import embedded_campaign, read_campaign
 from measurement.run import Array, Run
@@ -102,3 +103,43 @@ def test_contrasts_do_not_depend_on_the_block(monkeypatch: pytest.MonkeyPatch):
     whole = contrasts(t, y, 5)
     monkeypatch.setattr("measurement.noise.BLOCK", 777)
     assert np.array_equal(contrasts(t, y, 5), whole)
+
+
+def test_torque_far_above_the_devices_limit_is_remarked():
+    t, u, y = moved()
+    run = a_run(t, 1000 * u, y)
+    assert "in mN m? then multiply by 0.001" in "; ".join(suspicions(run, with_noise(run), 0, limit=0.1))
+    assert not suspicions(a_run(t, u, y), with_noise(run), 0, limit=0.1)
+
+
+@pytest.mark.parametrize(
+    ("column", "there", "says"),
+    [
+        ("time_s", "time_ms", "did you mean 'time_ms' there? multiply it by 0.001 and name it time_s"),
+        ("time_s", "t", "did you mean 't' there? if it holds seconds, keep the numbers and name it time_s"),
+        (
+            "position_3_rad",
+            "position_3_deg",
+            "did you mean 'position_3_deg' there? multiply it by 0.0174533 and name it position_3_rad",
+        ),
+        (
+            "position_3_rad",
+            "q3",
+            "did you mean 'q3' there? if it holds radians, keep the numbers and name it position_3_rad",
+        ),
+        (
+            "torque_0_Nm",
+            "torque_0_mNm",
+            "did you mean 'torque_0_mNm' there? multiply it by 0.001 and name it torque_0_Nm",
+        ),
+        (
+            "torque_0_Nm",
+            "tau_0",
+            "did you mean 'tau_0' there? if it holds N m, keep the numbers and name it torque_0_Nm",
+        ),
+        ("torque_0_Nm", "torqe_0_Nm", "did you mean 'torqe_0_Nm' there?"),
+        ("torque_0_Nm", "weather", ""),
+    ],
+)
+def test_columns_in_other_units_and_names_are_advised(column: str, there: str, says: str):
+    assert advice(column, ("other", there)) == says

@@ -1,0 +1,34 @@
+"""Columns that hold what is asked for under another name or in another unit, with what to do."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from difflib import get_close_matches
+
+UNITS = (
+    (r"time_?(ms|millis\w*|msec)", "time_s", "multiply it by 0.001"),
+    (r"time_?(us|micros\w*|usec)", "time_s", "multiply it by 1e-6"),
+    (r"time_?ns", "time_s", "multiply it by 1e-9"),
+    (r"t|time|time_?(s|sec|seconds)|timestamp|stamp", "time_s", "if it holds seconds, keep the numbers"),
+    (r"position_(\d+)_deg", r"position_\1_rad", "multiply it by 0.0174533"),
+    (r"position_(\d+)_mm", r"position_\1_m", "multiply it by 0.001"),
+    (r"(?:position|pos|q|angle|theta)_?(\d+)(?:_?rad)?", r"position_\1_rad", "if it holds radians, keep the numbers"),
+    (r"torque_(\d+)_(mNm|Nmm)", r"torque_\1_Nm", "multiply it by 0.001"),
+    (r"(?:torque|tau|effort|trq)_?(\d+)(?:_?Nm)?", r"torque_\1_Nm", "if it holds N m, keep the numbers"),
+    (r"force_(\d+)_mN", r"force_\1_N", "multiply it by 0.001"),
+    (r"(?:force)_?(\d+)(?:_?N)?", r"force_\1_N", "if it holds N, keep the numbers"),
+    (r"velocity_(\d+)_deg_s", r"velocity_\1_rad_s", "multiply it by 0.0174533"),
+)
+"""Patterns of names that people use, the name that the format has, and what makes one of the other."""
+
+
+def advice(column: str, columns: Sequence[str]) -> str:
+    """Say what to do about a missing ``column`` where one of the ``columns`` looks like it; "" where none does."""
+    for name in columns:
+        for pattern, known, how in UNITS:
+            found = re.fullmatch(pattern, name, re.IGNORECASE)
+            if found and name != known and found.expand(known) == column:
+                return f"did you mean {name!r} there? {how} and name it {column}"
+    near = get_close_matches(column, columns, n=1, cutoff=0.7)
+    return f"did you mean {near[0]!r} there?" if near else ""
