@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
@@ -20,6 +21,7 @@ from virtual_device.inputs import Cosine
 from virtual_device.sensor import Sensor
 
 TITLE = "<script>alert(1)</script> & {{ 7*7 }} ]]>"
+FILE = "a<b onload=x>&'{{ 7*7 }}*.csv"
 COSINES = (
     Cosine(amplitude=0.005, frequency=1.13, duration=6.0),
     Cosine(amplitude=0.004, frequency=2.4, duration=6.0),
@@ -38,7 +40,22 @@ def campaign(tmp_path_factory) -> Path:
     titled = [f"title = {json.dumps(TITLE)}" if line.startswith("title =") else line for line in lines]
     toml.write_text("\n".join(titled) + "\n", encoding="utf-8")
     assert made
+    with_hostile_texts(folder)
     return folder
+
+
+def with_hostile_texts(folder: Path) -> None:
+    """Put texts that would be code elsewhere into a file's name, a column's name and a reason."""
+    path = folder / "campaign.toml"
+    text = path.read_text(encoding="utf-8")
+    first = next(line for line in text.splitlines() if line.startswith("file = ")).split('"')[1]
+    table = pd.read_csv(folder / first)
+    table["<img src=x onerror=alert(3)>"] = 1.0
+    table.to_csv(folder / FILE, index=False)
+    table.to_csv(folder / f"again_{FILE}", index=False)
+    joint = "free_joints = [4]"
+    excluded = f'[[runs]]\nfile = "again_{FILE}"\n{joint}\nuse = "excluded"\nreason = {json.dumps(TITLE)}\n'
+    path.write_text(f"{text.replace(first, FILE, 1)}\n{excluded}", encoding="utf-8")
 
 
 def called(command, *arguments) -> None:
