@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -30,7 +31,8 @@ def main(campaign: Path | None, quiet: bool) -> None:
     with warnings_on_stderr():
         found = check_stated(read_campaign(campaign))
     click.echo(f"{found.title}\n{_counts(found)}\n")
-    with progress(total=len(found.runs), title="check", quiet=quiet or not sys.stderr.isatty()) as bar:
+    bar: Any = progress(total=len(found.runs), title="check", quiet=quiet or not sys.stderr.isatty())
+    with bar:
         rows = summarise(found, report=bar.update)
     click.echo(table_text(rows))
 

@@ -17,7 +17,7 @@ from typing import Any, ParamSpec, TypeVar
 import click
 from tqdm import tqdm
 
-from support.errors import HaptidError, InputError, one_line
+from support.errors import LONGEST, HaptidError, InputError, one_line, shortened
 from support.files import check_writable, written
 from support.lock import locked
 
@@ -56,7 +56,7 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
             with _termination_ends_like_an_interrupt():
                 function(*args, **kwargs)
         except HaptidError as error:
-            click.echo(f"error: {one_line(str(error))}", err=True)
+            click.echo(f"error: {shortened(one_line(str(error)), LONGEST)}", err=True)
             sys.exit(error.exit_code)
         except BrokenExecutor:
             todo = "repeat, with fewer --workers where memory was short"
@@ -67,7 +67,8 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
             sys.exit(HaptidError.exit_code)
         except OSError as error:
             where = f"{error.filename}: " if error.filename is not None else ""
-            click.echo(f"error: {one_line(where + (error.strerror or str(error)))}; {_kept()}", err=True)
+            told = shortened(one_line(where + (error.strerror or str(error))), LONGEST - 50)
+            click.echo(f"error: {told}; {_kept()}", err=True)
             sys.exit(HaptidError.exit_code)
         except KeyboardInterrupt as stop:
             click.echo(f"interrupted: {_kept()}", err=True)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-LONGEST = 300
-"""Characters of an input error's line; what is longer is shortened, what came before what to do."""
+LONGEST = 300 - len("error: ")
+"""Characters of an error's line, which has 300 with what a command writes before it; what is longer is shortened."""
 
 
 class HaptidError(Exception):
