@@ -10,8 +10,10 @@ from typing import Any
 from fmu_build.provenance import Provenance
 from fmu_build.variables import structured_name
 from model.equations import Equations
+from model.parameters import joint_parameters
 from support.errors import InputError
 from support.files import read_json
+from support.suggestion import did_you_mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +44,8 @@ def read_identification(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        Where the file does not follow ``identification.schema.json``, or tests the same joints twice.
+        Where the file does not follow ``identification.schema.json``, tests the same joints twice, or names a parameter
+        that no locked joint has.
     """
     data = read_json(path, "an identification.json", ("fmu_build", "identification.schema.json"))
     tested = [tuple(sorted(c["free_joints"])) for c in data["configurations"]]
@@ -50,7 +53,18 @@ def read_identification(path: Path) -> dict[str, Any]:
         if len(joints) == 1 and tested.count(joints) > 1:
             where = f"{path}: configurations"
             raise InputError(where, expected="one test of every joint alone", got=f"joint {joints[0]} twice")
+    for configuration in data["configurations"]:
+        if len(configuration["free_joints"]) == 1:
+            _check_ids(configuration["parameters"], f"{path}: joint {configuration['free_joints'][0]}")
     return data
+
+
+def _check_ids(parameters: Mapping[str, Any], where: str) -> None:
+    known = [q.id for q in joint_parameters()]
+    for id in parameters:
+        if id not in known:
+            expected, todo = "parameters of a locked joint", did_you_mean(id, known)
+            raise InputError(where, expected=expected, got=repr(id), todo=todo)
 
 
 def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:

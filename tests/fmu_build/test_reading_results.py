@@ -76,6 +76,7 @@ WRONG = [
     (changed(*ONE, "parameters", "inertia", "value", to="1e-4"), "inertia.value: expected a number, got '1e-4'"),
     (changed(*ONE, "parameters", "inertia", "value", to=...), "inertia: expected the key 'value'"),
     (changed(*ONE, "parameters", "inertia", to={"vlaue": 1.0}), "is 'vlaue' a misspelling of it?"),
+    (changed(*ONE, "parameters", "Kss", to={"value": 1.0}), "got 'Kss'; did you mean Ks"),
     (changed(*ONE, "parameters", "inertia", "status", to="known"), "status: expected one of identified"),
     (changed("links", to={"6": {"m": {"value": None}}}), "links.6.m.value: expected a number"),
     (changed("whole", to={"a": True}), "whole.a: expected a number, got True"),
