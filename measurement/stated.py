@@ -51,5 +51,4 @@ def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: 
     for name in stated:
         if name not in known:
             where = f"{campaign.folder / 'campaign.toml'}, joint.{joint}.parameters.{name}"
-            todo = did_you_mean(name, known) or "take the entry out"
-            raise InputError(where, expected=f"a parameter of this joint ({', '.join(known)})", got=name, todo=todo)
+            raise InputError(where, expected="a parameter of this joint", got=name, todo=did_you_mean(name, known))

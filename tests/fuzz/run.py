@@ -7,6 +7,7 @@ fails, but over a million inputs its own bookkeeping takes longer than most read
 from __future__ import annotations
 
 import hashlib
+import json
 import os
 import random
 import resource
@@ -20,7 +21,8 @@ from typing import Any
 import click
 
 from support.command import exit_codes, progress
-from support.files import write_bytes, write_json
+from support.errors import one_line
+from support.files import write_bytes, write_json, write_text
 from support.pool import Pool
 from tests.fuzz.harness import Fault, Tally, Target, call, drawn
 from tests.fuzz.targets import TARGETS
@@ -30,6 +32,15 @@ BATCH = 5000
 SEEDS = Path(__file__).parent / "seeds"
 ROOM = 4 << 30
 """Address space beside what is mapped at the start [bytes]: a reader that runs away fails instead of the machine."""
+
+HEAD = """# Readers under changed files
+
+Valid files with one to four changes (other numbers, broken text, missing and repeated lines, deep nests) must be read
+or refused with one printable line, in 5 s of computing time and 500 MiB. A fault is anything else; each was mended
+after the run that found it, and its input stays a test.
+
+| reader | inputs | read | faults | longest [s] | memory [MiB] | date, version |
+| --- | ---: | ---: | ---: | ---: | ---: | --- |"""
 
 
 @click.command()
@@ -48,27 +59,47 @@ def main(inputs: int, names: tuple[str, ...], first: int, out: Path, workers: in
     Inputs that fail are stored below tests/fuzz/seeds, one for each place that fails; the test suite replays them.
     After each reader the result is written anew.
     """
-    readers: dict[str, dict[str, Any]] = {}
+    results = []
     with Pool(workers) as pool:
         for name in names or TARGETS:
-            readers[name] = _fuzz(pool, name, inputs, first, quiet)
-            _write(out, readers)
-            result = readers[name]
+            result = _fuzz(pool, name, inputs, first, quiet)
+            results.append(result)
+            _write(out, name, result)
             counts = f"{result['inputs']} inputs, {result['read']} read, {len(result['faults'])} faults"
             click.echo(f"{name}: {counts}, worst {result['worst_seconds']} s, {result['peak_growth_mib']} MiB")
-    if any(result["faults"] for result in readers.values()):
+    if any(result["faults"] for result in results):
         sys.exit(1)
 
 
-def _write(out: Path, readers: dict[str, dict[str, Any]]) -> None:
-    stored = {
+def _write(out: Path, name: str, result: dict[str, Any]) -> None:
+    """Put one reader's result among those that are stored, and write the page of them all."""
+    stored = json.loads(out.read_text(encoding="utf-8")) if out.exists() else {"readers": {}}
+    stored["readers"][name] = {
+        **result,
         "command": f"python -m tests.fuzz.run {' '.join(sys.argv[1:])}".strip(),
         "date": datetime.now(UTC).date().isoformat(),
         "version": _version(),
         "python": sys.version.split()[0],
-        "readers": readers,
     }
     write_json(out, stored)
+    write_text(out.with_suffix(".md"), page(stored))
+
+
+def page(stored: dict[str, Any]) -> str:
+    """Return the stored results as a page."""
+    rows = [
+        f"| {name} | {r['inputs']:,} | {r['read']:,} | {len(r['faults'])} | {r['worst_seconds']:.2f} "
+        f"| {r['peak_growth_mib']:.0f} | {r['date']}, {r['version']} |"
+        for name, r in sorted(stored["readers"].items())
+    ]
+    faults = [
+        f"- {name}: {one_line(fault['place'])}, stored as `{fault['input']}`"
+        for name, r in sorted(stored["readers"].items())
+        for fault in r["faults"]
+    ]
+    commands = sorted({r["command"] for r in stored["readers"].values()})
+    return "\n".join((HEAD, *rows, "", "Faults, by the line that they passed through:", "", *(faults or ["none"]), "",
+                      "Made by:", "", *(f"- `{command}`" for command in commands), ""))  # fmt: skip
 
 
 def _fuzz(pool: Pool, name: str, inputs: int, first: int, quiet: bool) -> dict[str, Any]:
