@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from concurrent.futures import CancelledError
 from contextlib import AbstractContextManager
 from types import TracebackType
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import urlsplit
 
 import click
 
-from identification.workers import Submitting
-from support.errors import InputError
+from identification.workers import Enough, Submitting
+from support.errors import InputError, NumericalError
 from support.extras import need
 from support.threads import single_threaded
 
+T = TypeVar("T")
 PROBE = f"import {__name__}"
 LOCAL = ("localhost", "127.0.0.1", "::1")
 CERTIFICATES = "name ca-file, client.cert and client.key under distributed.comm.tls in Dask's configuration"
@@ -55,6 +57,25 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
     def submit(self, function: Callable[..., Any], *task: Any) -> Any:
         """Start a task; it is tried again where its worker is lost."""
         return self._client.submit(single_threaded, function, *task, retries=3, pure=False)
+
+    def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
+        """See `identification.workers.Workers`.
+
+        Raises
+        ------
+        NumericalError
+            Where workers die of a task again and again, or the scheduler is gone.
+        """
+        from distributed import KilledWorker  # noqa: PLC0415 (as above)
+
+        try:
+            return super().until(function, tasks, more)
+        except KilledWorker:
+            msg = "--scheduler: workers of the cluster were killed by one task again and again; give them more memory"
+            raise NumericalError(msg) from None
+        except CancelledError:
+            msg = "--scheduler: the scheduler is gone; what was finished is kept, start it again and repeat"
+            raise NumericalError(msg) from None
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None

@@ -25,7 +25,7 @@ from identification.simulator import initial_state
 from identification.workers import Here
 from measurement.run import Run
 from model.joint import joint_equations
-from support.errors import InputError
+from support.errors import InputError, NumericalError
 
 ROOT = Path(__file__).parents[2]
 SERVE = """
@@ -148,3 +148,26 @@ class Unreachable:
 def test_what_is_no_address_is_refused(address: str):
     with pytest.raises(InputError, match="expected tls://HOST:PORT or tcp://HOST:PORT"):
         Cluster(address)
+
+
+DEADLY = """
+import os
+import signal
+
+
+def die() -> None:
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_workers_that_die_of_a_task_are_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    (tmp_path / "deadly.py").write_text(DEADLY, encoding="utf-8")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    from deadly import die  # noqa: PLC0415 (made above; the workers import it too)
+
+    with (
+        cluster(tmp_path, f"{ROOT}{os.pathsep}{tmp_path}") as address,
+        Cluster(address) as workers,
+        pytest.raises(NumericalError, match="killed by one task again and again"),
+    ):
+        workers.until(die, [()], lambda results: 1 - len(results))
