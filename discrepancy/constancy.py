@@ -18,9 +18,9 @@ from scipy.linalg import block_diag
 from discrepancy.chi_squared import log_tail
 from discrepancy.noise_estimate import estimate
 from discrepancy.refit import alike
-from discrepancy.scan import movable, tangent_space
 from discrepancy.solution import Solution, solve
 from discrepancy.study import Study
+from discrepancy.tangent_space import movable, tangent_space
 from measurement.run import Array
 
 OWN = 1e-4

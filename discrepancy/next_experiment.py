@@ -16,9 +16,9 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.scan import movable
 from discrepancy.solution import Solution, under_noise, with_starts
 from discrepancy.study import Study
+from discrepancy.tangent_space import movable
 from measurement.cycles import find_cycles
 from measurement.run import Array, Run
 from measurement.units import unit_for

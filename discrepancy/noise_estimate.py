@@ -12,10 +12,10 @@ from discrepancy.channels import channels
 from discrepancy.colour import estimate_colour
 from discrepancy.noise import Colour, Noise, Path, Scatter, Whitener
 from discrepancy.restricted import best_scatter
-from discrepancy.scan import movable
 from discrepancy.scatter import cycle_columns, cycles_of, most_probable
 from discrepancy.solution import SCATTER, Solution
 from discrepancy.study import Study
+from discrepancy.tangent_space import movable
 from measurement.run import Array, Run
 from support.threads import mapped
 

@@ -19,9 +19,9 @@ from discrepancy.chi_squared import log_tail
 from discrepancy.cycles import whole_cycles
 from discrepancy.harmonics import harmonics
 from discrepancy.noise import Whitener
-from discrepancy.scan import tangent_space
 from discrepancy.solution import Solution
 from discrepancy.study import Study
+from discrepancy.tangent_space import tangent_space
 from measurement.run import Array, Run
 
 BAND = 40.0

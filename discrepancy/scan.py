@@ -7,12 +7,10 @@ shapes is judged against its distribution under white noise, which depends on th
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.linalg import qr
 
 from discrepancy.chi_squared import log_tail
 from discrepancy.detectable import Detectable, smallest
@@ -20,6 +18,7 @@ from discrepancy.family import by_sign_flips, independent_tests
 from discrepancy.signatures import Point, Signatures
 from discrepancy.solution import Solution
 from discrepancy.study import Study
+from discrepancy.tangent_space import tangent_space
 from measurement.run import Array
 from model.effect import Effect
 
@@ -77,31 +76,6 @@ class Scan:
     def family_p(self) -> float:
         """Return the smallest p over the whole catalogue."""
         return self.scores[0].family_p if self.scores else 1.0
-
-
-def movable(solution: Solution) -> NDArray[np.bool_]:
-    """Which unknowns can move both ways: parameters away from their bounds, and initial states; shape (n,)."""
-    lower, upper = solution.problem.scaling.bounds
-    n = solution.problem.n_parameters
-    s = solution.x[:n]
-    room = 1e-6 * np.minimum(np.where(np.isfinite(upper - lower), upper - lower, 1.0), 1.0)
-    free = np.ones(solution.x.size, dtype=bool)
-    free[:n] = (s - lower > room) & (upper - s > room)
-    return free
-
-
-def tangent_space(solution: Solution, without: Collection[str] = ()) -> Array:
-    """Orthonormal basis (n_r, k) of what parameters and initial states can move, rows of the priors included.
-
-    The parameters ``without`` stand still.
-    """
-    free = movable(solution)
-    free[: solution.problem.n_parameters] &= [id not in without for id in solution.problem.scaling.ids]
-    J = solution.blocks.jacobian[:, free]
-    J = J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-    Q, R, _ = qr(J, mode="economic", pivoting=True)
-    kept = np.abs(np.diag(R)) > 1e-9 * abs(R[0, 0]) if R.size else np.zeros(0, dtype=bool)
-    return np.asarray(Q[:, kept])
 
 
 def project(study: Study, solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:

@@ -20,9 +20,9 @@ from dataclasses import replace
 import numpy as np
 
 from discrepancy.kernels import COARSE, Factory
-from discrepancy.scan import tangent_space
 from discrepancy.solution import Solution
 from discrepancy.study import Study
+from discrepancy.tangent_space import tangent_space
 from measurement.run import Array
 
 INVISIBLE = 0.5
