@@ -12,8 +12,8 @@ test: ; $(RUN) --dev -m pytest -n 2 --dist worksteal
 real: ; $(RUN) --dev -m pytest --real -n 2 --dist worksteal
 bench: ; $(RUN) --dev -m benchmarks.run
 docs: ; $(RUN) --dev -m docs.build
-blind: ; $(RUN) -m discrepancy.blind
-calibrate: ; $(RUN) --extra posterior -m uq.calibrate
+blind: ; $(RUN) -m studies.blind.run
+calibrate: ; $(RUN) --extra posterior -m studies.calibration.run
 fuzz: ; $(RUN) --dev -m tests.fuzz.run $(FUZZ)
 faults: ; HAPTID_KILLS=10 $(RUN) --dev -m pytest tests/faults -v
 
@@ -23,6 +23,6 @@ parquet: ; $(RUN) --extra parquet
 posterior: ; $(RUN) --extra posterior
 urdf: ; $(RUN) --extra urdf
 # Files that are made from uv.lock.
-locked: ; $(RUN) --dev -m support.supply_chain lock
-licences: ; $(RUN) --dev -m support.supply_chain licences
-sbom: ; $(RUN) --dev -m support.supply_chain sbom
+locked: ; $(RUN) --dev -m support.installing.supply_chain lock
+licences: ; $(RUN) --dev -m support.installing.supply_chain licences
+sbom: ; $(RUN) --dev -m support.installing.supply_chain sbom

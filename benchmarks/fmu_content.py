@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from fmu_build.build import build_fmu
-from fmu_build.platforms import PLATFORMS, this_platform
-from identification.fmu_slave import FmuSlave
-from model.configuration import configuration_equations
-from model.device_file import load_device
+from fmu_build.building.packaging import build_fmu
+from fmu_build.native.platforms import PLATFORMS, this_platform
+from identification.simulators.fmu_slave import FmuSlave
+from model.device.reader import load_device
+from model.joint.coupled_joints import configuration_equations
+from model.joint.whole_device import full_equations
 from model.kernel.compiled import CompiledKernel
-from model.whole_device import full_equations
 
 DEVICE = load_device("freedom6s")
 POINTS = 100

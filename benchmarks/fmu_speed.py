@@ -16,18 +16,18 @@ from pathlib import Path
 import numpy as np
 from fmpy.simulation import simulate_fmu
 
-from fmu_build.build import build_fmu
-from fmu_build.cached import identification_fmu
-from fmu_build.platforms import this_platform
-from identification.fmu_simulator import FmuSimulator
-from identification.fmu_slave import FmuSlave
-from identification.kernel_simulator import KernelSimulator
-from measurement.run import Run
-from model.configuration import configuration_equations
-from model.device_file import load_device
+from fmu_build.building.cached import identification_fmu
+from fmu_build.building.packaging import build_fmu
+from fmu_build.native.platforms import this_platform
+from identification.simulators.fmu import FmuSimulator
+from identification.simulators.fmu_slave import FmuSlave
+from identification.simulators.kernel import KernelSimulator
+from measurement.values.run import Run
+from model.device.reader import load_device
+from model.joint.coupled_joints import configuration_equations
+from model.joint.whole_device import full_equations
 from model.kernel.compiled import CompiledKernel
 from model.kernel.compiler import compile_shared
-from model.whole_device import full_equations
 
 ROWS, STEP, REPEATS = 20_000, 5e-4, 9
 DEVICE = load_device("freedom6s")

@@ -19,13 +19,13 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from model.base_parameters import full_lagrangian
-from model.device import Device
-from model.device_file import load_device
-from model.forward_dynamics import forward_dynamics
-from model.inertial import standard_initial
+from model.device.device import Device
+from model.device.reader import load_device
+from model.joint.whole_device import full_equations
 from model.kernel.compiled import CompiledKernel
-from model.whole_device import full_equations
+from model.rigid_body.base_parameters import full_lagrangian
+from model.rigid_body.forward_dynamics import forward_dynamics
+from model.rigid_body.inertial_parameters import standard_initial
 
 SOLVE = """
 static void solve(double A[N][N], double *b) {

@@ -1,13 +1,13 @@
 """Fits on virtual devices that differ from the first guess by a factor of up to two.
 
-Every joint's parameters are drawn around the device file's first guesses: by factors log-uniform between 1/(1 + width)
-and 1 + width, the spring's place within ± 0.1 rad. With ``--around machine`` whole devices are drawn by
-`virtual_device.variation.vary` instead: springs and friction by factors of up to e^(1.35·width), inertial parameters
-within ± width, around a machine that already differs from the first guesses. Every joint is tested with the torques of
-Table III of Tam, Kubica and Wang (2005), sampled and quantised like the embedded campaign, and fitted from the first
-guesses of the device file alone, without what other joints' tests would tell. Counted are validation runs within 1.05
-times the noise, the median error of each parameter, and how often a 95 % interval holds the truth. ``--joints 4,5`` and
-``--devices 10`` choose a part; results go to ``docs/results``.
+Every joint's parameters are drawn around the device file's first guesses: by factors log-uniform between 1/(1 +
+width) and 1 + width, the spring's place within ± 0.1 rad. With ``--around machine`` whole devices are drawn by
+`virtual_device.machine.variation.vary` instead: springs and friction by factors of up to e^(1.35·width), inertial
+parameters within ± width, around a machine that already differs from the first guesses. Every joint is tested with
+the torques of Table III of Tam, Kubica and Wang (2005), sampled and quantised like the embedded campaign, and fitted
+from the first guesses of the device file alone, without what other joints' tests would tell. Counted are validation
+runs within 1.05 times the noise, the median error of each parameter, and how often a 95 % interval holds the truth.
+``--joints 4,5`` and ``--devices 10`` choose a part; results go to ``docs/results``.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ from typing import Any
 import click
 import numpy as np
 
-from identification.fitting import fit
-from identification.kernel_simulator import KernelSimulator
-from identification.options import FitOptions
-from identification.workers import Processes
-from measurement.run import Run
-from model.configuration import configuration_equations
-from model.device_file import load_device
+from identification.fit.multistart import fit
+from identification.optimise.workers import Processes
+from identification.problem.options import FitOptions
+from identification.simulators.kernel import KernelSimulator
+from measurement.values.run import Run
+from model.device.reader import load_device
+from model.joint.coupled_joints import configuration_equations
 from support.command import parse_joints, progress
-from virtual_device.arm import JOINTS, Arm
-from virtual_device.campaign import joint_runs
-from virtual_device.inputs import table3
+from virtual_device.machine.arm import JOINTS, Arm
+from virtual_device.machine.truth import read_truth
+from virtual_device.machine.variation import vary
 from virtual_device.make_campaign import joint_tests
-from virtual_device.sensor import Sensor
-from virtual_device.tables import RunTable
-from virtual_device.truth import read_truth
-from virtual_device.variation import vary
+from virtual_device.recording.campaign import joint_runs
+from virtual_device.recording.inputs import table3
+from virtual_device.recording.sensor import Sensor
+from virtual_device.recording.tables import RunTable
 
 FOLDER = Path(__file__).parent.parent / "docs" / "results"
 NAMES = {"first_guess": "devices", "machine": "machines"}

@@ -15,14 +15,14 @@ from pathlib import Path
 
 import numpy as np
 
-from discrepancy.base import fit_base
-from discrepancy.scan import SEEN, project
-from discrepancy.signatures import signatures
-from discrepancy.study import Study, study_of
-from measurement.prepare import campaign_for_command
-from measurement.run import Array
-from model.effects import catalogue
-from virtual_device.blind import make_cases
+from discrepancy.detect.score_tests import SEEN, project
+from discrepancy.detect.signatures import signatures
+from discrepancy.fit.nominal_fit import fit_base
+from discrepancy.study.study import Study, study_of
+from measurement.checks.preparation import campaign_for_command
+from measurement.values.run import Array
+from model.effects.registry import catalogue
+from studies.hidden.run import make_cases
 
 CASES, SEED = 8, 11
 SHOWN = 0.02

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import click
 
-from support.environment import ROOT
+from support.installing.environment import ROOT
 
 
 def timed(command: list[str | Path], folder: Path, cache: Path) -> tuple[float, float]:

@@ -23,12 +23,12 @@ from typing import Any
 import click
 import numpy as np
 
-from identification.equations_for import device_of, equations_for
-from identification.kernel_simulator import KernelSimulator
-from identification.observed import Observed
-from identification.score import score
-from measurement.prepare import campaign_for_command
-from measurement.run import Array, Run
+from identification.sequence.equations_for import device_of, equations_for
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.observer import Observed
+from identification.statistics.score import score
+from measurement.checks.preparation import campaign_for_command
+from measurement.values.run import Array, Run
 
 OUT = Path(__file__).parent.parent / "docs" / "results" / "real_machines.md"
 SWEPT, ARM = "dvrk_mtm_joint4", "dfki_double_pendulum_a0"

@@ -10,12 +10,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from discrepancy.finding import Finding, find
-from discrepancy.study import study_of
-from measurement.prepare import campaign_for_command
-from model.effect import Effect
-from model.effects import with_folder
-from virtual_device.blind import make_cases
+from discrepancy.finding.finding import Finding, find
+from discrepancy.study.study import study_of
+from measurement.checks.preparation import campaign_for_command
+from model.effects.effect import Effect
+from model.effects.registry import with_folder
+from studies.hidden.run import make_cases
 
 KINDS = {"none": "", "single": "asymmetric_viscous", "unlisted": ""}
 SHARES = (4, 2, 1)

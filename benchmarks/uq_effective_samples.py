@@ -17,23 +17,23 @@ import emcee
 import fmpy
 import numpy as np
 
-from fmu_build.build import build_fmu
-from fmu_build.variables import structured_name
-from identification.equations_for import device_of, equations_for
-from identification.fitting import fit
-from identification.options import FitOptions
-from measurement.prepare import campaign_for_command
-from measurement.run import Array, Run
-from model.equations import Equations
-from uq.autocorrelation import autocorrelation_time
-from uq.choice import Problem
-from uq.forward import KernelForward, kernel_of
-from uq.hyper import NOISE_KNOWN
-from uq.infer import QUICK
-from uq.laplace import Laplace
-from uq.noise_model import NoiseModel
-from uq.sampling import sample
-from uq.solver_step import longest_step
+from fmu_build.building.packaging import build_fmu
+from fmu_build.description.variables import structured_name
+from identification.fit.multistart import fit
+from identification.problem.options import FitOptions
+from identification.sequence.equations_for import device_of, equations_for
+from measurement.checks.preparation import campaign_for_command
+from measurement.values.run import Array, Run
+from model.equations.equations import Equations
+from noise.hyper import NOISE_KNOWN
+from noise.noise_model import NoiseModel
+from uq.density.forward import KernelForward, kernel_of
+from uq.density.laplace import Laplace
+from uq.density.solver_step import longest_step
+from uq.prediction.choice import Problem
+from uq.result.infer import QUICK
+from uq.sampling.autocorrelation import autocorrelation_time
+from uq.sampling.sampling import sample
 
 PLAIN_EVALUATIONS = 6
 PLAIN_STEPS = 500
@@ -61,7 +61,7 @@ def mode_of_joint() -> tuple[Laplace, tuple[Run, ...]]:
 
 
 class FmuForward:
-    """`uq.forward.Forward` by fmpy.simulate_fmu, one walker after the other."""
+    """`uq.density.forward.Forward` by fmpy.simulate_fmu, one walker after the other."""
 
     def __init__(self, equations: Equations, folder: Path) -> None:
         self.equations = equations
@@ -70,11 +70,11 @@ class FmuForward:
         self.unzipped = fmpy.extract(self.fmu)
 
     def __call__(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """See `uq.forward.Forward`."""
+        """See `uq.density.forward.Forward`."""
         return np.array([self._one(theta, run, x0) for theta in thetas])
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
-        """See `uq.forward.Forward`: the FMU keeps its own inner step."""
+        """See `uq.density.forward.Forward`: the FMU keeps its own inner step."""
         return np.zeros((len(thetas), run.t.size))
 
     def _one(self, theta: Array, run: Run, x0: Array) -> Array:

@@ -12,17 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.equations_for import equations_for
-from identification.fitting import fit
-from identification.options import FitOptions
-from measurement.prepare import campaign_for_command
-from uq.choice import Problem, best, compare
-from uq.forward import KernelForward
-from uq.hyper import NOISE_KNOWN
-from virtual_device.arm import Arm
-from virtual_device.campaign import make_joint_campaign
-from virtual_device.inputs import rich
-from virtual_device.truth import read_truth
+from identification.fit.multistart import fit
+from identification.problem.options import FitOptions
+from identification.sequence.equations_for import equations_for
+from measurement.checks.preparation import campaign_for_command
+from noise.hyper import NOISE_KNOWN
+from uq.density.forward import KernelForward
+from uq.prediction.choice import Problem, best, compare
+from virtual_device.machine.arm import Arm
+from virtual_device.machine.truth import read_truth
+from virtual_device.recording.campaign import make_joint_campaign
+from virtual_device.recording.inputs import rich
 
 JOINT = 4
 STEP = 2.5e-3

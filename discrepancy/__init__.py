@@ -1,5 +1,5 @@
-"""Finds where simulation and measurement disagree, and names what is missing."""
+"""`Fit` and `Run`s in, `Finding` out: detect, propose, refit, judge, name what is missing."""
 
-from support.environment import ready
+from support.installing.environment import ready
 
 ready()

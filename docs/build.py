@@ -19,15 +19,15 @@ except ModuleNotFoundError as absent:
     sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
     sys.exit(2)
 
-from model.device_file import load_device
-from model.effects import catalogue
-from model.parameters import TABLE
-from support.environment import ROOT
+from model.device.reader import load_device
+from model.effects.registry import catalogue
+from model.equations.joint_parameters import TABLE
+from support.installing.environment import ROOT
 
 SOURCES = ROOT / "docs"
 COMMANDS = (
-    "fmu_build.run", "fmu_build.export", "identification.run", "uq.run", "uq.calibrate", "discrepancy.run",
-    "discrepancy.blind", "model.plan", "measurement.check", "measurement.new", "virtual_device.make_campaign",
+    "fmu_build.run", "fmu_build.export", "identification.run", "uq.run", "studies.calibration.run", "discrepancy.run",
+    "studies.blind.run", "model.plan", "measurement.check", "measurement.new", "virtual_device.make_campaign",
 )  # fmt: skip
 
 

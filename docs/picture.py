@@ -8,17 +8,17 @@ from pathlib import Path
 
 import click
 
-from identification.configurations import configurations_of
-from identification.equations_for import device_of
-from identification.kernel_simulator import KernelSimulator
-from identification.options import FitOptions
-from identification.sequence import Sequence
-from identification.traces import traces_of
-from identification.workers import Here
-from measurement.prepare import campaign_for_command
-from report.identification_figures import run_picture
-from support.environment import ROOT
-from support.files import write_bytes
+from identification.optimise.workers import Here
+from identification.problem.options import FitOptions
+from identification.sequence.configurations import configurations_of
+from identification.sequence.equations_for import device_of
+from identification.sequence.sequence import Sequence
+from identification.sequence.traces import traces_of
+from identification.simulators.kernel import KernelSimulator
+from measurement.checks.preparation import campaign_for_command
+from report.identification.figures import run_picture
+from support.files.files import write_bytes
+from support.installing.environment import ROOT
 
 JOINT = 4  # the first to be fitted; it needs nothing from others
 SHOWN = 3

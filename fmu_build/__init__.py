@@ -1,5 +1,5 @@
-"""Packaging: a compiled kernel becomes an FMU, by pythonfmu or as native code."""
+"""`Equations` and `Kernel` in, FMU out: by pythonfmu or as native code."""
 
-from support.environment import ready
+from support.installing.environment import ready
 
 ready()

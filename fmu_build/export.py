@@ -9,17 +9,17 @@ from typing import Any
 
 import click
 
-from fmu_build.build import Fmu, Kind, build_fmu
-from fmu_build.findings import Finding, by_joint, read_finding, refitted
-from fmu_build.identified import entries_of, of_device, of_joint, read_identification
-from fmu_build.ssv import write_ssv
-from model.device import Device
-from model.device_file import builtin_devices, load_device
-from model.effects import with_folder
-from model.joint import joint_equations
-from model.parameters import joint_parameters
-from model.quantity import Quantity
-from model.whole_device import full_equations
+from fmu_build.building.packaging import Fmu, Kind, build_fmu
+from fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
+from fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
+from fmu_build.exchange.ssv import write_ssv
+from model.device.device import Device
+from model.device.reader import builtin_devices, load_device
+from model.effects.registry import with_folder
+from model.equations.joint_parameters import joint_parameters
+from model.equations.quantity import Quantity
+from model.joint.locked_joint import joint_equations
+from model.joint.whole_device import full_equations
 from support.command import exit_codes, parse_joints
 from support.errors import InputError
 

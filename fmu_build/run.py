@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from fmu_build.build import Kind
-from fmu_build.configurations import build_configurations, configurations
-from model.device_file import load_device
+from fmu_build.building.configurations import build_configurations, configurations
+from fmu_build.building.packaging import Kind
+from model.device.reader import load_device
 from support.command import exit_codes, parse_joints, progress
 
 

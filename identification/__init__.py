@@ -1,5 +1,5 @@
-"""Fits of simulated to measured positions, joint by joint in locking order."""
+"""`Run`s and a `Simulator` in, `Fit`s out, joint by joint in locking order."""
 
-from support.environment import ready
+from support.installing.environment import ready
 
 ready()

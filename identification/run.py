@@ -13,35 +13,35 @@ from typing import Any
 
 import click
 
-from fmu_build.build import Kind
-from fmu_build.cached import identification_fmu
+from fmu_build.building.cached import identification_fmu
+from fmu_build.building.packaging import Kind
 from fmu_build.export import export_full, export_joint, export_parameters
-from identification.closed_loop_fmu import export_closed_loop
-from identification.configurations import Configuration, configurations_of
-from identification.dask_workers import Cluster
-from identification.equations_for import device_of
-from identification.fmu_simulator import FmuSimulator
-from identification.kernel_simulator import KernelSimulator
-from identification.options import FitOptions
-from identification.result_json import SCHEMA, step_json
-from identification.resume import inputs_digest, kept_entries
-from identification.sequence import Build, Sequence
-from identification.simulator import Simulator
-from identification.step import Step
-from identification.summary import summary_text
-from identification.traces import traces_of
-from identification.verification import verify
-from identification.verification_result import Verification
-from identification.whole import Whole, whole_device
-from identification.workers import Here, Processes, Workers
-from measurement.campaign import Campaign
-from measurement.places import allow_outside_option
-from measurement.prepare import campaign_for_command
-from model.device import Device
-from model.equations import Equations
-from report.identification_page import identification_page
+from identification.optimise.dask_workers import Cluster
+from identification.optimise.workers import Here, Processes, Workers
+from identification.problem.options import FitOptions
+from identification.sequence.configurations import Configuration, configurations_of
+from identification.sequence.equations_for import device_of
+from identification.sequence.result_json import SCHEMA, step_json
+from identification.sequence.resume import inputs_digest, kept_entries
+from identification.sequence.sequence import Build, Sequence
+from identification.sequence.step import Step
+from identification.sequence.summary import summary_text
+from identification.sequence.traces import traces_of
+from identification.sequence.whole_device import Whole, whole_device
+from identification.simulators.fmu import FmuSimulator
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.protocol import Simulator
+from identification.verification.closed_loop_fmu import export_closed_loop
+from identification.verification.result import Verification
+from identification.verification.verify import verify
+from measurement.checks.preparation import campaign_for_command
+from measurement.format.places import allow_outside_option
+from measurement.values.campaign import Campaign
+from model.device.device import Device
+from model.equations.equations import Equations
+from report.identification.page import identification_page
 from support.command import common_options, exit_codes, parse_joints, progress
-from support.files import write_json, write_text
+from support.files.files import write_json, write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
 

@@ -1,5 +1,5 @@
-"""Measurement campaigns: reading and checking; the only data input and output."""
+"""Files in, `Campaign` of `Run`s out, checked; the only data input and output."""
 
-from support.environment import ready
+from support.installing.environment import ready
 
 ready()

@@ -8,12 +8,12 @@ from typing import Any
 
 import click
 
-from measurement.campaign import Campaign
-from measurement.places import allow_outside_option
-from measurement.reading import read_campaign
-from measurement.stated import check_stated
-from measurement.summary import summarise, table_text
-from measurement.warning import warnings_on_stderr
+from measurement.checks.stated import check_stated
+from measurement.checks.summary import summarise, table_text
+from measurement.format.places import allow_outside_option
+from measurement.format.reading import read_campaign
+from measurement.values.campaign import Campaign
+from measurement.values.warning import warnings_on_stderr
 from support.command import exit_codes, progress
 
 

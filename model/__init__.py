@@ -1,5 +1,5 @@
-"""The one symbolic source: device, rigid body, LuGre friction, effects, equations, kernel."""
+"""Device in, `Equations` and `Kernel` out: rigid body, LuGre friction and effects from one symbolic source."""
 
-from support.environment import ready
+from support.installing.environment import ready
 
 ready()

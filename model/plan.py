@@ -7,17 +7,17 @@ from typing import Any
 
 import click
 
-from model.device import Device
-from model.device_file import load_device
-from model.excitation import ExcitationPlan, plan_excitation
-from model.locking_order import LockingOrder, locking_order
-from model.plan_summary import Data, design_summary, plan_summary
-from model.postures import plan_postures
-from report.locking_plan_page import plan_page
-from report.locking_plan_text import plan_text
+from model.device.device import Device
+from model.device.reader import load_device
+from model.planning.lock_postures import plan_postures
+from model.planning.locking_order import LockingOrder, locking_order
+from model.planning.summary import Data, design_summary, plan_summary
+from model.planning.torque_design import ExcitationPlan, plan_excitation
+from report.locking_plan.page import plan_page
+from report.locking_plan.text import plan_text
 from support.command import exit_codes, progress
 from support.errors import NumericalError
-from support.files import write_json, write_text
+from support.files.files import write_json, write_text
 
 
 @click.command()

@@ -1,1 +1,1 @@
-"""Machinery without physics: errors, atomic files, command-line conventions, caches."""
+"""Machinery without physics: errors, files, command conventions, processes, installation."""

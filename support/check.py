@@ -16,7 +16,7 @@ CHECKS = {
         "from importlinter.cli import lint_imports_command; lint_imports_command()",
         "--no-logo",
     ),
-    "locked requirements": ("-m", "support.supply_chain", "check"),
+    "locked requirements": ("-m", "support.installing.supply_chain", "check"),
 }
 
 

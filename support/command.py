@@ -18,8 +18,8 @@ import click
 from tqdm import tqdm
 
 from support.errors import LONGEST, HaptidError, InputError, one_line, shortened
-from support.files import check_writable, written
-from support.lock import locked
+from support.files.files import check_writable, written
+from support.files.folder_lock import locked
 
 P = ParamSpec("P")
 T = TypeVar("T")

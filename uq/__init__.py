@@ -1,5 +1,5 @@
-"""Posterior sampling, diagnostics and predictive checks."""
+"""`Fit` and `Run`s in, `Posterior` out: density, sampling, predictive checks."""
 
-from support.environment import ready
+from support.installing.environment import ready
 
 ready("posterior")

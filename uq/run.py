@@ -11,35 +11,35 @@ from typing import Any
 import click
 import numpy as np
 
-from fmu_build.build import Kind
-from fmu_build.cached import identification_fmu
-from identification.configurations import Configuration, configurations_of
-from identification.equations_for import device_of, equations_for
-from identification.fit import Fit
-from identification.fitting import fit
-from identification.fmu_simulator import FmuSimulator
-from identification.options import FitOptions
-from identification.simulator import Simulator
-from identification.step import Step
-from identification.verification_result import Verification
-from identification.workers import Processes, Submitting
-from measurement.campaign import Campaign
-from measurement.places import allow_outside_option
-from measurement.prepare import campaign_for_command
-from model.device import Device
-from model.equations import Equations
-from report.full_model_section import full_model_sections
-from report.posterior_page import posterior_page
+from fmu_build.building.cached import identification_fmu
+from fmu_build.building.packaging import Kind
+from identification.fit.multistart import fit
+from identification.optimise.workers import Processes, Submitting
+from identification.problem.options import FitOptions
+from identification.result.fit import Fit
+from identification.sequence.configurations import Configuration, configurations_of
+from identification.sequence.equations_for import device_of, equations_for
+from identification.sequence.step import Step
+from identification.simulators.fmu import FmuSimulator
+from identification.simulators.protocol import Simulator
+from identification.verification.result import Verification
+from measurement.checks.preparation import campaign_for_command
+from measurement.format.places import allow_outside_option
+from measurement.values.campaign import Campaign
+from model.device.device import Device
+from model.equations.equations import Equations
+from report.discrepancy.full_model_section import full_model_sections
+from report.posterior.page import posterior_page
 from support.command import common_options, exit_codes, parse_joints, progress
 from support.errors import InputError
-from support.files import write_json, write_text
-from support.threads import single_threaded
-from uq.forward import kernel_of
-from uq.full_model import as_fit, full_model_bands
-from uq.infer import QUICK, InferOptions, infer
-from uq.posterior import Posterior
-from uq.record import SCHEMA, as_json, save_chains, save_draws
-from uq.sampling import SamplingOptions
+from support.files.files import write_json, write_text
+from support.processes.threads import single_threaded
+from uq.density.forward import kernel_of
+from uq.result.full_model import as_fit, full_model_bands
+from uq.result.infer import QUICK, InferOptions, infer
+from uq.result.posterior import Posterior
+from uq.result.record import SCHEMA, as_json, save_chains, save_draws
+from uq.sampling.sampling import SamplingOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,7 +109,7 @@ def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Subm
     """Return processes here, or a running Dask cluster."""
     if scheduler is None:
         return Processes(count)
-    from identification.dask_workers import Cluster  # noqa: PLC0415 (slow to import and rarely needed)
+    from identification.optimise.dask_workers import Cluster  # noqa: PLC0415 (slow to import and rarely needed)
 
     return Cluster(scheduler)
 

@@ -1,5 +1,5 @@
-"""An independent truth with own equations and integrator; it makes synthetic campaigns and knows no model."""
+"""Truth in, synthetic campaigns out, by own equations and integrator; it knows no model."""
 
-from support.environment import ready
+from support.installing.environment import ready
 
 ready()

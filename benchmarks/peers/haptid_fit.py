@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.peers.contestant import Best, Fit, Statement, compete
-from fmu_build.cached import identification_fmu
-from identification.fitting import fit as identify
-from identification.fmu_simulator import FmuSimulator
-from identification.kernel_simulator import KernelSimulator
-from identification.options import FitOptions
-from identification.simulator import Simulator
-from measurement.run import Run
-from model.equations import Equations
-from model.joint import joint_equations
+from fmu_build.building.cached import identification_fmu
+from identification.fit.multistart import fit as identify
+from identification.problem.options import FitOptions
+from identification.simulators.fmu import FmuSimulator
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.protocol import Simulator
+from measurement.values.run import Run
+from model.equations.equations import Equations
+from model.joint.locked_joint import joint_equations
 
 
 def equations_of(statement: Statement) -> Equations:

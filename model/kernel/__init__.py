@@ -1,1 +1,1 @@
-"""From equations to compiled code: C source, compilation, calls."""
+"""`Equations` in, `CompiledKernel` out: C source, compilation, calls."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.equations import Equations
+from model.equations.equations import Equations
 from model.kernel.compiler import compile_kernel
 from model.kernel.generate import Kernel, generate
 from model.kernel.pieces import MOST_STEPS, pieces

@@ -9,7 +9,7 @@ from itertools import combinations
 
 import sympy as sp
 
-from model.equations import Equations
+from model.equations.equations import Equations
 from model.kernel.printing import Magnitude, slopes
 from model.kernel.tangent import tangent_columns, tangent_source
 from model.kernel.text import assignments

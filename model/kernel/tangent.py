@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.equations import Equations
+from model.equations.equations import Equations
 from model.kernel.printing import of_reals, slopes
 from model.kernel.text import assignments
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from model.equations import TIME, Equations
+from model.equations.equations import TIME, Equations
 from model.kernel.printing import CPrinter, check_functions
 
 

@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from discrepancy.blind_outcome import MEANING, RIGHT, Outcome, score_case
-from discrepancy.blind_score import confusion, coverage, rate, settled, spread, summary
-from discrepancy.blind_settle import options_of
-from discrepancy.blind_truth import FORMULAS, SAME, WAVES, true_value
-from discrepancy.estimate import Estimate
-from model.effects import catalogue
-from report.blind import blind_page, main
-from virtual_device.blind import make_cases
-from virtual_device.joint import neutral
+from discrepancy.verdict.estimate import Estimate
+from model.effects.registry import catalogue
+from studies.blind.outcome import MEANING, RIGHT, Outcome, score_case
+from studies.blind.page import blind_page, main
+from studies.blind.score import confusion, coverage, rate, settled, spread, summary
+from studies.blind.settle import options_of
+from studies.blind.truth import FORMULAS, SAME, WAVES, true_value
+from studies.hidden.run import make_cases
+from virtual_device.machine.joint import neutral
 
 BASE = {"inertia": 2e-4}
 
@@ -165,7 +165,7 @@ def test_summary_counts_what_was_put_in():
 def study() -> dict[str, Any]:
     made = outcomes()
     return {
-        "schema": "blind/1", "command": "python -m discrepancy.blind", "date": "2026-01-01", "git": "abc",
+        "schema": "blind/1", "command": "python -m studies.blind.run", "date": "2026-01-01", "git": "abc",
         "machine": "", "wall_s": 60.0, "workers": 1, "worked_through": len(made), "asked": {"cases": len(made)},
         "meaning": MEANING,
         **summary(made, [], []), "cases": [o.as_json() for o in made], "leave_one_out_cases": [],

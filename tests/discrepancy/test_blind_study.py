@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from discrepancy.blind import main
-from discrepancy.blind_outcome import score_case
-from discrepancy.blind_settle import with_run
-from discrepancy.blind_study import FAILED, ROOT, STAMP, Job, digest, make, work, work_all
+from studies.blind.outcome import score_case
+from studies.blind.run import main
+from studies.blind.settle import with_run
+from studies.blind.study import FAILED, ROOT, STAMP, Job, digest, make, work, work_all
 from support.errors import InputError
-from support.files import write_json
-from support.running import Running
+from support.files.files import write_json
+from support.processes.running import Running
 
 ASKED = {"cases": 2, "seed": 4, "kinds": "none", "sizes": "", "inputs": "table3", "effects": ""}
 FINDING = {
@@ -88,7 +88,7 @@ def test_what_cannot_be_made_is_said_in_one_line(tmp_path):
 def test_finished_cases_are_kept_until_the_code_changes(tmp_path, monkeypatch):
     one = job("writes", tmp_path)
     for stamp, seed, worked_with in (("a", 3, "3"), ("a", 4, "3"), ("b", 5, "5")):
-        monkeypatch.setattr("discrepancy.blind_study.digest", lambda stamp=stamp: stamp)
+        monkeypatch.setattr("studies.blind.study.digest", lambda stamp=stamp: stamp)
         work_all([one], seed=seed, workers=1, limit=30.0, until=float("inf"), tell=lambda: None)
         found = one.result()
         assert found == {"n": 1, "given": ["campaign", worked_with]}  # each time from an empty folder
@@ -191,7 +191,7 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups are POSIX's")
 def test_a_terminated_study_leaves_nothing_running_and_goes_on(tmp_path):
     """As ``timeout`` or a batch system ends it: the signal goes to the study alone, not to what it started."""
-    command = [sys.executable, "-m", "discrepancy.blind", "--cases", "6", "--kinds", "none", "--inputs", "table3"]
+    command = [sys.executable, "-m", "studies.blind.run", "--cases", "6", "--kinds", "none", "--inputs", "table3"]
     command += ["--out", str(tmp_path), "--workers", "2", "--minutes", "30", "--quiet"]
     study = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
     until = time.monotonic() + 400.0  # the first case takes 20 s where nothing else runs

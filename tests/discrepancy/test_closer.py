@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from discrepancy.kernels import COARSE
-from discrepancy.noise import Noise
-from discrepancy.search import search
-from discrepancy.solution import solve
-from discrepancy.steps import INVISIBLE, at_step, visible
-from model.effects import catalogue
+from discrepancy.detect.inner_step import INVISIBLE, at_step, visible
+from discrepancy.fit.solution import solve
+from discrepancy.search.forward_selection import search
+from discrepancy.study.simulators import COARSE
+from model.effects.registry import catalogue
+from noise.correlation import Noise
 from tests.discrepancy.test_finding import found, study_with
-from virtual_device.sensor import Sensor
+from virtual_device.recording.sensor import Sensor
 
 DELAY = 4.5e-4
 QUIET = Sensor(noise=2e-5, resolution=0.0)

@@ -9,19 +9,19 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from discrepancy.contest import contested
-from discrepancy.finding import Finding, as_json, find
-from discrepancy.noise import Noise
-from discrepancy.refit import settle
-from discrepancy.search_result import Search
-from discrepancy.solution import solve
-from discrepancy.trial import Trial
-from model.effect import w
-from model.effects import catalogue
-from model.effects.cascade import cascade
+from discrepancy.candidate.candidate import Trial
+from discrepancy.candidate.refit import settle
+from discrepancy.finding.finding import Finding, as_json, find
+from discrepancy.fit.solution import solve
+from discrepancy.search.contenders import contested
+from discrepancy.search.search_result import Search
+from model.effects.effect import w
+from model.effects.parts.cascade import cascade
+from model.effects.registry import catalogue
+from noise.correlation import Noise
 from tests.discrepancy.test_finding import study_with
 from tests.discrepancy.test_search import tools_of
-from virtual_device.sensor import Sensor
+from virtual_device.recording.sensor import Sensor
 
 LATE = {"amplifier_lag": ("amplifier_lag", "amplifier_lag:rest"), "time_delay": ("delay", "time_delay")}
 

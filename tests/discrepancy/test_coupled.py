@@ -7,30 +7,30 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from discrepancy import shape
-from discrepancy.base import fit_base
-from discrepancy.coupled_study import CoupledStudy, coupled_study_of, placed, taken_off
-from discrepancy.finding import Finding, as_json, find
+from discrepancy.finding.finding import Finding, as_json, find
+from discrepancy.fit.nominal_fit import fit_base
 from discrepancy.run import main
-from discrepancy.search import search
-from discrepancy.shape import missing
-from discrepancy.splines import SYMBOLS, without_polynomial
-from fmu_build.findings import at_values
-from measurement.campaign import Campaign
-from measurement.prepare import prepare
-from measurement.reading import read_campaign
-from model.effects import catalogue
-from model.joint_parts import of_the_test_alone
-from support.files import write_json
+from discrepancy.search.forward_selection import search
+from discrepancy.study.coupled_study import CoupledStudy, coupled_study_of, placed, taken_off
+from discrepancy.unnamed import missing_torque as shape
+from discrepancy.unnamed.missing_torque import missing
+from discrepancy.unnamed.splines import SYMBOLS, without_polynomial
+from fmu_build.exchange.discrepancy_json import at_values
+from measurement.checks.preparation import prepare
+from measurement.format.reading import read_campaign
+from measurement.values.campaign import Campaign
+from model.effects.registry import catalogue
+from model.joint.joint_in_device import of_the_test_alone
+from support.files.files import write_json
 from tests.fmu_build.test_commands import identification
 from tests.identification.test_verification import true_values
-from virtual_device.arm import Arm
-from virtual_device.campaign import header
-from virtual_device.inputs import AMPLITUDE, Cosine
-from virtual_device.sensor import Sensor
-from virtual_device.tables import write_campaign
-from virtual_device.truth import DRIVE, read_truth
-from virtual_device.whole import Controller, Reference, controlled_run, coupled_run, coupled_test
+from virtual_device.machine.arm import Arm
+from virtual_device.machine.truth import DRIVE, read_truth
+from virtual_device.recording.campaign import header
+from virtual_device.recording.inputs import AMPLITUDE, Cosine
+from virtual_device.recording.sensor import Sensor
+from virtual_device.recording.tables import write_campaign
+from virtual_device.recording.whole import Controller, Reference, controlled_run, coupled_run, coupled_test
 
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
 COG = {"cog": 2e-3, "cog_number": 9.0, "cog_phase": 0.4}

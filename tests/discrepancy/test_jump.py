@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discrepancy.held_out import predict
-from discrepancy.jump import around, places, torques
-from discrepancy.noise import Noise
-from discrepancy.refit import settle
-from discrepancy.solution import Solution, solve
-from discrepancy.study import Study, study_of
-from measurement.prepare import prepare
-from measurement.reading import read_campaign
-from model.effects import catalogue
+from discrepancy.candidate.refit import settle
+from discrepancy.fit.discontinuity import around, places, torques
+from discrepancy.fit.held_out import predict
+from discrepancy.fit.solution import Solution, solve
+from discrepancy.study.study import Study, study_of
+from measurement.checks.preparation import prepare
+from measurement.format.reading import read_campaign
+from model.effects.registry import catalogue
+from noise.correlation import Noise
 from tests.discrepancy.test_finding import INPUTS, TRUTH
-from virtual_device.campaign import make_joint_campaign
-from virtual_device.sensor import Sensor
+from virtual_device.recording.campaign import make_joint_campaign
+from virtual_device.recording.sensor import Sensor
 
 HIDDEN = 1.3e-3
 JUMP = catalogue()["amplifier_dead_band:jump"]

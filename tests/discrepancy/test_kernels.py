@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from discrepancy import kernel_cache
-from discrepancy.kernel_cache import cached_kernel
-from discrepancy.kernels import COARSE, Factory
-from identification.simulator import initial_state
-from measurement.run import Run
-from model.effects import catalogue
-from model.joint import joint_equations
+from discrepancy.study.simulators import COARSE, Factory
+from identification.simulators.protocol import initial_state
+from measurement.values.run import Run
+from model.effects.registry import catalogue
+from model.joint.locked_joint import joint_equations
+from model.kernel import cache as kernel_cache
+from model.kernel.cache import cached_kernel
 from model.kernel.compiled import CompiledKernel
 
 VALUES = {

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from discrepancy.levenberg import FAR, minimise, triangle_by_runs
-from identification.least_squares import triangle
-from identification.problem import Blocks
-from measurement.run import Array
+from discrepancy.fit.levenberg_marquardt import FAR, minimise, triangle_by_runs
+from identification.problem.bounded_lsq import triangle
+from identification.problem.residuals import Blocks
+from measurement.values.run import Array
 
 
 def test_runs_apart_give_the_same_normal_equations_as_all_at_once():

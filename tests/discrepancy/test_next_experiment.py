@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discrepancy.next_experiment import CLEAR, MANY, Proposal, propose
-from discrepancy.noise import Noise
-from discrepancy.solution import Solution, solve
-from discrepancy.study import Study, study_of
-from measurement.reading import read_campaign
-from model.effects import catalogue
+from discrepancy.fit.solution import Solution, solve
+from discrepancy.study.study import Study, study_of
+from discrepancy.verdict.next_experiment import CLEAR, MANY, Proposal, propose
+from measurement.format.reading import read_campaign
+from model.effects.registry import catalogue
+from noise.correlation import Noise
 from tests.discrepancy.test_finding import TRUTH
-from virtual_device.campaign import make_joint_campaign
-from virtual_device.inputs import Cosine
-from virtual_device.sensor import Sensor
+from virtual_device.recording.campaign import make_joint_campaign
+from virtual_device.recording.inputs import Cosine
+from virtual_device.recording.sensor import Sensor
 
 
 def proposal(evidence: float, repeats: int = 1, end_frequency: float = 3.0) -> Proposal:

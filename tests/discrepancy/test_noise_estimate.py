@@ -5,18 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discrepancy.noise import Colour, Noise, Scatter
-from discrepancy.noise_estimate import estimate
-from discrepancy.refit import alike
-from discrepancy.solution import solve
-from discrepancy.study import study_of
-from measurement.prepare import prepare
-from measurement.reading import read_campaign
-from model.effects import catalogue
-from virtual_device.campaign import make_joint_campaign
-from virtual_device.inputs import Cosine, rich
-from virtual_device.joint import rest_position
-from virtual_device.sensor import Sensor
+from discrepancy.candidate.refit import alike
+from discrepancy.fit.noise_estimate import estimate
+from discrepancy.fit.solution import solve
+from discrepancy.study.study import study_of
+from measurement.checks.preparation import prepare
+from measurement.format.reading import read_campaign
+from model.effects.registry import catalogue
+from noise.correlation import Colour, Noise, Scatter
+from virtual_device.machine.joint import rest_position
+from virtual_device.recording.campaign import make_joint_campaign
+from virtual_device.recording.inputs import Cosine, rich
+from virtual_device.recording.sensor import Sensor
 
 TRUTH = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.12, "sigma0": 0.5,

@@ -7,12 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, null_space
 
-from discrepancy.coupled_study import coupled_study_of
-from discrepancy.cycles import whole_cycles
-from discrepancy.kernels import Factory
-from discrepancy.noise import Colour, Noise, Scatter, Whitener, directions
-from discrepancy.restricted import best_scatter
-from discrepancy.scatter import (
+from discrepancy.fit.scatter import (
     FORGOTTEN,
     LARGEST,
     PROBE,
@@ -22,18 +17,23 @@ from discrepancy.scatter import (
     most_probable,
     relinearised,
 )
-from identification.simulator import initial_state
-from measurement.prepare import prepare
-from measurement.reading import read_campaign
-from measurement.run import Run
-from model.effects import catalogue
-from model.joint import joint_equations
-from virtual_device.arm import Arm
-from virtual_device.campaign import header
-from virtual_device.sensor import Sensor
-from virtual_device.tables import write_campaign
-from virtual_device.truth import read_truth
-from virtual_device.whole import coupled_test
+from discrepancy.study.coupled_study import coupled_study_of
+from discrepancy.study.simulators import Factory
+from identification.simulators.protocol import initial_state
+from measurement.checks.preparation import prepare
+from measurement.format.reading import read_campaign
+from measurement.signals.whole_cycles import whole_cycles
+from measurement.values.run import Run
+from model.effects.registry import catalogue
+from model.joint.locked_joint import joint_equations
+from noise.correlation import Colour, Noise, Scatter, Whitener, directions
+from noise.reml import best_scatter
+from virtual_device.machine.arm import Arm
+from virtual_device.machine.truth import read_truth
+from virtual_device.recording.campaign import header
+from virtual_device.recording.sensor import Sensor
+from virtual_device.recording.tables import write_campaign
+from virtual_device.recording.whole import coupled_test
 
 VALUES = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,

@@ -7,32 +7,32 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from discrepancy.base import agreeing, fit_base
-from discrepancy.closer import BEYOND, closer
-from discrepancy.exchange import exchanged, pruned
-from discrepancy.held_out import predict
-from discrepancy.homotopy import through_homotopy
-from discrepancy.kernels import COARSE, SKETCH
-from discrepancy.noise import Colour, Noise, Scatter
-from discrepancy.omnibus import Omnibus
-from discrepancy.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
-from discrepancy.scan import scan
-from discrepancy.scatter import relinearised
-from discrepancy.search import _ways
-from discrepancy.search_result import Search
-from discrepancy.searcher import Searcher
-from discrepancy.signatures import signatures
-from discrepancy.solution import ROUGH, solve
-from discrepancy.steps import INVISIBLE, at_step, visible
-from discrepancy.study import Study, scales_over
-from discrepancy.trial import FAMILY, REFUTABLE, SIGNIFICANT, Trial, keys_of
-from discrepancy.verdict import at_their_bounds
-from identification.problem import Blocks
-from identification.starting import MOVING, first_slopes, start_of
-from model.effect import Effect
-from model.effects import catalogue
+from discrepancy.candidate.candidate import FAMILY, REFUTABLE, SIGNIFICANT, Trial, keys_of
+from discrepancy.candidate.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
+from discrepancy.detect.inner_step import INVISIBLE, at_step, visible
+from discrepancy.detect.omnibus import Omnibus
+from discrepancy.detect.score_tests import scan
+from discrepancy.detect.signatures import signatures
+from discrepancy.fit.held_out import predict
+from discrepancy.fit.homotopy import through_homotopy
+from discrepancy.fit.nominal_fit import agreeing, fit_base
+from discrepancy.fit.scatter import relinearised
+from discrepancy.fit.solution import ROUGH, solve
+from discrepancy.search.backward_elimination import exchanged, pruned
+from discrepancy.search.forward_selection import _ways
+from discrepancy.search.search_result import Search
+from discrepancy.search.step_refinement import BEYOND, closer
+from discrepancy.search.tools import Searcher
+from discrepancy.study.simulators import COARSE, SKETCH
+from discrepancy.study.study import Study, scales_over
+from discrepancy.verdict.verdict import at_their_bounds
+from identification.problem.initial_states import MOVING, first_slopes, start_of
+from identification.problem.residuals import Blocks
+from model.effects.effect import Effect
+from model.effects.registry import catalogue
+from noise.correlation import Colour, Noise, Scatter
 from tests.discrepancy.test_finding import ENTRIES, study_with
-from virtual_device.sensor import Sensor
+from virtual_device.recording.sensor import Sensor
 
 
 def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:

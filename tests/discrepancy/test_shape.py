@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from discrepancy.finding import as_json
-from discrepancy.splines import SYMBOLS, Curve
-from discrepancy.surface import Axis, Surface
-from discrepancy.where import AXES
-from report.discrepancy_page import discrepancy_page
+from discrepancy.detect.localise import AXES
+from discrepancy.finding.finding import as_json
+from discrepancy.unnamed.splines import SYMBOLS, Curve
+from discrepancy.unnamed.surface import Axis, Surface
+from report.discrepancy.page import discrepancy_page
 from tests.discrepancy.test_finding import found
 
 CURVE = Curve(variable="position_rad", first=-0.4, last=0.6)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from discrepancy import steps
-from discrepancy.kernels import COARSE
+from discrepancy.detect import inner_step as steps
+from discrepancy.study.simulators import COARSE
 
 
 @pytest.mark.parametrize(

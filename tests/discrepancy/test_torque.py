@@ -10,17 +10,17 @@ import sympy as sp
 from click.testing import CliRunner
 from fmpy import simulate_fmu
 
-from discrepancy.inverse import inverse_equations, readable
 from discrepancy.run import main
-from discrepancy.torque_fit import fit_model, rms
-from discrepancy.torque_scan import promises
-from discrepancy.torque_search import compared, refitted
-from discrepancy.torque_study import TorqueStudy, alternating
-from measurement.run import Run
-from model.effects import catalogue
-from model.equations import TIME
-from model.joint import joint_equations
-from model.scales import Scales
+from discrepancy.torque.fit import fit_model, rms
+from discrepancy.torque.inverse_dynamics import inverse_equations, readable
+from discrepancy.torque.scan import promises
+from discrepancy.torque.search import compared, refitted
+from discrepancy.torque.study import TorqueStudy, alternating
+from measurement.values.run import Run
+from model.effects.registry import catalogue
+from model.effects.scales import Scales
+from model.equations.equations import TIME
+from model.joint.locked_joint import joint_equations
 from tests.real_data import DATA
 
 UNIT = Scales()

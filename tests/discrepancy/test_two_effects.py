@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import pytest
 
-from discrepancy.homotopy import held
-from discrepancy.noise import Noise
-from discrepancy.refit import judged
-from discrepancy.search import Way, _anew, _clear, _two_at_once
-from discrepancy.searcher import Searcher
-from discrepancy.solution import Solution, solve
-from discrepancy.study import study_of
-from discrepancy.trial import Trial
-from measurement.prepare import prepare
-from measurement.reading import read_campaign
-from model.effects import catalogue
+from discrepancy.candidate.candidate import Trial
+from discrepancy.candidate.refit import judged
+from discrepancy.fit.homotopy import held
+from discrepancy.fit.solution import Solution, solve
+from discrepancy.search.forward_selection import Way, _anew, _clear, _two_at_once
+from discrepancy.search.tools import Searcher
+from discrepancy.study.study import study_of
+from measurement.checks.preparation import prepare
+from measurement.format.reading import read_campaign
+from model.effects.registry import catalogue
+from noise.correlation import Noise
 from tests.discrepancy.test_search import tools_of
-from virtual_device.campaign import make_joint_campaign
-from virtual_device.inputs import Cosine
-from virtual_device.sensor import Sensor
+from virtual_device.recording.campaign import make_joint_campaign
+from virtual_device.recording.inputs import Cosine
+from virtual_device.recording.sensor import Sensor
 
 KEYS = ("cogging", "cubic_spring", "encoder_ripple", "torque_bias_drift", "torque_ripple")
 HIDDEN = {

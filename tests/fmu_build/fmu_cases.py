@@ -12,14 +12,14 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 
-from fmu_build.build import Fmu, Kind, build_fmu
-from fmu_build.platforms import this_platform
-from fmu_build.variables import structured_name
-from model.configuration import configuration_equations
-from model.device_file import load_device
-from model.equations import Equations
+from fmu_build.building.packaging import Fmu, Kind, build_fmu
+from fmu_build.description.variables import structured_name
+from fmu_build.native.platforms import this_platform
+from model.device.reader import load_device
+from model.equations.equations import Equations
+from model.joint.coupled_joints import configuration_equations
+from model.joint.whole_device import full_equations
 from model.kernel.compiled import CompiledKernel
-from model.whole_device import full_equations
 
 DEVICE = load_device("freedom6s")
 KINDS: tuple[Kind, ...] = ("python", "native")

@@ -22,8 +22,8 @@ import click
 
 from support.command import exit_codes, progress
 from support.errors import one_line
-from support.files import write_bytes, write_json, write_text
-from support.pool import Pool
+from support.files.files import write_bytes, write_json, write_text
+from support.processes.pool import Pool
 from tests.fuzz.harness import Fault, Tally, Target, call, drawn
 from tests.fuzz.targets import TARGETS
 

@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 
-from identification.kernel_simulator import KernelSimulator
-from measurement.run import Run
-from model.equations import Equations
-from model.joint import joint_equations
-from virtual_device.sensor import Sensor
-from virtual_device.simulate import simulate_joint
+from identification.simulators.kernel import KernelSimulator
+from measurement.values.run import Run
+from model.equations.equations import Equations
+from model.joint.locked_joint import joint_equations
+from virtual_device.recording.sensor import Sensor
+from virtual_device.recording.simulate import simulate_joint
 
 NOISE, STEP = 2e-4, 0.0
 TRUE = {

@@ -5,19 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.carry import CAUTION, carried, measurement_of
-from identification.configurations import configurations_of, order_of
-from identification.consistency import coefficients_agree, parameters_agree, summary
-from identification.fit import Fit
-from identification.outcome import Outcome
-from identification.physical_draws import physical_draws
-from measurement.reading import read_campaign
-from model.configuration import configuration_equations
-from model.device_file import load_device
-from model.inertial import pi_prior
-from model.inertial_belief import LinkBelief, Measurement
-from model.link_estimate import pseudo_inertia
-from model.locked import locked_motion
+from identification.links.consistency import coefficients_agree, parameters_agree, summary
+from identification.links.consistent_links import pseudo_inertia
+from identification.links.physical_draws import physical_draws
+from identification.result.fit import Fit
+from identification.result.outcome import Outcome
+from identification.sequence.carry_over import CAUTION, carried, measurement_of
+from identification.sequence.configurations import configurations_of, order_of
+from measurement.format.reading import read_campaign
+from model.device.reader import load_device
+from model.joint.coupled_joints import configuration_equations
+from model.planning.inertial_belief import LinkBelief, Measurement
+from model.rigid_body.inertial_parameters import pi_prior
+from model.rigid_body.locked_dynamics import locked_motion
 from support.errors import InputError
 
 DEVICE = load_device("freedom6s")

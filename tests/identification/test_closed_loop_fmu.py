@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_build.build import Kind, build_fmu
-from fmu_build.platforms import this_platform
-from identification.closed_loop import Controller, reference_of, simulate_closed_loop
-from identification.closed_loop_fmu import Pair, build_controller, simulate_pair
-from identification.controller_equations import controller_equations
-from measurement.reading import read_campaign
-from measurement.run import Run
-from model.device_file import load_device
+from fmu_build.building.packaging import Kind, build_fmu
+from fmu_build.native.platforms import this_platform
+from identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
+from identification.simulators.controller_equations import controller_equations
+from identification.verification.closed_loop_fmu import Pair, build_controller, simulate_pair
+from measurement.format.reading import read_campaign
+from measurement.values.run import Run
+from model.device.reader import load_device
+from model.joint.whole_device import full_equations
 from model.kernel.compiled import CompiledKernel
-from model.whole_device import full_equations
 
 ROWS = 301
 

@@ -17,14 +17,14 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from identification.dask_workers import Cluster
-from identification.fitting import fit
-from identification.kernel_simulator import KernelSimulator
-from identification.options import FitOptions
-from identification.simulator import initial_state
-from identification.workers import Here
-from measurement.run import Run
-from model.joint import joint_equations
+from identification.fit.multistart import fit
+from identification.optimise.dask_workers import Cluster
+from identification.optimise.workers import Here
+from identification.problem.options import FitOptions
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.protocol import initial_state
+from measurement.values.run import Run
+from model.joint.locked_joint import joint_equations
 from support.errors import InputError, NumericalError
 
 ROOT = Path(__file__).parents[2]

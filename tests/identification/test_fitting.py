@@ -6,22 +6,22 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from identification.covariance import curvature
-from identification.excitation import excitation_warnings, presliding
-from identification.fit import Fit
-from identification.fitting import fit
-from identification.options import FitOptions
-from identification.outcome import Outcome
-from identification.problem import Problem
-from identification.scaling import Scaling
-from identification.score import score
-from identification.simulator import Trajectory
-from identification.sobol import sobol_starts
-from identification.workers import Here, Processes
-from measurement.run import Run
-from model.equations import Equations
-from model.joint import joint_equations
-from model.quantity import Normal, Quantity
+from identification.fit.multistart import fit
+from identification.optimise.starts import sobol_starts
+from identification.optimise.workers import Here, Processes
+from identification.problem.options import FitOptions
+from identification.problem.parametrisation import Scaling
+from identification.problem.residuals import Problem
+from identification.result.fit import Fit
+from identification.result.outcome import Outcome
+from identification.simulators.protocol import Trajectory
+from identification.statistics.covariance import curvature
+from identification.statistics.excitation_warnings import excitation_warnings, presliding
+from identification.statistics.score import score
+from measurement.values.run import Run
+from model.equations.equations import Equations
+from model.equations.quantity import Normal, Quantity
+from model.joint.locked_joint import joint_equations
 from support.errors import NumericalError
 from tests.identification.bench_joint import NOISE, TRUE, equations, make_run, runs, simulator
 

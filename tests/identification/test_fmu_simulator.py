@@ -8,15 +8,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fmu_build.build import Kind, build_fmu
-from fmu_build.cached import identification_fmu
-from identification.fmu_simulator import FmuSimulator
-from identification.kernel_simulator import KernelSimulator
-from identification.simulator import Simulator
-from measurement.run import Run
-from model.configuration import configuration_equations
-from model.device_file import load_device
-from model.equations import Equations
+from fmu_build.building.cached import identification_fmu
+from fmu_build.building.packaging import Kind, build_fmu
+from identification.simulators.fmu import FmuSimulator
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.protocol import Simulator
+from measurement.values.run import Run
+from model.device.reader import load_device
+from model.equations.equations import Equations
+from model.joint.coupled_joints import configuration_equations
 from support.errors import NumericalError
 
 T = 0.005 * np.arange(301)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.equations_for import changed, equations_for, overridden
-from identification.initial_guess import guess_from
-from identification.motion import dominant_period, smoothed
-from measurement.campaign import Campaign
-from model.device_file import load_device
-from model.joint import joint_equations
+from identification.fit.initial_guess import guess_from
+from identification.sequence.equations_for import changed, equations_for, overridden
+from measurement.signals.smoothing import dominant_period, smoothed
+from measurement.values.campaign import Campaign
+from model.device.reader import load_device
+from model.joint.locked_joint import joint_equations
 from support.errors import InputError
 from tests.identification.bench_joint import TRUE, runs
 

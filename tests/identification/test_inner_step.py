@@ -7,15 +7,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fmu_build.cached import identification_fmu
-from identification.fmu_simulator import FmuSimulator
-from identification.homotopy import descend
-from identification.inner_step import at_inner_step, coarsened, steps_of
-from identification.kernel_simulator import KernelSimulator
-from identification.observed import Observed
-from identification.options import FitOptions
-from identification.positive import inverse, marginal, sandwich
-from identification.problem import Problem
+from fmu_build.building.cached import identification_fmu
+from identification.optimise.homotopy import descend
+from identification.optimise.inner_step import at_inner_step, coarsened, steps_of
+from identification.problem.options import FitOptions
+from identification.problem.residuals import Problem
+from identification.simulators.fmu import FmuSimulator
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.observer import Observed
+from identification.statistics.semidefinite import inverse, marginal, sandwich
 from model.kernel.generate import DEFAULT_STEP
 from tests.identification.bench_joint import TRUE, equations, runs
 

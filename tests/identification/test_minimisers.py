@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from identification.gauss_newton import gauss_newton
-from identification.homotopy import descend, feasible
-from identification.least_squares import step_within, triangle
-from identification.options import FitOptions
-from identification.passivity import margin
-from identification.problem import Problem
-from identification.slsqp import slsqp
+from identification.optimise.homotopy import descend, feasible
+from identification.optimise.levenberg_marquardt import gauss_newton
+from identification.optimise.slsqp import slsqp
+from identification.problem.bounded_lsq import step_within, triangle
+from identification.problem.options import FitOptions
+from identification.problem.passivity import margin
+from identification.problem.residuals import Problem
 from tests.identification.bench_joint import TRUE, equations, runs, simulator
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from identification.configurations import configurations_of
-from identification.outcome import Outcome, outcome_of
-from measurement.prepare import campaign_for_command
+from identification.result.outcome import Outcome, outcome_of
+from identification.sequence.configurations import configurations_of
+from measurement.checks.preparation import campaign_for_command
 from support.errors import InputError
 
 TOML = """[campaign]

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.loss import pseudo_huber
-from identification.options import FitOptions
-from identification.problem import Problem
-from identification.scaling import Scaling
-from identification.weights import time_weights
-from model.quantity import Normal
+from identification.problem.loss import pseudo_huber
+from identification.problem.options import FitOptions
+from identification.problem.parametrisation import Scaling
+from identification.problem.residuals import Problem
+from identification.problem.weights import time_weights
+from model.equations.quantity import Normal
 from support.errors import InputError
 from tests.identification.bench_joint import TRUE, equations, runs, simulator
 

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.fitting import fit
-from identification.options import FitOptions
-from identification.problem import Problem
-from identification.profile import LEVEL
+from identification.fit.multistart import fit
+from identification.problem.options import FitOptions
+from identification.problem.residuals import Problem
+from identification.statistics.profile_likelihood import LEVEL
 from tests.identification.bench_joint import TRUE, equations, runs, simulator
 
 OPTIONS = FitOptions(method="gauss_newton", starts=2, profile=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.options import FitOptions
-from identification.problem import Problem
-from identification.retraction import Retraction
+from identification.problem.options import FitOptions
+from identification.problem.residuals import Problem
+from identification.problem.retraction import Retraction
 from tests.identification.bench_joint import equations, runs, simulator
 
 

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from identification.growth import growth
-from identification.kernel_simulator import KernelSimulator
-from identification.observed import Observed
-from identification.options import FitOptions
-from identification.strategy import choose, choose_for, first_guess, fit_simulated
-from measurement.prepare import campaign_for_command
-from measurement.reading import read_campaign
-from measurement.run import Array, Run
-from model.configuration import configuration_equations
-from model.device_file import load_device
-from model.equations import Equations
-from model.joint import joint_equations
+from identification.fit.strategy import choose, choose_for, first_guess, fit_simulated
+from identification.problem.options import FitOptions
+from identification.simulators.error_growth import growth
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.observer import Observed
+from measurement.checks.preparation import campaign_for_command
+from measurement.format.reading import read_campaign
+from measurement.values.run import Array, Run
+from model.device.reader import load_device
+from model.equations.equations import Equations
+from model.joint.coupled_joints import configuration_equations
+from model.joint.locked_joint import joint_equations
 from tests.real_data import DATA
 
 NOISE = 2e-4
@@ -148,7 +148,7 @@ def test_real_sweep_has_its_torque_scored() -> None:
 
 
 @pytest.mark.real("dfki_double_pendulum_a0")
-@pytest.mark.filterwarnings("ignore::measurement.warning.CampaignWarning")
+@pytest.mark.filterwarnings("ignore::measurement.values.warning.CampaignWarning")
 def test_real_double_pendulum_needs_an_observer() -> None:
     campaign = read_campaign(DATA / "dfki_double_pendulum_a0")
     simulator = KernelSimulator.of(configuration_equations(load_device("double_pendulum"), (0, 1)))

@@ -7,16 +7,16 @@ import json
 import numpy as np
 import pytest
 
-from identification.closed_loop import Controller, reference_of, simulate_closed_loop
-from identification.verification import verify
-from measurement.campaign import Campaign
-from measurement.prepare import campaign_for_command
-from measurement.run import Run
-from model.device_file import load_device
+from identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
+from identification.verification.verify import verify
+from measurement.checks.preparation import campaign_for_command
+from measurement.values.campaign import Campaign
+from measurement.values.run import Run
+from model.device.reader import load_device
+from model.joint.whole_device import full_equations
 from model.kernel.compiled import CompiledKernel
-from model.whole_device import full_equations
 from support.errors import InputError
-from virtual_device.truth import DRIVE, read_truth
+from virtual_device.machine.truth import DRIVE, read_truth
 
 STANDARD = ("m", "x", "y", "z", "I11", "I22", "I33", "I12", "I13", "I23")
 

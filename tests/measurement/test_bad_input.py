@@ -5,9 +5,9 @@ import re
 
 import pytest
 
-from measurement.places import outside_allowed
-from measurement.reading import read_campaign
-from measurement.warning import CampaignWarning
+from measurement.format.places import outside_allowed
+from measurement.format.reading import read_campaign
+from measurement.values.warning import CampaignWarning
 from support.errors import InputError
 
 

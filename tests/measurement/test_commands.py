@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 
 from measurement import check, new
-from measurement.reading import read_campaign
+from measurement.format.reading import read_campaign
 
 
 @pytest.fixture

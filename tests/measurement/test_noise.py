@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from measurement.campaign import Campaign
-from measurement.noise import campaign_with_noise, contrasts, estimate_noise, with_noise
-from measurement.resolution import estimate_resolution
-from measurement.run import Run
+from measurement.signals.noise import campaign_with_noise, contrasts, estimate_noise, with_noise
+from measurement.signals.resolution import estimate_resolution
+from measurement.values.campaign import Campaign
+from measurement.values.run import Run
 
 T = np.arange(2400) / 200.0
 

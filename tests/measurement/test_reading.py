@@ -5,8 +5,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measurement.reading import embedded_campaign, read_campaign
-from measurement.warning import CampaignWarning
+from measurement.format.reading import embedded_campaign, read_campaign
+from measurement.values.warning import CampaignWarning
 from support.errors import InputError
 
 
@@ -146,7 +146,7 @@ def test_missing_device_file_with_a_built_in_namesake(folder):
 
 @pytest.mark.real("dvrk_mtm_joint4", "dfki_double_pendulum_a0")
 @pytest.mark.parametrize("name", ["dvrk_mtm_joint4", "dfki_double_pendulum_a0"])
-@pytest.mark.filterwarnings("ignore::measurement.warning.CampaignWarning")
+@pytest.mark.filterwarnings("ignore::measurement.values.warning.CampaignWarning")
 def test_real_measurements(shared, name):
     campaign = read_campaign(shared / name)
     assert campaign.measured

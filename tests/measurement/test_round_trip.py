@@ -7,10 +7,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from measurement.campaign import Campaign
-from measurement.reading import read_campaign
-from measurement.run import Run
-from measurement.writing import write_campaign
+from measurement.format.reading import read_campaign
+from measurement.making.writing import write_campaign
+from measurement.values.campaign import Campaign
+from measurement.values.run import Run
 from support.errors import InputError, one_line
 
 NUMBERS = st.floats(-1e99, 1e99, allow_nan=False, width=64)

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from identification.run import main as identify
 from measurement.check import main as check
-from measurement.reading import embedded_campaign
+from measurement.format.reading import embedded_campaign
 
 
 def stated(folder: Path, name: str) -> Path:

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from model.configuration import configuration_equations
-from model.device_file import load_device
-from model.equations import Equations
+from model.device.reader import load_device
+from model.equations.equations import Equations
+from model.joint.coupled_joints import configuration_equations
+from model.joint.whole_device import full_equations
 from model.kernel.compiled import CompiledKernel
-from model.locked import locked_motion
-from model.whole_device import full_equations
+from model.rigid_body.locked_dynamics import locked_motion
 
 DEVICE = load_device("freedom6s")
 JOINT_IDS = ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc", "Ks", "epos")

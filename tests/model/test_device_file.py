@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from model.device_file import builtin_devices, load_device, parse_device
+from model.device.reader import builtin_devices, load_device, parse_device
 from support.errors import InputError
 
 DEVICES = Path(__file__).parents[2] / "model" / "devices"

@@ -14,16 +14,16 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_build.build import Kind, build_fmu
-from model.effect import q as position_symbol
-from model.effect import renamed, t, v, w
-from model.effects import catalogue, load_folder
-from model.equations import Equations
-from model.joint import joint_equations
+from fmu_build.building.packaging import Kind, build_fmu
+from model.effects.effect import q as position_symbol
+from model.effects.effect import renamed, t, v, w
+from model.effects.registry import catalogue, load_folder
+from model.effects.scales import Scales
+from model.equations.equations import Equations
+from model.joint.locked_joint import joint_equations
 from model.kernel.compiled import CompiledKernel
 from model.kernel.printing import check_functions, slopes
-from model.scales import Scales
-from support.environment import ROOT
+from support.installing.environment import ROOT
 from tests.fmu_build.fmu_cases import Client
 from tests.model.kernel_cases import CASES, KERNEL, TENDON, torque, vector
 

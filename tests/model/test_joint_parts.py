@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from model.configuration import configuration_equations
-from model.device_file import load_device
-from model.effect import Effect
-from model.effects import catalogue
-from model.equations import Equations
-from model.joint import joint_equations
-from model.joint_parts import joint_part, of_the_test_alone
-from model.scales import Scales
-from model.whole_device import full_equations
+from model.device.reader import load_device
+from model.effects.effect import Effect
+from model.effects.registry import catalogue
+from model.effects.scales import Scales
+from model.equations.equations import Equations
+from model.joint.coupled_joints import configuration_equations
+from model.joint.joint_in_device import joint_part, of_the_test_alone
+from model.joint.locked_joint import joint_equations
+from model.joint.whole_device import full_equations
 
 DEVICE = load_device("freedom6s")
 JOINT = 4

@@ -4,11 +4,11 @@ import numpy as np
 import sympy as sp
 from sympy.physics.mechanics import KanesMethod, Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from model.composite import mass_matrix
-from model.device_file import load_device
-from model.inertial import pi_prior
-from model.newton_euler import inverse_dynamics
-from model.numbers import Numbers
+from model.algebra.numeric_coordinates import Numbers
+from model.device.reader import load_device
+from model.rigid_body.composite_bodies import mass_matrix
+from model.rigid_body.inertial_parameters import pi_prior
+from model.rigid_body.newton_euler import inverse_dynamics
 
 AXES = {
     "1": ("base", 0, "z"),

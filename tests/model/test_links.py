@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from model.device_file import load_device
-from model.inertial import pi_prior, standard_initial, standard_std, to_pi
-from model.inertial_belief import LinkBelief, Measurement
-from model.link_estimate import consistent_links, pseudo_inertia
-from model.locked import locked_motion
+from identification.links.consistent_links import consistent_links, pseudo_inertia
+from model.device.reader import load_device
+from model.planning.inertial_belief import LinkBelief, Measurement
+from model.rigid_body.inertial_parameters import pi_prior, standard_initial, standard_std, to_pi
+from model.rigid_body.locked_dynamics import locked_motion
 
 ORDER = [(4,), (5,), (3,), (2,), (1,), (0,), (0, 1)]
 POSTURES = [None, (0.3, 0.2, -0.3, 0.4, -0.5, 0.4), (-0.3, -0.4, 0.3, -0.6, 0.5, -0.6), (0.1, 0.4, 0.4, 0.7, 0.7, 0.2)]

@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from model.base_parameters import base_parameters, equation_forms, full_lagrangian, numeric_rank, rows, span
-from model.device import Guess
-from model.device_file import load_device
-from model.excitation import plan_excitation
-from model.inertial import pi_prior
-from model.inertial_belief import LinkBelief
-from model.locking_order import locking_order
+from model.device.device import Guess
+from model.device.reader import load_device
 from model.plan import main
-from model.postures import plan_postures, random_motion
-from model.regressor import regressor
+from model.planning.inertial_belief import LinkBelief
+from model.planning.lock_postures import plan_postures, random_motion
+from model.planning.locking_order import locking_order
+from model.planning.torque_design import plan_excitation
+from model.rigid_body.base_parameters import base_parameters, equation_forms, full_lagrangian, numeric_rank, rows, span
+from model.rigid_body.inertial_parameters import pi_prior
+from model.rigid_body.regressor import regressor
 
 
 def test_table_one_of_the_paper_is_derived():

@@ -10,19 +10,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from model.algebra import velocity_symbol
-from model.base_parameters import full_lagrangian
-from model.composite import mass_matrix
-from model.device import Device
-from model.device_file import load_device
-from model.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, forward_dynamics
-from model.inertial import pi_jacobian, pi_prior, standard_initial, to_pi, to_standard
-from model.kinematics import base_poses
-from model.newton_euler import inverse_dynamics
-from model.numbers import Numbers
-from model.regressor import regressor
-from model.rigid_body import LinearForm
-from model.spatial import add, apply
+from model.algebra.numeric_coordinates import Numbers
+from model.algebra.trig_polynomials import velocity_symbol
+from model.algebra.vectors import add, apply
+from model.device.device import Device
+from model.device.reader import load_device
+from model.rigid_body.base_parameters import full_lagrangian
+from model.rigid_body.composite_bodies import mass_matrix
+from model.rigid_body.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, forward_dynamics
+from model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_initial, to_pi, to_standard
+from model.rigid_body.kinematics import base_poses
+from model.rigid_body.lagrange import LinearForm
+from model.rigid_body.newton_euler import inverse_dynamics
+from model.rigid_body.regressor import regressor
 
 URDF = Path(__file__).parents[2] / "model" / "devices" / "arm6.urdf"
 

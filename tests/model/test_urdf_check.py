@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from model.device_file import load_device
+from model.device.reader import load_device
 from support.errors import InputError
 
 GOOD = """<robot name="arm">

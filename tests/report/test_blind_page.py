@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from report.blind import headlines, main
+from studies.blind.page import headlines, main
 
 STORED = Path(__file__).parents[2] / "docs" / "results" / "blind.json"
 

@@ -11,14 +11,14 @@ from click.testing import CliRunner
 
 from discrepancy.run import main as discrepancy
 from identification.run import main as identification
-from model.effects import catalogue
+from model.effects.registry import catalogue
 from model.plan import main as plan
-from report.numbers import with_error
+from report.common.numbers import with_error
 from tests.identification.bench_joint import TRUE
 from tests.report.reading import seen
-from virtual_device.campaign import make_joint_campaign
-from virtual_device.inputs import Cosine
-from virtual_device.sensor import Sensor
+from virtual_device.recording.campaign import make_joint_campaign
+from virtual_device.recording.inputs import Cosine
+from virtual_device.recording.sensor import Sensor
 
 TITLE = "<script>alert(1)</script> & {{ 7*7 }} ]]>"
 FILE = "a<b onload=x>&'{{ 7*7 }}*.csv"

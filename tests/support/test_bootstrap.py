@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from support.environment import ROOT
+from support.installing.environment import ROOT
 
 PROJECT = """
 [project]
@@ -70,7 +70,7 @@ def project(tmp_path: Path) -> Path:
     shutil.copytree(ROOT / "support", tmp_path / "support", ignore=shutil.ignore_patterns("__pycache__"))
     (tmp_path / "pyproject.toml").write_text(PROJECT)
     (tmp_path / "tool").mkdir()
-    (tmp_path / "tool" / "__init__.py").write_text("from support.environment import ready\n\nready()\n")
+    (tmp_path / "tool" / "__init__.py").write_text("from support.installing.environment import ready\n\nready()\n")
     (tmp_path / "tool" / "run.py").write_text(COMMAND)
     shutil.rmtree(tmp_path / "support" / "locked")
     (tmp_path / "support" / "locked").mkdir()

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from support.check import CHECKS
-from support.environment import ROOT
+from support.installing.environment import ROOT
 
 PACKAGES = (
     "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "uq", "discrepancy", "report",
@@ -41,9 +41,9 @@ def test_clean_packages_pass(skeleton: Path):
     ("module", "imported"),
     [
         ("model/part.py", "measurement"),
-        ("identification/fit.py", "report"),
+        ("identification/result/fit.py", "report"),
         ("uq/sample.py", "discrepancy"),
-        ("virtual_device/arm.py", "model"),
+        ("virtual_device/machine/arm.py", "model"),
         ("model/arm.py", "virtual_device"),
         ("identification/peek.py", "virtual_device"),
         ("support/low.py", "model"),
@@ -58,5 +58,5 @@ def test_upward_and_sideward_imports_are_caught(skeleton: Path, module: str, imp
 
 def test_commands_may_hand_their_results_to_the_report(skeleton: Path):
     (skeleton / "report" / "page.py").write_text("import identification\n")
-    (skeleton / "identification" / "run.py").write_text("import report.page\n")
+    (skeleton / "identification" / "run.py").write_text("import report.common.page\n")
     assert contracts(skeleton).returncode == 0, contracts(skeleton).stdout

@@ -11,10 +11,10 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from support.cache import cache_folder
 from support.command import common_options, exit_codes, parse_joints
 from support.errors import InputError, NumericalError
-from support.files import WritingError, write_bytes, write_json, write_text
+from support.files.cache import cache_folder
+from support.files.files import WritingError, write_bytes, write_json, write_text
 
 ROOT = Path(__file__).parents[2]
 

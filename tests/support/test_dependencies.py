@@ -14,8 +14,9 @@ import pytest
 from click.testing import CliRunner
 from packaging.requirements import Requirement
 
-from support import locked, supply_chain
-from support.environment import ROOT, requirements
+from support.installing import lock_file as locked
+from support.installing import supply_chain
+from support.installing.environment import ROOT, requirements
 
 OURS = (
     "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "uq", "discrepancy", "report",
@@ -137,7 +138,7 @@ def test_the_embedded_job_runs_on_the_core_alone(tmp_path: Path):
 
 def test_every_other_command_starts_on_the_core_alone():
     commands = (
-        "fmu_build.run", "fmu_build.export", "discrepancy.run", "discrepancy.blind", "measurement.check",
+        "fmu_build.run", "fmu_build.export", "discrepancy.run", "studies.blind.run", "measurement.check",
         "measurement.new", "virtual_device.make_campaign", "model.plan",
     )  # fmt: skip
     done = without_extras(",".join(commands), "--help")

@@ -3,7 +3,7 @@
 import pytest
 
 from support.errors import InputError
-from support.files import read_json
+from support.files.files import read_json
 
 REFUSED = {
     "cut off": ('{"a": [1, 2', "line 1: expected JSON"),

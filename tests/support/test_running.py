@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from support.command import TERMINATED
-from support.running import Running
+from support.processes.running import Running
 
 HERE = Path(__file__).parent
 SLEEPS = [sys.executable, "-c", "import time; time.sleep(60)"]

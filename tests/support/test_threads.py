@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from support.threads import mapped, on_one_thread, single_threaded
+from support.processes.threads import mapped, on_one_thread, single_threaded
 
 
 def blas_threads() -> set[int]:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from measurement.run import Run
-from model.equations import Equations
+from measurement.values.run import Run
+from model.equations.equations import Equations
 from tests.uq.uq_cases import make_equations, make_run
 
 

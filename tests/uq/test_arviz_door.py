@@ -15,7 +15,7 @@ def racing(self, target):
         lost.append(replace(self, target))  # the other process
     return replace(self, target)
 pathlib.Path.replace = racing
-import uq.arviz_door
+import uq.result.arviz_door
 assert lost, "the race was not run"
 """
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from uq.calibration_result import judged, page, table
-from uq.simulation_based import RANKS, Outcome, covered
+from studies.calibration.result import judged, page, table
+from studies.calibration.simulation_based import RANKS, Outcome, covered
 
 NAMES = ("a", "b")
 
@@ -43,7 +43,8 @@ def test_nominal_coverage_is_a_whole_number_of_ranks():
 def test_the_page_marks_what_is_outside_chance():
     result = {"design": "3 runs", **judged(outcomes(0.7), NAMES)}
     stored = {
-        "command": "python -m uq.calibrate", "date": "2026-01-01", "python": "3.11", "workers": 1, "wall_s": 60.0,
+        "command": "python -m studies.calibration.run", "date": "2026-01-01",
+        "python": "3.11", "workers": 1, "wall_s": 60.0,
         "priors": "normal", "joints": {"4": result},
     }  # fmt: skip
     text = page(stored)

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fmu_build.cached import identification_fmu
-from identification.fmu_simulator import FmuSimulator
+from fmu_build.building.cached import identification_fmu
+from identification.simulators.fmu import FmuSimulator
+from noise.noise_model import NoiseModel
 from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
-from uq.forward import EachForward, KernelForward, kernel_of
-from uq.noise_model import NoiseModel
+from uq.density.forward import EachForward, KernelForward, kernel_of
 from uq.run import main
 
 RUNS = ((2.5, 1, "fit"), (4.0, 2, "fit"), (3.2, 3, "validate"))

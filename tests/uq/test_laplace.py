@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from identification.kernel_simulator import KernelSimulator
-from model.quantity import Normal
+from identification.simulators.kernel import KernelSimulator
+from model.equations.quantity import Normal
+from noise.hyper import HalfNormal
+from noise.noise_model import NoiseModel
 from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
-from uq.choice import Problem, best, compare
-from uq.coordinates import Coordinates
-from uq.equilibrium import equilibrium
-from uq.forward import EachForward, KernelForward, kernel_of
-from uq.hyper import HalfNormal
-from uq.infer import InferOptions, infer
-from uq.laplace import laplace
-from uq.noise_model import NoiseModel
-from uq.normal_equations import expand
-from uq.predict import predict
-from uq.sampling import SamplingOptions
-from uq.solver_step import SHARE, longest_step
+from uq.density.coordinates import Coordinates
+from uq.density.equilibrium import equilibrium
+from uq.density.forward import EachForward, KernelForward, kernel_of
+from uq.density.laplace import laplace
+from uq.density.normal_equations import expand
+from uq.density.solver_step import SHARE, longest_step
+from uq.prediction.choice import Problem, best, compare
+from uq.prediction.predict import predict
+from uq.result.infer import InferOptions, infer
+from uq.sampling.sampling import SamplingOptions
 
 
 def test_mode_lies_at_the_truth_within_its_covariance(equations, runs):

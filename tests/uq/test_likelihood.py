@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
+from noise.gram import correlated_gram, dense_columns, white_gram
+from noise.marginal import coefficients, eliminate
+from noise.noise_model import NoiseModel
+from noise.terms import column_scales
+from noise.whitening import gram, whiten
 from tests.uq.uq_cases import make_density, truth_eta
-from uq.equilibrium import equilibrium
-from uq.gram import correlated_gram, dense_columns, white_gram
-from uq.likelihood import cycle_scores, log_likelihood
-from uq.marginal import coefficients, eliminate
-from uq.noise_model import NoiseModel
-from uq.terms import column_scales
-from uq.whiten import gram, whiten
+from uq.density.equilibrium import equilibrium
+from uq.density.likelihood import cycle_scores, log_likelihood
 
 MODELS = [
     NoiseModel(),

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tests.uq.toys import COVARIANCE, MEAN, start
-from uq.autocorrelation import autocorrelation_time
-from uq.modes import count_modes
-from uq.moves import MOVES
-from uq.sampling import SamplingOptions, sample
+from uq.sampling.autocorrelation import autocorrelation_time
+from uq.sampling.modes import count_modes
+from uq.sampling.moves import MOVES
+from uq.sampling.sampling import SamplingOptions, sample
 
 SHORT = SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, seed=3)
 

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.run import Run
-from model.equations import Equations
-from model.joint import joint_equations
+from measurement.values.run import Run
+from model.equations.equations import Equations
+from model.equations.quantity import Normal
+from model.joint.locked_joint import joint_equations
 from model.kernel.compiled import CompiledKernel
-from model.quantity import Normal
-from uq.coordinates import Coordinates
-from uq.density import Density
-from uq.forward import KernelForward, kernel_of
-from uq.noise_model import NoiseModel
-from uq.terms import prepare
+from noise.noise_model import NoiseModel
+from noise.terms import prepare
+from uq.density.coordinates import Coordinates
+from uq.density.density import Density
+from uq.density.forward import KernelForward, kernel_of
 
 TRUTH = {
     "inertia": 1.1e-4,

@@ -10,17 +10,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from studies.hidden.further_run import add_run
+from studies.hidden.plan import NAMED, plan
+from studies.hidden.run import _size, make_cases
+from studies.hidden.sizing import Reach, positions, reach
 from support.errors import InputError, NumericalError
-from virtual_device.arm import Arm
-from virtual_device.asked import add_run
-from virtual_device.blind import _size, make_cases
-from virtual_device.effects import LISTED, UNLISTED, Scales, Shape, resolve
-from virtual_device.inputs import rich
-from virtual_device.joint import integrate
-from virtual_device.plan import NAMED, plan
-from virtual_device.sensor import Sensor
-from virtual_device.sizing import Reach, positions, reach
-from virtual_device.truth import read_truth
+from virtual_device.machine.arm import Arm
+from virtual_device.machine.effects import LISTED, UNLISTED, Scales, Shape, resolve
+from virtual_device.machine.joint import integrate
+from virtual_device.machine.truth import read_truth
+from virtual_device.recording.inputs import rich
+from virtual_device.recording.sensor import Sensor
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +122,7 @@ def test_what_a_refit_leaves_nothing_of_is_no_case(monkeypatch: pytest.MonkeyPat
     base = reach(Arm(read_truth()).locked_joint(4, np.zeros(6)), rich(4)[:1])
     std = Sensor(noise=case.noise).std
     for name in ("threshold_size", "marked_size"):
-        monkeypatch.setattr(f"virtual_device.blind.{name}", lambda *_: 0.01)
+        monkeypatch.setattr(f"studies.hidden.run.{name}", lambda *_: 0.01)
     rng = np.random.default_rng(0)
     monkeypatch.setattr(Reach, "left", lambda *_: 0.2 * std)
     assert _size(case, base, "asymmetric_spring", Shape.draw(rng), rng)[1] == 0.2 * std

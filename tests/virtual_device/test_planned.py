@@ -9,13 +9,13 @@ from click.testing import CliRunner
 
 from identification.run import main as identify
 from support.errors import InputError
-from virtual_device.arm import JOINTS, Arm
-from virtual_device.campaign import header
-from virtual_device.planned import PlannedTest, planned_runs, read_planned
-from virtual_device.sensor import Sensor
-from virtual_device.simulate import simulate_joint
-from virtual_device.tables import write_campaign
-from virtual_device.truth import read_truth
+from virtual_device.machine.arm import JOINTS, Arm
+from virtual_device.machine.truth import read_truth
+from virtual_device.recording.campaign import header
+from virtual_device.recording.planned import PlannedTest, planned_runs, read_planned
+from virtual_device.recording.sensor import Sensor
+from virtual_device.recording.simulate import simulate_joint
+from virtual_device.recording.tables import write_campaign
 
 POSTURE = (0.4, -0.3, 0.35, 0.0, -0.6, 0.6)
 SILENT = Sensor(noise=0.0, resolution=0.0)

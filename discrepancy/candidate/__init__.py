@@ -1,0 +1,1 @@
+"""Effects and solution in, refitted candidates out."""

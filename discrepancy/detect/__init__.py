@@ -1,0 +1,1 @@
+"""Solution in, tests out: omnibus, score tests, family-wise p, residual localisation."""

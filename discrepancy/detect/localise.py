@@ -1,0 +1,188 @@
+"""Where the gap lies: residual energy above the noise by motion, torque, time, cycle, direction, run and frequency."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.signals.cycles import find_cycles
+from measurement.values.run import Array, Run
+from measurement.values.units import unit_for
+
+BINS = 12
+"""Bins of equal width per variable; fewer where it has fewer values."""
+SHARE = 0.5
+"""Share of the gap that a region must hold to be named."""
+AXES = {
+    "position_rad": ("position", "rad"), "velocity_rad_s": ("speed", "rad/s"), "torque_Nm": ("drive torque", "N m"),
+    "time_s": ("time", "s"), "cycle": ("cycle", ""), "direction": ("direction", ""), "run": ("run", ""),
+    "frequency_rad_s": ("frequency [rad/s]", ""),
+}  # fmt: skip
+"""Variables in words, and their units where a joint turns."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Region:
+    """A contiguous range of one variable that holds ``share_of_gap`` of the gap, in ``share_of_rows`` of the rows.
+
+    Of a spectrum, the rows are frequencies. Cycles and runs count from 0, both ends within; a direction is −1 or 1.
+    """
+
+    variable: str
+    lower: float
+    upper: float
+    share_of_gap: float
+    share_of_rows: float
+    files: tuple[str, ...] = ()
+
+    def as_json(self) -> dict[str, object]:
+        """Fields of INTERFACES, with the share of rows beside them, and the files where the variable is the run."""
+        named = {"files": list(self.files)} if self.files else {}
+        return {
+            "variable": self.variable, "from": self.lower, "to": self.upper,
+            "share_of_gap": self.share_of_gap, "share_of_rows": self.share_of_rows, **named,
+        }  # fmt: skip
+
+    def sentence(self, prismatic: Sequence[bool], joint: str = "") -> str:
+        """Say where how much of the gap lies; ``joint`` follows the name of what is measured at it."""
+        rows = "of the spectrum" if self.variable == "frequency_rad_s" else "of the samples"
+        share = f"{100 * self.share_of_gap:.0f} % of the gap lies {self._place(prismatic, joint)}"
+        part = 100 * self.share_of_rows
+        return f"{share}, in {part:.{0 if part >= 1 else 2}f} % {rows}."
+
+    def _place(self, prismatic: Sequence[bool], joint: str) -> str:
+        if self.variable == "run":
+            return f"in {', '.join(self.files)}"
+        if self.variable == "cycle":
+            first, last = int(self.lower) + 1, int(self.upper) + 1
+            return f"in cycle {first}" if first == last else f"in cycles {first} to {last}"
+        if self.variable == "direction":
+            moves = {(1.0, 1.0): "grows", (-1.0, -1.0): "falls"}.get((self.lower, self.upper), "grows or falls")
+            return f"where the position{joint} {moves}"
+        if self.variable == "frequency_rad_s":
+            return f"at frequencies between {self.lower:.3g} and {self.upper:.3g} rad/s"
+        name, turning = AXES[self.variable]
+        between = f"between {self.lower:.3g} and {self.upper:.3g}"
+        return f"at a {name}{joint} {between} {unit_for(turning, prismatic)}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Map:
+    """Excess of residual energy over the noise per bin of one variable; edges are (n + 1,), the rest (n,).
+
+    ``labels`` name the bins where they are no range of a number.
+    """
+
+    variable: str
+    edges: Array
+    excess: Array
+    rows: Array
+    labels: tuple[str, ...] = ()
+
+
+def maps(runs: Sequence[Run], simulated: Sequence[Array]) -> tuple[Map, ...]:
+    """Return the energy maps of measured minus simulated, in squares of the sensor's standard deviation."""
+    kept = [run.scored for run in runs]
+    left = [((run.y[:, 0] - y) / run.sensor_std[0])[k] for run, y, k in zip(runs, simulated, kept, strict=True)]
+    energy = np.concatenate([r**2 for r in left])
+    speed = [np.gradient(y, run.t) for run, y in zip(runs, simulated, strict=True)]
+
+    def along(name: str, values: Sequence[Array], edges: Array | None = None, labels: tuple[str, ...] = ()) -> Map:
+        all_rows = np.concatenate([v[k] for v, k in zip(values, kept, strict=True)])
+        return _map(name, all_rows, energy, np.ones_like(energy), _even(all_rows) if edges is None else edges, labels)
+
+    cycles = [find_cycles(run) for run in runs]
+    turns = _counted(max(c.count for c in cycles))
+    numbers = [np.full(run.t.size, float(k)) for k, run in enumerate(runs)]
+    signs = [np.where(v < 0.0, -1.0, 1.0) for v in speed]
+    return (
+        along("position_rad", simulated),
+        along("velocity_rad_s", speed),
+        along("torque_Nm", [run.u[:, 0] for run in runs]),
+        along("time_s", [run.t for run in runs]),
+        along("cycle", [c.index.astype(float) for c in cycles], turns),
+        along("direction", signs, np.array([-2.0, 0.0, 2.0]), ("falls", "grows")),
+        along("run", numbers, np.arange(-0.5, len(runs)), tuple(run.file for run in runs)),
+        _spectrum(runs, left),
+    )  # fmt: skip
+
+
+def _even(values: Array) -> Array:
+    return np.linspace(values.min(), max(values.max(), values.min() + 1e-12), BINS + 1)
+
+
+def _counted(count: int) -> Array:
+    """Return edges of bins about the numbers from 0 to count − 1, as many of them in each as have to be."""
+    each = -(-count // BINS)
+    return np.minimum(np.arange(-(-count // each) + 1) * each, count) - 0.5
+
+
+def _map(name: str, values: Array, energy: Array, expected: Array, edges: Array, labels: tuple[str, ...] = ()) -> Map:
+    n = edges.size - 1
+    index = np.clip(np.digitize(values, edges) - 1, 0, n - 1)
+    rows = np.asarray(np.bincount(index, weights=expected, minlength=n), dtype=float)
+    found = np.asarray(np.bincount(index, weights=energy - expected, minlength=n), dtype=float)
+    return Map(variable=name, edges=edges, excess=found, rows=rows, labels=labels)
+
+
+def _spectrum(runs: Sequence[Run], left: Sequence[Array]) -> Map:
+    """Return the energy over frequency: |Σ r·e^(−jωt)|²·2/n, whose mean is 2 under white noise, rows taken as even."""
+    omega: list[Array] = []
+    energy: list[Array] = []
+    expected: list[Array] = []
+    for run, r in zip(runs, left, strict=True):
+        spacing = float(np.ptp(run.t[run.scored])) / max(r.size - 1, 1)
+        frequency = np.asarray(2 * np.pi * np.fft.rfftfreq(r.size, spacing), dtype=float)
+        both = np.where((frequency == 0.0) | ((r.size % 2 == 0) & (frequency == frequency[-1])), 1.0, 2.0)
+        omega.append(frequency)
+        energy.append(both * np.abs(np.fft.rfft(r)) ** 2 / r.size)
+        expected.append(both)
+    low, high = min(float(w[1]) for w in omega), max(float(w[-1]) for w in omega)
+    edges = np.geomspace(low, max(high, low * (1.0 + 1e-9)), BINS + 1)
+    w, squares, mean = (np.concatenate(each) for each in (omega, energy, expected))
+    return _map("frequency_rad_s", w, squares, mean, edges)
+
+
+def excess(found: Sequence[Map]) -> float:
+    """Return all of the energy above the noise."""
+    return float(found[0].excess.sum())
+
+
+def regions(found: Sequence[Map]) -> tuple[Region, ...]:
+    """Return for every variable the narrowest run of bins with at least half of the gap; the most telling first.
+
+    Frequencies come last: what moves a joint is always a small part of all that the readings can show.
+    """
+    regions = [r for m in found if (r := _narrowest(m)) is not None]
+    return tuple(sorted(regions, key=lambda r: (r.variable == "frequency_rad_s", r.share_of_rows - r.share_of_gap)))
+
+
+def told(found: Sequence[Region], prismatic: Sequence[bool], joint: str = "") -> list[str]:
+    """Return sentences on the two most telling regions and on the frequencies."""
+    first = [r for r in found if r.variable != "frequency_rad_s"][:2]
+    return [r.sentence(prismatic, joint) for r in (*first, *(r for r in found if r.variable == "frequency_rad_s"))]
+
+
+def _narrowest(m: Map) -> Region | None:
+    total, n = float(np.maximum(m.excess, 0.0).sum()), m.excess.size
+    if total <= 0.0 or n == 1:
+        return None
+    share = np.concatenate(([0.0], np.cumsum(np.maximum(m.excess, 0.0)))) / total
+    rows = np.concatenate(([0.0], np.cumsum(m.rows))) / max(float(m.rows.sum()), 1.0)
+    pairs = [(b - a, a, b) for a in range(n) for b in range(a + 1, n + 1) if share[b] - share[a] >= SHARE]
+    _, a, b = min(pairs, key=lambda p: (rows[p[2]] - rows[p[1]], p))
+    lower, upper = _ends(m, a, b)
+    return Region(
+        variable=m.variable, lower=lower, upper=upper, share_of_gap=float(share[b] - share[a]),
+        share_of_rows=float(rows[b] - rows[a]), files=m.labels[a:b] if m.variable == "run" else (),
+    )  # fmt: skip
+
+
+def _ends(m: Map, a: int, b: int) -> tuple[float, float]:
+    """Return the ends of bins a to b: edges of what is a number, first and last of what is counted."""
+    if m.variable == "direction":
+        return (-1.0, 1.0)[a], (-1.0, 1.0)[b - 1]
+    inside = 0.5 if m.variable in ("cycle", "run") else 0.0
+    return float(m.edges[a] + inside), float(m.edges[b] - inside)

@@ -1,0 +1,117 @@
+"""Is there a gap at all? Energy of the projected residual in the band of motion, whatever its cause.
+
+With an orthonormal basis B of a band and Q of what the model can move, e = ‖Bᵀr‖² of a residual r = P·ε, P = I − QQᵀ,
+has mean tr(BᵀPB) and variance 2·tr((BᵀPB)²); it is scaled χ² to second order (Satterthwaite 1946). Three bands are
+tested: the harmonics of the drive, the same growing through the run, and everything slower than `BAND`; besides, the
+tallest single line of the last.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.fft import dct
+
+from discrepancy.detect.chi_squared import log_tail
+from discrepancy.fit.solution import Solution
+from discrepancy.fit.tangent_space import tangent_space
+from discrepancy.study.channels import Channel, channels
+from discrepancy.study.study import Study
+from measurement.signals.harmonics import harmonics
+from measurement.signals.whole_cycles import whole_cycles
+from measurement.values.run import Array, Run
+from noise.correlation import Whitener
+
+BAND = 40.0
+"""Upper end of the band of motion [rad/s]."""
+FAR = 5.0
+"""Energy over its degrees of freedom beyond which no noise model makes noise of what is left."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Omnibus:
+    """Energy of the residual on the harmonics of the drive with its degrees of freedom, and p over all tests.
+
+    Parameters
+    ----------
+    energy, dof
+        ‖Bᵀr‖² on the harmonics, and what is expected of noise.
+    p
+        p over all tests together (Bonferroni).
+    parts
+        p of every test by name.
+    total, rows
+        ‖r‖² and number of rows.
+    """
+
+    energy: float
+    dof: float
+    p: float
+    parts: dict[str, float]
+    total: float
+    rows: int
+
+    @property
+    def far(self) -> bool:
+        """Whether so much is left that no noise model makes noise of it."""
+        return self.energy > FAR * self.dof
+
+
+def satterthwaite(along: Array, moved: Array, freedom: float = np.inf) -> tuple[float, float, float]:
+    """Return e, its mean and its p from Bᵀr (m,) and BᵀQ (m, k), the noise's power known to ``freedom``."""
+    taken = moved.T @ moved
+    mean = along.size - float(np.trace(taken))
+    square = along.size - 2.0 * float(np.trace(taken)) + float((taken**2).sum())
+    energy, scale = float(along @ along), max(square, 1e-9) / max(mean, 1e-9)
+    return energy, mean, float(np.exp(log_tail(energy / scale, mean / scale, freedom)))
+
+
+def omnibus(study: Study, solution: Solution) -> Omnibus:
+    """Test the whitened residual of all fitted runs."""
+    Q = tangent_space(solution)
+    r = solution.residual - Q @ (Q.T @ solution.residual)
+    both = np.column_stack((r, Q))
+    names = ("repeating", "drifting", "band")
+    found: dict[str, list[Array]] = {name: [] for name in names}
+    each, first = channels(study.fitted), 0
+    for number, run in enumerate(study.fitted):
+        own, mine = [c for c in each if c.number == number], both[first : first + run.y.size]
+        for name, drifting in (("repeating", False), ("drifting", True)):
+            H = _waves(run, own, solution.problem.whiteners[number], drifting=drifting)
+            found[name].append(np.linalg.qr(H)[0].T @ mine)
+        lines = 1 + int(BAND * run.t[-1] / np.pi)
+        found["band"] += [dct(both[c.rows], axis=0, norm="ortho")[:lines] for c in own]
+        first += run.y.size
+    freedom = solution.noise.colour.freedom
+    tests = {name: _tested(np.concatenate(rows), freedom) for name, rows in found.items()}
+    parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]), freedom)}
+    return Omnibus(
+        energy=tests["repeating"][0], dof=tests["repeating"][1], p=min(1.0, len(parts) * min(parts.values())),
+        parts=parts, total=solution.chi2, rows=study.rows,
+    )  # fmt: skip
+
+
+def _waves(run: Run, own: Sequence[Channel], whiten: Whitener, *, drifting: bool) -> Array:
+    """Harmonics of each joint's drive in its readings, whitened: the columns of all joints, (n_t·n_joints, k)."""
+    columns = []
+    for channel in own:
+        waves = harmonics(channel.run, whole_cycles(channel.run), drifting=drifting)
+        H = np.zeros((*run.y.shape, waves.shape[1]))
+        H[:, channel.column] = waves
+        H = whiten(H)
+        H[1 : run.score_from] = 0.0
+        columns.append(H.reshape(run.y.size, -1))
+    return np.concatenate(columns, axis=1)
+
+
+def _tested(rows: Array, freedom: float) -> tuple[float, float, float]:
+    return satterthwaite(rows[:, 0], rows[:, 1:], freedom)
+
+
+def _tallest(rows: Array, freedom: float) -> float:
+    """P of the largest of m squared lines, each over its own variance under noise."""
+    left = np.maximum(1.0 - (rows[:, 1:] ** 2).sum(axis=1), 0.05)
+    p = float(np.exp(log_tail(float((rows[:, 0] ** 2 / left).max()), 1, freedom)))
+    return float(-np.expm1(rows.shape[0] * np.log1p(-min(p, 1 - 1e-16))))

@@ -1,0 +1,146 @@
+"""Score tests over the whole catalogue, with the error rate of the family.
+
+T = rᵀD(DᵀD)⁻¹Dᵀr with the whitened residual r and signatures D projected off the tangent space of the fitted model:
+under "nothing is missing" T is χ² with as many degrees of freedom as D has columns. The smallest p over all entries and
+shapes is judged against its distribution under white noise, which depends on the Gram matrix of all signatures alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.detect.chi_squared import log_tail
+from discrepancy.detect.detectable import Detectable, smallest
+from discrepancy.detect.familywise import by_sign_flips, independent_tests
+from discrepancy.detect.signatures import Point, Signatures
+from discrepancy.fit.solution import Solution
+from discrepancy.fit.tangent_space import tangent_space
+from discrepancy.study.study import Study
+from measurement.values.run import Array
+from model.effects.effect import Effect
+
+SEEN = 1e-3
+"""Share of a signature that must survive the projection for it to be scored."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Score:
+    """The best shape of one entry.
+
+    Parameters
+    ----------
+    point
+        The shape.
+    T, dof, log_p
+        Score statistic, degrees of freedom, logarithm of the p of this one test.
+    family_p
+        p over the whole catalogue by the noise model.
+    flipped_p
+        p over the whole catalogue by random signs of the residual's stretches, where they were drawn.
+    amplitude
+        Linear estimate of the factor on each column's values.
+    survives
+        Share of the signature's norm that base parameters cannot reproduce.
+    others
+        Next best shapes of the same entry, each as (point, T, amplitude).
+    """
+
+    point: Point
+    T: float
+    dof: int
+    log_p: float
+    family_p: float
+    flipped_p: float | None
+    amplitude: tuple[float, ...]
+    survives: float
+    others: tuple[tuple[Point, float, tuple[float, ...]], ...] = ()
+
+    @property
+    def key(self) -> str:
+        """Key of the entry."""
+        return self.point.key
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scan:
+    """Scores by entry, best first; how many independent tests the catalogue amounts to; smallest sizes that show."""
+
+    scores: tuple[Score, ...]
+    tests: float
+    detectable: tuple[Detectable, ...] = ()
+
+    @property
+    def family_p(self) -> float:
+        """Return the smallest p over the whole catalogue."""
+        return self.scores[0].family_p if self.scores else 1.0
+
+
+def project(study: Study, solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:
+    """Return residual (n_r,), projected signatures (n_r, n_columns) and the share that survives (n_columns,)."""
+    Q = tangent_space(solution)
+    r = solution.residual
+    D = np.zeros((r.size, found.raw.shape[1]))
+    D[: found.raw.shape[0]] = found.whitened(study, solution)
+    before = np.linalg.norm(D, axis=0)
+    D -= Q @ (Q.T @ D)
+    r = r - Q @ (Q.T @ r)
+    return r, D, np.linalg.norm(D, axis=0) / np.maximum(before, 1e-300)
+
+
+def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float, Array]:
+    """Return T at the best amplitudes within the effect's bounds, and these as factors on the columns."""
+    block, right = G[point.columns, point.columns], c[point.columns]
+    amplitude = np.linalg.lstsq(block, right, rcond=1e-10)[0]
+    rows = effect.parameters[: len(point.values)]
+    limits = [sorted((q.lower / v[q.id], q.upper / v[q.id])) for q, v in zip(rows, point.values, strict=True)]
+    low, high = np.array(limits).T
+    alone = np.diag(right / np.maximum(np.diag(block), 1e-300))
+    tried = [np.clip(a, low, high) for a in (amplitude, *alone)]
+    gains = [float(2 * a @ right - a @ block @ a) for a in tried]
+    best = int(np.argmax(gains))
+    return max(gains[best], 0.0), tried[best]
+
+
+def scan(
+    study: Study, solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, tests: float | None = None
+) -> Scan:
+    """Score every entry at every shape, keep the best shape of each.
+
+    ``tests`` is counted by draws where it is not given, and signs are flipped.
+    """
+    r, D, survives = project(study, solution, found)
+    c, G = D.T @ r, D.T @ D
+    visible = [p for p in found.points if survives[p.columns].max() > SEEN]
+    count = independent_tests(G, visible) if tests is None else tests
+    flipped = by_sign_flips(r, D, G, visible, study.fitted) if tests is None else {}
+    best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}
+    for point in visible:
+        T, amplitude = _statistics(G, c, point, entries[point.key])
+        p = log_tail(T, len(point.values), solution.noise.colour.freedom)
+        best.setdefault(point.key, []).append((p, point, T, tuple(map(float, amplitude))))
+    scores = [
+        _score(sorted(rows, key=lambda row: row[0]), count, survives, flipped.get(key)) for key, rows in best.items()
+    ]
+    ordered = tuple(sorted(scores, key=lambda s: (s.log_p, -s.T)))
+    return Scan(scores=ordered, tests=count, detectable=smallest(visible, G, count, entries))
+
+
+def _score(
+    rows: list[tuple[float, Point, float, tuple[float, ...]]], tests: float, survives: Array, flipped: float | None
+) -> Score:
+    log_p, point, T, amplitude = rows[0]
+    family = float(-np.expm1(tests * np.log1p(-min(float(np.exp(log_p)), 1 - 1e-16))))
+    return Score(
+        point=point,
+        T=T,
+        dof=len(point.values),
+        log_p=log_p,
+        family_p=family,
+        flipped_p=flipped,
+        amplitude=amplitude,
+        survives=float(survives[point.columns].max()),
+        others=tuple((other, t, a) for _, other, t, a in rows[1:4]),
+    )

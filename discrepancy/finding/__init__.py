@@ -1,0 +1,1 @@
+"""Joint in, `Finding` out: search, verdict, rebuilt FMU, gap before and after."""

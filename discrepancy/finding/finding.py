@@ -1,0 +1,220 @@
+"""One joint, from its runs to a finding: search, verdict, rebuilt FMU, gap before and after."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from discrepancy.candidate.candidate import Trial
+from discrepancy.detect.localise import Map, Region, excess, maps, regions
+from discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild
+from discrepancy.fit.held_out import Prediction, predict
+from discrepancy.search.forward_selection import search
+from discrepancy.search.search_result import Search
+from discrepancy.study.channels import channels
+from discrepancy.study.study import Study
+from discrepancy.verdict.verdict import Judgement, NamedEffect, judge
+from fmu_build.building.packaging import Kind
+from measurement.values.run import Array, Run
+from support.processes.threads import on_one_thread
+
+SCHEMA = "discrepancy/1"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gap:
+    """RMS of measured − simulated over some runs [rad]: before, after, and the sensor's noise.
+
+    Where amplitudes scatter, ``beside`` has the same before and after over what noise and scatter give together: the
+    RMS of whitened residuals. What scatter leaves is no gap that a model could close.
+    """
+
+    before: float
+    after: float
+    noise: float
+    beside: tuple[float, float] | None = None
+
+    @property
+    def closed(self) -> float | None:
+        """(before − after)/(before − noise); None where there was no gap to close."""
+        gap = self.before - self.noise
+        return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
+
+    @property
+    def closed_beside_scatter(self) -> float | None:
+        """(before − after)/(before − 1) of ``beside``; as `closed` where nothing scatters."""
+        if self.beside is None:
+            return self.closed
+        before, after = self.beside
+        return None if before < 1.05 else (before - after) / (before - 1.0)
+
+    def as_json(self) -> dict[str, float | None]:
+        """Fields of INTERFACES, and the share beside the scatter."""
+        return {
+            "before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed,
+            "closed_beside_scatter": self.closed_beside_scatter,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """A run with its simulation before and after, for the picture."""
+
+    run: Run
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """Everything that the page and the JSON show of one joint, or of several that move together.
+
+    ``maps`` and ``regions`` are those of the joint that is missed most, ``gap_joint``.
+    """
+
+    joints: tuple[int, ...]
+    search: Search
+    judgement: Judgement
+    rebuilt: Rebuilt | None
+    gaps: dict[str, Gap]
+    curves: tuple[Curve, ...]
+    maps: tuple[Map, ...]
+    gap_joint: int
+    regions: tuple[Region, ...]
+    wall_s: float
+
+
+@on_one_thread
+def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: Callable[[str], None]) -> Finding:
+    """Run all stages of one study; FMUs go below ``out``."""
+    began = time.perf_counter()
+    found = search(study, seed=seed, starts=starts, tell=tell)
+    study = found.study
+    tell("verdict")
+    judgement = judge(study, found)
+    rebuilt = None
+    best, plain = found.best.candidate, found.plain.candidate
+    if best.solution.effects and judgement.verdict in ("named", "ambiguous"):
+        tell("FMU and refit")
+        rebuilt = rebuild(study, found, best.solution.effects, out / "fmu", kind)
+    before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)
+    groups = {"fit": (study.fitted, before_fit, after_fit)}
+    if study.unseen:
+        groups["validate"] = (study.unseen, plain.prediction, best.prediction)
+    shown = (
+        (study.unseen, plain.prediction.y, best.prediction.y)
+        if study.unseen
+        else (study.fitted, before_fit.y, after_fit.y)
+    )
+    joint, energy = most_missed((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
+    return Finding(
+        joints=study.fitted[0].free_joints,
+        search=found,
+        judgement=judgement,
+        rebuilt=rebuilt,
+        gaps={name: _gap(*group, rebuilt, _beside(study, found, group[0], group[2])) for name, group in groups.items()},
+        curves=curves_of(*shown),
+        maps=energy,
+        gap_joint=joint,
+        regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
+        wall_s=time.perf_counter() - began,
+    )
+
+
+def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Array]) -> tuple[Curve, ...]:
+    """Return a curve for every joint of every run, from simulated readings (n_t, n_joints)."""
+    return tuple(
+        Curve(run=c.run, before=before[c.number][:, c.column], after=after[c.number][:, c.column])
+        for c in channels(runs)
+    )
+
+
+def most_missed(runs: Sequence[Run], y: Sequence[Array]) -> tuple[int, tuple[Map, ...]]:
+    """Return the joint with the most energy of measured minus simulated readings (n_t, n_joints), and its maps."""
+    found = {}
+    for k, joint in enumerate(runs[0].free_joints):
+        own = [c for c in channels(runs) if c.column == k]
+        found[joint] = maps([c.run for c in own], [y[c.number][:, k] for c in own])
+    return max(found.items(), key=lambda pair: excess(pair[1]))
+
+
+def _beside(study: Study, found: Search, runs: tuple[Run, ...], after: Prediction) -> tuple[float, float] | None:
+    """RMS of whitened residuals of the base and of the best model, both under the scatter of the best."""
+    noise = found.best.solution.noise
+    if not noise.scatters:
+        return None
+    before = predict(study, found.plain.solution, runs, noise=noise)
+    return float(np.sqrt(before.chi2 / before.rows)), float(np.sqrt(after.chi2 / after.rows))
+
+
+def _gap(
+    runs: tuple[Run, ...],
+    before: Prediction,
+    after: Prediction,
+    rebuilt: Rebuilt | None,
+    beside: tuple[float, float] | None,
+) -> Gap:
+    """RMS over the runs; after the rebuilt FMU's own scores where there is one."""
+    final = list(after.rms)
+    if rebuilt is not None:
+        scores = {s.file: s.rmse_rad for s in rebuilt.fit.runs}
+        final = [scores.get(run.file, a) for run, a in zip(runs, after.rms, strict=True)]
+    noise = _rms([run.sensor_std for run in runs])
+    return Gap(before=_rms(before.rms), after=_rms(final), noise=noise, beside=beside)
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
+    """``discrepancy/joint<j>.json`` of INTERFACES."""
+    judgement, rebuilt = finding.judgement, finding.rebuilt
+    shape, proposal = judgement.shape, judgement.next_experiment
+    return {
+        "schema": SCHEMA,
+        "joint": finding.joints[0] if len(finding.joints) == 1 else None,
+        "joints": list(finding.joints),
+        "measured": measured,
+        "seed": seed,
+        "verdict": judgement.verdict,
+        "sentence": judgement.sentence,
+        "effects": [_effect_json(e) for e in judgement.effects] if judgement.verdict != "nothing_missing" else [],
+        "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
+        "next_experiment": proposal.as_json() if proposal else None,
+        "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions],
+        "gap": {"validate": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
+        "unnamed_shape": shape.as_json() if shape else None,
+        "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
+        "refit": dict(rebuilt.fit.values) if rebuilt else None,
+        "omnibus_p": {"before": finding.search.plain.left.p, "after": finding.search.best.left.p},
+        "smallest_detectable": [d.as_json() for d in finding.search.scan.detectable],
+        "base_starts_at_best": [finding.search.base.reached, len(finding.search.base.costs)],
+        "simulations": finding.search.simulations,
+        "wall_s": finding.wall_s,
+    }
+
+
+def _alternative_json(trial: Trial, plain: Trial) -> dict[str, Any]:
+    """Evidence is over the base model; ``criterion`` is BIC less twice the held-out score, over the base's."""
+    candidate, before = trial.candidate, plain.candidate
+    return {
+        "ids": list(candidate.ids),
+        "evidence": 2.0 * (candidate.prediction.score - before.prediction.score),
+        "criterion": candidate.criterion - before.criterion,
+        "bic": before.bic - candidate.bic,
+    }
+
+
+def _effect_json(effect: NamedEffect) -> dict[str, Any]:
+    return {
+        "id": effect.id,
+        "variant": effect.key.partition(":")[2] or None,
+        "parameters": {id: estimate.as_json() for id, estimate in effect.parameters.items()},
+        "evidence": effect.evidence,
+    }

@@ -1,0 +1,131 @@
+"""Runs with all joints free, which no fit saw: what the identified model misses, with and without what was named.
+
+Nothing is fitted to such a run. What noise and the known uncertainty of the parameters give together is expected of it:
+e = √(noise² + spread²). A joint that is missed by far more has a gap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from discrepancy.finding.finding import SCHEMA
+from discrepancy.verdict.verdict import Verdict
+from fmu_build.exchange.discrepancy_json import Finding, by_joint, refitted
+from fmu_build.exchange.identification_json import of_device
+from identification.verification.result import JointCheck, Verification
+from identification.verification.verify import verify
+from measurement.values.campaign import Campaign
+from measurement.values.run import Run
+from model.device.device import Device
+from model.joint.joint_in_device import names_of
+from model.joint.whole_device import full_equations
+
+EXPECTED = 3.0
+"""RMS over what is expected beyond which a joint has a gap: the parameters' error is one draw for all of a run."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Missed:
+    """RMS of measured − simulated of one joint of a run, before and after, and what is expected of either.
+
+    In rad; in m where the joint slides.
+    """
+
+    file: str
+    mode: str
+    joint: int
+    prismatic: bool
+    before: float
+    after: float
+    noise: float
+    expected: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Fields of the JSON."""
+        return {name: getattr(self, name) for name in self.__slots__}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WholeFinding:
+    """What the runs with all joints free say."""
+
+    joints: tuple[int, ...]
+    verdict: Verdict
+    sentence: str
+    names: tuple[str, ...]
+    rows: tuple[Missed, ...]
+
+    def as_json(self, *, measured: bool) -> dict[str, Any]:
+        """Return the content of ``discrepancy/whole.json``."""
+        return {
+            "schema": SCHEMA, "joint": None, "joints": list(self.joints), "measured": measured, "verdict": self.verdict,
+            "sentence": self.sentence, "effects": [{"id": name} for name in self.names],
+            "gap": {"validate": [row.as_json() for row in self.rows]},
+        }  # fmt: skip
+
+
+def whole_finding(
+    campaign: Campaign,
+    device: Device,
+    runs: Sequence[Run],
+    identification: Mapping[str, Any],
+    findings: Sequence[Finding],
+) -> WholeFinding:
+    """Simulate ``runs`` by the model of ``identification``, without and with the effects of ``findings``."""
+    effects, controller = by_joint(findings), campaign.extra.get("controller")
+    identified = of_device(identification)
+    before = verify(device, identified.among(full_equations(device)).values, runs, controller)
+    after = before
+    if effects:
+        with_them = refitted(identified, findings).among(full_equations(device, effects))
+        after = verify(device, with_them.values, runs, controller, effects=effects)
+    spread = _spread(identification)
+    rows = tuple(
+        _missed(*where, one, two, spread.get((*where, one.joint), 0.0))
+        for (where, one), (_, two) in zip(_each(before), _each(after), strict=True)
+    )
+    names = names_of(effects)
+    verdict, sentence = _said(rows, names)
+    return WholeFinding(joints=runs[0].free_joints, verdict=verdict, sentence=sentence, names=names, rows=rows)
+
+
+def _each(found: Verification) -> list[tuple[tuple[str, str], JointCheck]]:
+    return [((run.file, str(run.mode)), one) for run in found.runs for one in run.joints]
+
+
+def _missed(file: str, mode: str, before: JointCheck, after: JointCheck, spread: float) -> Missed:
+    noise = before.rmse_rad / before.rmse_over_noise
+    expected = float((noise**2 + spread**2) ** 0.5)
+    return Missed(
+        file=file, mode=mode, joint=before.joint, prismatic=before.prismatic, before=before.rmse_rad,
+        after=after.rmse_rad, noise=noise, expected=expected,
+    )  # fmt: skip
+
+
+def _spread(identification: Mapping[str, Any]) -> dict[tuple[str, str, int], float]:
+    """Return the standard deviation that the parameters' uncertainty gives, by run, mode and joint."""
+    return {
+        (run["file"], run["mode"], one["joint"]): float(one["spread_rad"] or 0.0)
+        for run in identification.get("verification", {}).get("runs", [])
+        for one in run["joints"]
+    }
+
+
+def _said(rows: Sequence[Missed], names: Sequence[str]) -> tuple[Verdict, str]:
+    before = {r.joint for r in rows if r.before > EXPECTED * r.expected}
+    after = {r.joint for r in rows if r.after > EXPECTED * r.expected}
+    with_names = f"with {', '.join(names)}" if names else "no effect was named in its joints"
+    if not before and not after:
+        return "nothing_missing", "Nothing is missing: noise and the parameters' uncertainty explain these runs."
+    if not after:
+        return (
+            "named",
+            f"{_joints(before)}: missed by more than noise and uncertainty explain, no longer {with_names}.",
+        )
+    return "unlisted", f"{_joints(after)}: missed by more than noise and uncertainty explain; {with_names}."
+
+
+def _joints(joints: set[int]) -> str:
+    return f"Joint{'s' * (len(joints) > 1)} {', '.join(map(str, sorted(joints)))}"

@@ -1,0 +1,126 @@
+"""The first stages of the search, each alone: whether there is a gap, where it lies, what looks like it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from discrepancy.candidate.candidate import FAMILY, LACK
+from discrepancy.detect.localise import Map, Region, regions, told
+from discrepancy.detect.omnibus import Omnibus, omnibus
+from discrepancy.detect.score_tests import Scan
+from discrepancy.finding.finding import Curve, curves_of, most_missed
+from discrepancy.fit.held_out import predict
+from discrepancy.fit.solution import Solution
+from discrepancy.search.forward_selection import based, scored, under_own_noise
+from discrepancy.study.study import Study
+from support.numbers import plain
+from support.processes.threads import on_one_thread
+
+Stage = Literal["gap", "where", "what"]
+STAGES: tuple[Stage, ...] = ("gap", "where", "what")
+SHOWN = 5
+"""Entries of the best scores that are told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Staged:
+    """What one stage found out about the base model.
+
+    Parameters
+    ----------
+    study, plain
+        The study at its inner step, and the base under its own noise.
+    left
+        Omnibus test of what it leaves.
+    curves
+        Runs with its simulation, those that no fit saw where there are any.
+    maps, regions, joint
+        Where the gap lies, in the joint that is missed most; empty before that stage.
+    scan
+        Scores of the catalogue; None before that stage.
+    """
+
+    stage: Stage
+    study: Study
+    plain: Solution
+    left: Omnibus
+    curves: tuple[Curve, ...]
+    maps: tuple[Map, ...] = ()
+    regions: tuple[Region, ...] = ()
+    joint: int = 0
+    scan: Scan | None = None
+
+    @property
+    def gap(self) -> bool:
+        """Whether the base leaves more than noise."""
+        return bool(self.left.p <= LACK)
+
+    def as_json(self, *, measured: bool) -> dict[str, Any]:
+        """Return the content of ``discrepancy/joint<j>_<stage>.json``."""
+        each = self.scan.scores if self.scan else ()
+        scores = [{"id": s.key, "score": s.T, "dof": s.dof, "p": s.family_p, "p_sign_flips": s.flipped_p} for s in each]
+        return {
+            "schema": "discrepancy_stage/1", "stage": self.stage, "joints": list(self.study.fitted[0].free_joints),
+            "measured": measured, "sentence": self.sentence, "gap": self.gap, "omnibus_p": self.left.p,
+            "tests": dict(self.left.parts),
+            "amplitude_scatter": max((one.size for one in self.plain.noise.scatters), default=0.0),
+            "white_noise": bool(self.plain.noise.colour.white),
+            "where": [r.as_json() | {"joint": self.joint} for r in self.regions], "scores": scores,
+        }  # fmt: skip
+
+    @property
+    def sentence(self) -> str:
+        """What the stage says."""
+        if self.scan is not None:
+            found = [f"{s.key} (p = {s.family_p:.2g})" for s in self.scan.scores[:SHOWN] if s.family_p < FAMILY]
+            none = "No entry of the catalogue looks like what is left."
+            return f"Looks like what is left, before any refit: {', '.join(found)}." if found else none
+        if self.maps and self.gap:
+            return " ".join((self._amount, *told(self.regions, self.study.fitted[0].prismatic)))
+        return f"{self._amount} {self._kind}".rstrip()
+
+    @property
+    def _amount(self) -> str:
+        left = np.concatenate([(c.run.y[:, 0] - c.before)[c.run.scored] / c.run.sensor_std[0] for c in self.curves])
+        over = plain(float(np.sqrt(np.mean(left**2))), 3)
+        missed = f"the base model misses these runs by {over} times the sensor's noise"
+        return f"There is a gap (p = {self.left.p:.2g}): {missed}." if self.gap else f"No gap is seen: {missed}."
+
+    @property
+    def _kind(self) -> str:
+        noise = self.plain.noise
+        if self.gap:
+            repeats = min(self.left.parts["repeating"], self.left.parts["drifting"]) <= LACK
+            varies = " Part of it differs from cycle to cycle." if noise.scatters else ""
+            return f"It {'repeats' if repeats else 'does not repeat'} with the drive.{varies}"
+        told = []
+        for one in noise.scatters:
+            whose = "" if self.study.alone else f" of joint {self.study.fitted[0].free_joints[one.column]}"
+            told.append(f"Amplitudes{whose} scatter from cycle to cycle, {100 * one.size:.2g} % (random).")
+        if not noise.colour.white:
+            told.append("Neighbouring samples of the noise are correlated.")
+        return " ".join(told)
+
+
+@on_one_thread
+def staged(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable[[str], None]) -> Staged:
+    """Run the stages of one study up to ``stage``."""
+    study, base = based(study, seed=seed, starts=starts, tell=tell)
+    _, plain = under_own_noise(study, base)
+    seen, unseen = (predict(study, plain, runs).y for runs in (study.fitted, study.unseen))
+    runs, y = (study.unseen, unseen) if study.unseen else (study.fitted, seen)
+    maps: tuple[Map, ...] = ()
+    joint, found = study.fitted[0].free_joints[0], None
+    if stage == "where":
+        joint, maps = most_missed((*study.fitted, *study.unseen), (*seen, *unseen))
+    if stage == "what":
+        found = scored(study, plain, tell)[2]
+    left = omnibus(study, plain)
+    return Staged(
+        stage=stage, study=study, plain=plain, left=left, curves=curves_of(runs, y, y), maps=maps,
+        regions=regions(maps) if left.p <= LACK else (), joint=joint, scan=found,
+    )  # fmt: skip

@@ -1,0 +1,225 @@
+"""From a search on a torque to a finding: verdict, rebuilt FMU, gap before and after on held-out stretches."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from discrepancy.detect.localise import Map, Region, maps, regions
+from discrepancy.torque.fit import rms
+from discrepancy.torque.inverse_dynamics import readable
+from discrepancy.torque.search import TorqueSearch, search_torque
+from discrepancy.torque.study import TorqueStudy
+from discrepancy.verdict.estimate import Estimate
+from fmu_build.building.packaging import Fmu, Kind, build_fmu
+from fmu_build.description.provenance import Provenance
+from identification.simulators.inverse_dynamics import measured_motion
+from measurement.values.run import Array
+from model.effects.effect import Effect
+from support.processes.threads import on_one_thread
+
+BINS = 10
+NOISE = 1.1
+"""RMS over the noise up to which held-out torque counts as explained."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueGap:
+    """RMS of measured − modelled torque [N m]: before, after, and the torque's own white noise."""
+
+    before: float
+    after: float
+    noise: float
+
+    @property
+    def closed(self) -> float | None:
+        """(before − after)/(before − noise); None where there was no gap to close."""
+        gap = self.before - self.noise
+        return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remaining:
+    """Mean of the torque that is left (BINS,) [N m] over position, going up and down, with standard errors."""
+
+    position: Array
+    up: Array
+    down: Array
+    std: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueFinding:
+    """Everything that page and JSON show of a joint whose torque was scored."""
+
+    search: TorqueSearch
+    gaps: dict[str, TorqueGap]
+    regions: tuple[Region, ...]
+    maps: tuple[Map, ...]
+    remaining: Remaining
+    fmu: Fmu | None
+    considered: int
+    wall_s: float
+
+    @property
+    def verdict(self) -> str:
+        """One of those of INTERFACES: a name alone only where it leaves no more than the torque's noise."""
+        gap = self.gaps["validate"]
+        if gap.after > NOISE * gap.noise:
+            return "unlisted"
+        return "named" if self.search.final.effects else "nothing_missing"
+
+    @property
+    def sentence(self) -> str:
+        """What an engineer reads first."""
+        names = " and ".join(f"{e.id} ({e.title})" for e in self.search.final.effects)
+        gap = self.gaps["validate"]
+        if self.verdict == "nothing_missing":
+            return "Nothing is missing: what is left of the torque is its noise."
+        if self.verdict == "named":
+            return f"Missing in the model: {names}."
+        left = f"what is left is {gap.after / gap.noise:.1f} times the torque's noise, and no entry explains it"
+        if not names:
+            return f"Something is missing that no entry of the catalogue explains: {left}."
+        return (
+            f"Something is missing that the catalogue explains in part: the nearest names, {names}, close "
+            f"{100 * (gap.closed or 0.0):.0f} % of the gap on held-out stretches and are stand-ins; {left}."
+        )
+
+
+@on_one_thread
+def find_torque(
+    study: TorqueStudy,
+    entries: Mapping[str, Effect],
+    out: Path,
+    *,
+    kind: Kind,
+    seed: int,
+    starts: int,
+    tell: Callable[[str], None],
+) -> TorqueFinding:
+    """Run all stages for one joint; FMUs go below ``out``."""
+    began = time.perf_counter()
+    known = readable(entries, study.base, prismatic=study.prismatic)
+    if not study.repeats:
+        known = {key: effect for key, effect in known.items() if effect.lives_in != "time"}
+    found = search_torque(study, known, starts=starts, seed=seed, tell=tell)
+    noise = float(np.sqrt(np.mean([run.sensor_std[0] ** 2 for run in study.runs])))
+    base, final = found.base, found.final
+    energy = _maps(study, found)
+    tell("FMU")
+    return TorqueFinding(
+        search=found,
+        gaps={
+            "fit": TorqueGap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
+            "validate": TorqueGap(before=rms(base.unseen), after=rms(final.unseen), noise=noise),
+        },
+        regions=regions(energy),
+        maps=energy,
+        remaining=_remaining(found),
+        fmu=_built(found, out / "fmu", kind) if final.effects else None,
+        considered=len(known),
+        wall_s=time.perf_counter() - began,
+    )
+
+
+def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:
+    """Residual energy of the base over position, speed, torque and time, in squares of the torque's noise.
+
+    The energy is put into runs whose "reading" is the measured position, so that `where.maps` can sort it.
+    """
+    turned, simulated = [], []
+    for run, r in zip(study.runs, found.base.residual, strict=True):
+        q = run.u
+        scale = run.sensor_std
+        turned.append(run.but(u=run.y, y=q + r[:, None], noise=scale, resolution=np.zeros(1)))
+        simulated.append(q[:, 0])
+    return maps(turned, simulated)
+
+
+def _remaining(found: TorqueSearch) -> Remaining:
+    q = np.concatenate([run.u[:, 0] for run in found.study.runs])
+    v = np.concatenate([measured_motion(run)[:, 1] for run in found.study.runs])
+    r = np.concatenate(found.final.residual)
+    edges = np.linspace(q.min(), q.max(), BINS + 1)
+    place = np.clip(np.digitize(q, edges) - 1, 0, BINS - 1)
+
+    def mean(rows: Any) -> Array:
+        count = np.maximum(np.bincount(place[rows], minlength=BINS), 1)
+        return np.asarray(np.bincount(place[rows], r[rows], minlength=BINS) / count)
+
+    each = np.maximum(np.bincount(place, minlength=BINS) / (2.0 * found.final.correlation_time), 1.0)
+    middle = 0.5 * (edges[1:] + edges[:-1])
+    return Remaining(position=middle, up=mean(v > 0), down=mean(v < 0), std=rms(r) / np.sqrt(each))
+
+
+def _built(found: TorqueSearch, out: Path, kind: Kind) -> Fmu:
+    final, study = found.final, found.study
+    std, source = final.std, "fitted to the torque of measured motion"
+    provenance = {id: Provenance(source=source, std=error, status="identified") for id, error in std.items() if error}
+    name = "_".join((f"joint{study.joint}", *(e.id for e in final.effects)))
+    equations = study.equations(final.effects)
+    return build_fmu(equations, out / f"{name}.fmu", kind=kind, values=final.values, provenance=provenance)
+
+
+def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[str, Any]:
+    """``discrepancy/joint<j>.json`` of INTERFACES; gaps in N m, as ``scored`` says."""
+    found, left = finding.search, finding.remaining
+    return {
+        "schema": "discrepancy/1",
+        "joint": found.study.joint,
+        "measured": measured,
+        "seed": seed,
+        "scored": "torque",
+        "verdict": finding.verdict,
+        "sentence": finding.sentence,
+        "effects": [_effect_json(finding, e) for e in found.final.effects],
+        "alternatives": [
+            {"ids": [c.key.partition(":")[0]], "evidence": c.evidence, "bic": c.bic}
+            for step in found.steps
+            for c in step.candidates
+            if c is not step.taken
+        ][:3],
+        "next_experiment": None,
+        "where": [r.as_json() for r in finding.regions],
+        "gap": {
+            name: {"before": g.before, "after": g.after, "noise": g.noise, "closed": g.closed}
+            for name, g in finding.gaps.items()
+        },
+        "unnamed_shape": {
+            "variable": "position_rad",
+            "knots": left.position.tolist(),
+            "torque_up_Nm": left.up.tolist(),
+            "torque_down_Nm": left.down.tolist(),
+            "std_Nm": left.std.tolist(),
+        }
+        if finding.verdict == "unlisted"
+        else None,
+        "fmu": f"fmu/{finding.fmu.path.name}" if finding.fmu else None,
+        "refit": found.final.values,
+        "rounds": len(found.steps),
+        "refitted": sum(len(step.candidates) for step in found.steps),
+        "simulations": found.simulations,
+        "wall_s": finding.wall_s,
+    }
+
+
+def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
+    final = finding.search.final
+    std = final.std
+    evidence = next(s.taken.evidence for s in finding.search.steps if s.taken is not None and s.taken.key == effect.key)
+    return {
+        "id": effect.id,
+        "variant": effect.variant or None,
+        "parameters": {
+            x.id: Estimate.normal(final.values[x.id], std[x.id], x.unit).as_json()
+            for x in effect.parameters
+            if not x.fixed
+        },
+        "evidence": evidence,
+    }

@@ -1,0 +1,1 @@
+"""Study in, `Solution` out: nominal and candidate fits with their noise."""

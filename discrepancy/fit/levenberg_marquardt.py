@@ -1,0 +1,96 @@
+"""Levenberg–Marquardt for the search: no fixed ridge, so that long valleys (gravity and spring) are walked to the end.
+
+Steps are damped in the scale of the Jacobian's own columns (Marquardt 1963; damping after Nielsen 1999), follow the
+valley of `identification.problem.retraction` and respect bounds and orderings as
+`identification.problem.bounded_lsq` does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from identification.optimise.levenberg_marquardt import Descent
+from identification.problem.bounded_lsq import step_within, triangle
+from identification.problem.residuals import Blocks, Problem
+from identification.problem.retraction import Retraction
+from measurement.values.run import Array
+
+FLOOR = 1e-10
+"""Least damping: keeps a direction that the data do not see at all from making the step singular."""
+FAR = 1e4
+"""Squares beyond one a row, over which the tolerance grows with them: where so much more than noise is left, nothing is
+told by less, and Gauss-Newton steps creep."""
+STALLED = 10
+"""Simulations in a row that have to bring the tolerance each, on average."""
+
+
+def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
+    """Return R, c as `triangle` does for all rows, by QR run after run (Golub and Van Loan 2013, section 5.2).
+
+    A run's rows do not depend on the initial states of the others: those columns are left out of its QR.
+    """
+    parts, targets = [blocks.prior_jacobian], [blocks.prior]
+    for J, r in zip(blocks.jacobians or (), blocks.rows, strict=True):
+        flat = J.reshape(-1, J.shape[-1])
+        moved = np.flatnonzero(flat.any(axis=0))
+        R, c = triangle(flat[:, moved], r.ravel())
+        part = np.zeros((moved.size, flat.shape[1]))
+        part[:, moved] = R
+        parts.append(part)
+        targets.append(-c)
+    return triangle(np.concatenate(parts), np.concatenate(targets))
+
+
+def minimise(
+    problem: Problem, x: Array, gain: float = 0.0, *, iterations: int = 40, tolerance: float = 0.01
+) -> Descent:
+    """Minimise ‖r(x)‖² from ``x``; stop where the predicted decrease is below ``tolerance`` (squares over noise).
+
+    It grows where far more than noise is left (`FAR`); `STALLED` simulations that bring less end the fit.
+    Along a narrow valley a damped step promises little however far the minimum is. So where it does, the step without
+    damping has to promise as little, or else is tried.
+    """
+    along = Retraction.of(problem)
+    now = problem.blocks(x, gain)
+    cost = float(now.residual @ now.residual)
+    damping, growth, calls, converged, freed = 1e-3, 2.0, 1, False, False
+    if not np.isfinite(cost):
+        return Descent(x=x, cost=np.inf, calls=calls, converged=False)
+    R, c = triangle_by_runs(now)
+    costs = [cost]
+    while calls < iterations:
+        limits = along.constraints(x)
+        enough = tolerance * max(1.0, (cost - now.residual.size) / FAR)
+        d, predicted = _step(R, c, damping, *limits)
+        if predicted <= enough and not freed:
+            freed, damping = True, FLOOR
+            d, predicted = _step(R, c, damping, *limits)
+        stalled = len(costs) > STALLED and costs[-STALLED - 1] - cost < STALLED * enough
+        converged = stalled or (predicted <= enough and damping < 1.0)
+        if converged or damping > 1e9:
+            break
+        moved = along.move(x, d)
+        trial = problem.blocks(moved, gain)
+        calls += 1
+        new = float(trial.residual @ trial.residual)
+        usable = np.isfinite(new) and all(np.isfinite(J).all() for J in trial.jacobians or ())
+        ratio = (cost - new) / max(predicted, 1e-12) if usable else -1.0
+        if ratio > 1e-4:
+            x, cost, growth, freed = moved, new, 2.0, False
+            R, c = triangle_by_runs(trial)
+            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
+        else:
+            damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
+        costs.append(cost)
+    return Descent(x=x, cost=cost, calls=calls, converged=converged)
+
+
+def _step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> tuple[Array, float]:
+    """Return the step and the decrease of the cost that the linear model predicts for it."""
+    columns = np.maximum(np.linalg.norm(R, axis=0), 1e-12 * max(float(np.abs(R).max()), 1e-300))
+    damped, target = triangle(
+        np.vstack((R, np.diag(np.sqrt(damping) * columns))), -np.concatenate((c, np.zeros_like(c)))
+    )
+    d = step_within(damped, target, A, np.minimum(slack, 0.0))
+    left = c - R @ d
+    return d, float(c @ c - left @ left)

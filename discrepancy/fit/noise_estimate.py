@@ -1,0 +1,175 @@
+"""Noise of a fitted model: correlation from what does not repeat with the drive, scatter from cycle to cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from discrepancy.fit.scatter import cycle_columns, cycles_of, most_probable
+from discrepancy.fit.solution import SCATTER, Solution
+from discrepancy.fit.tangent_space import movable
+from discrepancy.study.channels import channels
+from discrepancy.study.study import Study
+from measurement.values.run import Array, Run
+from noise.arma import estimate_colour
+from noise.correlation import Colour, Noise, Path, Scatter, Whitener
+from noise.reml import best_scatter
+from support.processes.threads import mapped
+
+PATHS: tuple[Path, ...] = ("reading", "torque")
+GAIN = 14.0
+"""Twice the gain in restricted log-likelihood from which cycles count as scattering."""
+WORTH = 4.0
+"""Least such gain about a fixed centre for which the centre is sought."""
+
+
+def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) -> Noise:
+    """Estimate colour and scatter (where the catalogue has it) from the unwhitened residuals of ``solution``."""
+    colour = _colour(study, solution.raw.rows)
+    if SCATTER not in study.entries:
+        return Noise(colour=colour)
+    found = _scattering(study, solution, paths)
+    if not found:
+        return Noise(colour=colour)
+    colour = _colour(study, remove_scatter(study, solution, found))
+    if len(found) > 1 or not colour.white:
+        found = _again(study, solution, found, colour)
+    return Noise(colour=colour, scatters=found)
+
+
+def _colour(study: Study, rows: Sequence[Array]) -> Colour:
+    """Estimate the colour from residuals over the sensor's std, those of a run (n_t, n_joints)."""
+    each = channels(study.fitted)
+    return estimate_colour([rows[c.number][:, c.column] for c in each], tuple(c.run for c in each))
+
+
+def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tuple[Scatter, ...]:
+    """Return what scatters under white noise: of one joint after the other, the one that stands out most first."""
+    found: list[Scatter] = []
+    free = list(range(len(study.fitted[0].free_joints)))
+    while free:
+        whiteners = _whiteners(study, solution, Colour(), found)
+        tried = [scatter_along(study, solution, path, k, whiteners) for k in free for path in paths]
+        best = min(tried, key=lambda one: one.deviance)
+        if best.gain < GAIN:
+            break
+        found.append(best.scatter)
+        free.remove(best.scatter.column)
+    return tuple(sorted(found, key=lambda one: one.column))
+
+
+def _again(study: Study, solution: Solution, found: Sequence[Scatter], colour: Colour) -> tuple[Scatter, ...]:
+    """Weigh every scatter again beside the others under ``colour``; return those that still count."""
+    kept = list(found)
+    for one in found:
+        others = [other for other in kept if other.column != one.column]
+        again = scatter_along(study, solution, one.path, one.column, _whiteners(study, solution, colour, others))
+        kept = sorted([*others, *([again.scatter] if again.gain >= GAIN else [])], key=lambda s: s.column)
+    return tuple(kept)
+
+
+def _columns(study: Study, solution: Solution, scatter: Scatter) -> list[Array]:
+    """M of every fitted run at the optimum, its cycles those of the torque that was sent."""
+    simulator = study.simulator(solution.effects)
+
+    def one(run: Run, sent: Run, x0: Array) -> Array:
+        return cycle_columns(simulator, run, scatter, solution.theta, x0, cycles=cycles_of(sent, scatter))
+
+    return mapped(one, solution.problem.runs, study.fitted, solution.x0, threads=study.threads)
+
+
+def _scaled(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
+    """S = s·M of every fitted run, the columns of all ``scatters`` side by side: (n_t, n_joints, K)."""
+    each = [[scatter.size * M for M in _columns(study, solution, scatter)] for scatter in scatters]
+    return [np.concatenate(of_run, axis=2) for of_run in zip(*each, strict=True)]
+
+
+def _whiteners(study: Study, solution: Solution, colour: Colour, scatters: Sequence[Scatter]) -> list[Whitener]:
+    """Whiteners of the fitted runs under a colour and ``scatters``."""
+    if not scatters:
+        return [Whitener.of(colour) for _ in study.fitted]
+    return [Whitener.of(colour, S) for S in _scaled(study, solution, scatters)]
+
+
+def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
+    """Residuals of the runs without the best linear prediction of the cycles' amplitudes, each (n_t, n_joints)."""
+    left = []
+    for r, S in zip(solution.raw.rows, _scaled(study, solution, scatters), strict=True):
+        left.append(r - S @ most_probable(S.reshape(r.size, -1), r.ravel()))
+    return left
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Weighed:
+    """A scatter with twice its gain in restricted log-likelihood over none, and −2 ln L up to what all have alike."""
+
+    scatter: Scatter
+    gain: float
+    deviance: float
+
+
+def scatter_along(study: Study, solution: Solution, path: Path, column: int, whiteners: Sequence[Whitener]) -> Weighed:
+    """Return the best scatter of the joint in ``column`` on this path, beside the noise of ``whiteners``.
+
+    Only differences between cycles of one run count: what moves all cycles of a run alike is taken out with the base
+    parameters, for a deterministic effect does that too.
+    """
+    if path == "torque":
+        scatter = Scatter(path=path, column=column)
+        return _restricted(solution, _columns(study, solution, scatter), whiteners, scatter)
+    readings = [run.y[:, column] for run in study.fitted]
+    middle = float(np.mean([y.mean() for y in readings]))
+    reach = 0.3 * max(float(np.ptp(y)) for y in readings)
+    columns = _columns(study, solution, Scatter(path=path, centre=middle, column=column))
+    masks = [M != 0 for M in columns]
+    std = [run.sensor_std[column] for run in study.fitted]
+
+    def about(centre: float) -> Weighed:
+        moved = [M - (centre - middle) * m / s for M, m, s in zip(columns, masks, std, strict=True)]
+        return _restricted(solution, moved, whiteners, Scatter(path=path, centre=centre, column=column))
+
+    first = about(middle)
+    if first.gain < WORTH:
+        return first
+    best = minimize_scalar(lambda c: about(c).deviance, bounds=(middle - reach, middle + reach), method="bounded",
+                           options={"xatol": 1e-4 * reach, "maxiter": 30})  # fmt: skip
+    return about(float(best.x))
+
+
+def _restricted(
+    solution: Solution, columns: Sequence[Array], whiteners: Sequence[Whitener], scatter: Scatter
+) -> Weighed:
+    """Scatter of largest restricted likelihood, parameters and one amplitude per run projected out."""
+    moving = movable(solution)
+    runs = zip(whiteners, solution.raw.rows, solution.raw.jacobians or (), columns, strict=True)
+    parts = [_apart(w(row).ravel(), _flat(w(B))[:, moving], _flat(w(M))) for w, row, B, M in runs]
+    r, J, M = zip(*parts, strict=True)
+    Q = np.split(orthonormal(np.concatenate(J)), np.cumsum([part.size for part in r])[:-1])
+    along = sum(q.T @ part for q, part in zip(Q, r, strict=True))
+    left = [part - q @ along for q, part in zip(Q, r, strict=True)]
+    size, gain = best_scatter(left, Q, M)
+    deviance = sum(float(part @ part) for part in left) - gain
+    return Weighed(scatter=scatter.but(size=size), gain=gain, deviance=deviance)
+
+
+def _apart(r: Array, J: Array, M: Array) -> tuple[Array, Array, Array]:
+    """Return residual, Jacobian and columns of a run without what an amplitude that all its cycles share explains."""
+    common = M.sum(axis=1) if np.isfinite(M).all() else np.zeros_like(r)
+    common /= max(float(np.linalg.norm(common)), 1e-300)
+    return r - common * (common @ r), J - np.outer(common, common @ J), M - np.outer(common, common @ M)
+
+
+def _flat(x: Array) -> Array:
+    """Rows of all joints one after the other, (n_t·n_joints, k)."""
+    return x.reshape(-1, x.shape[-1])
+
+
+def orthonormal(A: Array) -> Array:
+    """Orthonormal basis of the columns of A, by eigenvectors of their Gram matrix."""
+    scaled = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    values, vectors = np.linalg.eigh(scaled.T @ scaled)
+    keep = values > 1e-10 * values[-1]
+    return np.asarray(scaled @ (vectors[:, keep] / np.sqrt(values[keep])))

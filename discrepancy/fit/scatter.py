@@ -1,0 +1,169 @@
+"""Amplitudes that scatter from cycle to cycle: how a cycle's amplitude moves the reading, and how much it scatters."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from discrepancy.study.channels import alone
+from discrepancy.study.simulators import TwoStep
+from identification.simulators.kernel import KernelSimulator
+from identification.simulators.protocol import Simulator
+from measurement.signals.cycles import Cycles
+from measurement.signals.whole_cycles import whole_cycles
+from measurement.values.run import Array, Run
+from noise.correlation import Noise, Scatter, Whitener
+
+LINEARISATIONS, NEAR = 12, 5e-4
+"""Most linearisations of a run about its cycles' amplitudes, and the change of these from which another one pays.
+
+Three do for most; a joint whose torque steps while it reverses takes nine.
+"""
+LARGEST = 1.0
+"""Largest |ln| of a cycle's relative torque that is linearised about: beyond it the model is wrong."""
+PROBE = 1e-5
+"""Relative change of a cycle's torque from which its effect on the reading is taken.
+
+A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
+linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
+"""
+FORGOTTEN = 1e-6
+"""Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it.
+
+A joint that dissipates does so within a few cycles; what follows is not simulated.
+"""
+PARTS = 20
+"""Most parts of a run in which it is seen whether a cycle is forgotten, none shorter than the cycle."""
+
+
+def cycles_of(run: Run, scatter: Scatter) -> Cycles:
+    """Return the cycles of the torque of the joint whose amplitude scatters."""
+    return whole_cycles(alone(run, scatter.column))
+
+
+def cycle_columns(
+    simulator: TwoStep, run: Run, scatter: Scatter, theta: Array, x0: Array, *, cycles: Cycles | None = None
+) -> Array:
+    """Return M (n_t, n_joints, n_cycles): change of the readings with each cycle's relative amplitude, over their std.
+
+    Where the scatter acts on the reading, column c is q − centre of its joint within cycle c and 0 elsewhere; where it
+    acts on the torque, it is the difference of two simulations, the second from where that cycle begins to
+    where it is forgotten. Like sensitivities, they run at the coarse step.
+    """
+    cycles = cycles_of(run, scatter) if cycles is None else cycles
+    at = scatter.column
+    if scatter.path == "reading":
+        y = _readings(simulator.coarse, theta, run, x0)
+        M = np.zeros((*y.shape, cycles.count))
+        M[:, at] = (y[:, at] - scatter.centre)[:, None] * cycles.inside
+    else:
+        first = np.maximum(np.searchsorted(cycles.index, np.arange(cycles.count)) - 1, 0).tolist()
+        y, states = _with_states(simulator.coarse, theta, run, x0, first)
+        M = np.zeros((*y.shape, cycles.count))
+        for c, (begin, end) in enumerate(pairwise((*first, run.t.size - 1))):
+            u = run.u.copy()
+            u[cycles.index == c, at] *= 1.0 + PROBE
+            M[..., c] = _change(simulator.coarse, theta, run.but(u=u), states[c], y, begin, end) / PROBE
+    return np.asarray(M / run.sensor_std[:, None])
+
+
+def _with_states(
+    simulator: KernelSimulator, theta: Array, run: Run, x0: Array, rows: Sequence[int]
+) -> tuple[Array, list[Array]]:
+    """Return the readings (n_t, n_joints) and the state at each of some ascending rows."""
+    y: Array = np.empty(run.y.shape)
+    x, states = x0, list[Array]()
+    for row, until in pairwise((0, *rows, run.t.size - 1)):
+        read, x = simulator.onward(theta, run, slice(row, until + 1), x)
+        y[row : until + 1] = read[:, : y.shape[1]]
+        states.append(x)
+    return y, states[:-1]
+
+
+def _change(simulator: KernelSimulator, theta: Array, run: Run, x: Array, y: Array, begin: int, end: int) -> Array:
+    """Return the readings less ``y`` (n_t, n_joints) from the state x at row ``begin`` on, until they are forgotten.
+
+    The torque differs in the rows from ``begin`` to ``end``.
+    """
+    change, largest, last = np.zeros_like(y), 0.0, run.t.size - 1
+    for a, b in pairwise((begin, *range(end, last, max(end - begin, last // PARTS, 1)), last)):
+        rows = slice(a, b + 1)
+        read, x = simulator.onward(theta, run, rows, x)
+        change[rows] = read[:, : y.shape[1]] - y[rows]
+        now = float(np.abs(change[rows]).max())
+        if a != begin and now <= FORGOTTEN * largest:
+            break
+        largest = max(largest, now)
+    return change
+
+
+def _readings(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
+    return simulator.simulate(theta, run, x0=x0).y[:, : run.y.shape[1]]
+
+
+def relinearised(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
+    """Return the run about the most probable amplitudes of its cycles, and S = s·M (n_t, n_joints, K) there.
+
+    With torque u·exp(s·ξ) in a cycle, ξ standard normal, the reading is linearised about the posterior mean ξ̂ instead
+    of 0: y(ξ) ≈ y(ξ̂) + σ·S·(ξ − ξ̂). The returned run has the torque u·exp(s·ξ̂) and the reading y + σ·S·ξ̂, so that
+    residual and S stay those of the linear model r = S·ξ + ε. A scatter on the reading is linear as it is.
+    """
+    cycles = [cycles_of(run, scatter) for scatter in noise.scatters]
+    counts = [c.count for c in cycles]
+    s = np.repeat([scatter.size for scatter in noise.scatters], counts)
+    acting = np.repeat([scatter.path == "torque" for scatter in noise.scatters], counts)
+
+    def columns(about: Run) -> Array:
+        pairs = zip(noise.scatters, cycles, strict=True)
+        each = [cycle_columns(simulator, about, scatter, theta, x0, cycles=c) for scatter, c in pairs]
+        return np.concatenate(each, axis=2) * s
+
+    if not acting.any():
+        return run, columns(run)
+    b: Array = np.zeros(s.size)
+    for _ in range(LINEARISATIONS):
+        moved = run.but(u=run.u * np.exp(_spread(b, noise.scatters, cycles, run)))
+        S = columns(moved)
+        if not np.isfinite(S).all():
+            return run, S
+        shift = S @ (b / s)
+        r = (run.y - _readings(simulator, theta, moved, x0)) / run.sensor_std + shift
+        flat, left = noise.colour.whiten(S).reshape(-1, s.size), noise.colour.whiten(r).ravel()
+        xi = most_probable(flat, left)
+        before, b = b, np.where(acting, np.clip(s * xi, -LARGEST, LARGEST), 0.0)
+        if np.abs(b - before).max() < NEAR:
+            break
+    return moved.but(y=run.y + run.sensor_std * shift), S
+
+
+def most_probable(S: Array, r: Array) -> Array:
+    """Return ξ̂ = (SᵀS + I)⁻¹·Sᵀ·r of the model r = S·ξ + ε, shape (K,)."""
+    return np.asarray(np.linalg.lstsq(S.T @ S + np.eye(S.shape[1]), S.T @ r, rcond=None)[0])
+
+
+def _spread(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run: Run) -> Array:
+    """Value of b in every row of its joint, (n_t, n_joints); 0 outside all cycles."""
+    spread, first = np.zeros(run.u.shape), 0
+    for scatter, c in zip(scatters, cycles, strict=True):
+        spread[:, scatter.column] += c.inside @ b[first : first + c.count]
+        first += c.count
+    return spread
+
+
+def degrees_of_freedom(
+    runs: Sequence[Run], whiteners: Sequence[Whitener], scatters: Sequence[Scatter], scatter: Scatter
+) -> float:
+    """Return to how many degrees of freedom the size of one of ``scatters`` is known from ``runs``, at least 1.
+
+    A direction in which the cycles' amplitudes add λ to the noise's variance of 1 counts (λ/(1 + λ))², half its
+    information on ln s; a run has as many as its joints have cycles, and this joint's part is that of its cycles. Only
+    differences between the cycles of one run tell: what they share could be any other parameter.
+    """
+    freedom = 0.0
+    for run, whitener in zip(runs, whiteners, strict=True):
+        own, all_joints = cycles_of(run, scatter).count, sum(cycles_of(run, one).count for one in scatters)
+        grown = np.zeros(0) if whitener.growth is None else whitener.growth
+        freedom += float(np.sum((grown / (1.0 + grown)) ** 2)) * (own - 1) / max(all_joints, 1)
+    return max(freedom, 1.0)

@@ -1,0 +1,245 @@
+"""A fitted model: base parameters, effects and noise, with everything that later stages ask of its optimum."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.fit.levenberg_marquardt import minimise
+from discrepancy.fit.scatter import relinearised
+from discrepancy.fit.whitened import Whitened
+from discrepancy.study.simulators import TwoStep
+from discrepancy.study.study import Study
+from identification.problem.residuals import Blocks, Problem
+from measurement.values.run import Array, Run
+from model.effects.effect import Effect
+from model.equations.equations import Equations
+from noise.correlation import Noise, Scatter, Whitener
+from support.processes.threads import mapped
+
+SCATTER = "amplitude_scatter"
+"""Entry of the catalogue that is random: it stands in the noise."""
+ROUNDS = 2
+"""Fits to the end, each about the cycles' columns of the scatter that the last one leads to."""
+ROUGH = 1.0
+"""Predicted decrease, in squares over the noise, at which a try that is not the last one ends."""
+BALANCED = 0.05
+"""Mean of the cycles' relative amplitudes, over their scatter, below which they need no common factor."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Solution:
+    """Optimum of a model on the fitted runs.
+
+    Parameters
+    ----------
+    effects
+        Effects in the equations, in SI units.
+    noise
+        Noise model under which it was fitted.
+    equations
+        Base and effects.
+    theta
+        Parameters (n_p,), in the order of ``equations.parameters``.
+    x0
+        Initial state of every fitted run.
+    problem, x
+        The least-squares problem and its optimum.
+    raw, blocks
+        Residuals over the sensor's std and their Jacobians there, and the same whitened.
+    log_likelihood
+        −½(‖r‖² + ln det C), priors included.
+    calls
+        Simulations of all runs that it took.
+    converged
+        Whether the minimiser met its tolerance.
+    """
+
+    effects: tuple[Effect, ...]
+    noise: Noise
+    equations: Equations
+    theta: Array
+    x0: tuple[Array, ...]
+    problem: Whitened
+    x: Array
+    raw: Blocks
+    blocks: Blocks
+    log_likelihood: float
+    calls: int
+    converged: bool
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by id."""
+        return {q.id: float(p) for q, p in zip(self.equations.parameters, self.theta, strict=True)}
+
+    @property
+    def residual(self) -> Array:
+        """Whitened residuals of all fitted runs and of the priors, shape (n_r,)."""
+        return self.blocks.residual
+
+    @property
+    def chi2(self) -> float:
+        """‖r‖²."""
+        return float(self.residual @ self.residual)
+
+    @property
+    def finite(self) -> bool:
+        """Whether residuals and Jacobian are numbers."""
+        return bool(np.isfinite(self.log_likelihood) and np.isfinite(self.blocks.jacobian).all())
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Keys of the effects, the random ones among them."""
+        return (*(e.key for e in self.effects), *self.random)
+
+    @property
+    def touching(self) -> bool:
+        """Whether one of the effects is a contact."""
+        return any(e.touches for e in self.effects)
+
+    @property
+    def random(self) -> tuple[str, ...]:
+        """Keys of the random effects, in the order of the noise's scatters."""
+        return tuple(random_key(self.problem.runs[0], scatter) for scatter in self.noise.scatters)
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of the effects, the random ones among them."""
+        return tuple(dict.fromkeys(key.partition(":")[0] for key in self.keys))
+
+
+def random_key(run: Run, scatter: Scatter) -> str:
+    """Return the key of a scatter: ``amplitude_scatter``, where several joints move ``joint1_amplitude_scatter``."""
+    return SCATTER if len(run.free_joints) == 1 else f"joint{run.free_joints[scatter.column]}_{SCATTER}"
+
+
+def under_noise(
+    simulator: TwoStep, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array], *, threads: int = 1
+) -> Whitened:
+    """Lay out the problem of ``runs`` under ``noise``, its scatter linearised about the trajectories at ``theta``."""
+    if not noise.scatters:
+        return Whitened.under(
+            simulator, tuple(runs), tuple(Whitener(colour=noise.colour) for _ in runs), threads=threads
+        )
+
+    def one(run: Run, start: Array) -> tuple[Run, Array]:
+        return relinearised(simulator, run, noise, theta, start)
+
+    about = mapped(one, runs, x0, threads=threads)
+    whiteners = tuple(Whitener.of(noise.colour, S) for _, S in about)
+    return Whitened.under(simulator, tuple(run for run, _ in about), whiteners, threads=threads)
+
+
+def start_vector(equations: Equations, values: Mapping[str, float]) -> Array:
+    """Parameters (n_p,) from ``values`` where given, else first guesses, inside their bounds."""
+    return np.array([min(max(values.get(q.id, q.initial), q.lower), q.upper) for q in equations.parameters])
+
+
+def solve(
+    study: Study,
+    effects: Sequence[Effect],
+    noise: Noise,
+    values: Mapping[str, float],
+    *,
+    x0: Sequence[Array] | None = None,
+    iterations: int = 40,
+    tolerance: float = 0.01,
+) -> Solution:
+    """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals.
+
+    A scatter's columns are computed anew before each of `ROUNDS` fits, once where the tolerance is `ROUGH`. Those of a
+    scatter on the torque are computed at the optimum besides: with others, likelihood and curvature are not its own.
+    """
+    simulator = study.simulator(effects)
+    theta = start_vector(simulator.equations, values)
+    runs = study.fitted
+    problem = under_noise(simulator, runs, noise.but(scatters=()), theta, (), threads=study.threads)
+    x = problem.first(theta)
+    if x0 is not None:
+        x = with_starts(problem, x, x0)
+    calls, converged = 0, True
+    settled = tolerance < ROUGH
+    for _ in range(ROUNDS if noise.scatters and settled else 1):
+        problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
+        if study.alone and noise.on_torque:
+            problem, x = _balanced(study, simulator, noise, problem, x)
+        found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
+        x, calls, converged = found.x, calls + found.calls, found.converged
+    if settled and noise.on_torque:
+        problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
+    raw = Problem.blocks(problem, x)
+    blocks = problem.whitened(raw)
+    chi2 = float(blocks.residual @ blocks.residual)
+    return Solution(
+        effects=tuple(effects),
+        noise=noise,
+        equations=simulator.equations,
+        theta=problem.theta(x),
+        x0=problem.x0(x),
+        problem=problem,
+        x=x,
+        raw=raw,
+        blocks=blocks,
+        log_likelihood=-0.5 * (chi2 + problem.log_determinant),
+        calls=calls,
+        converged=converged,
+    )
+
+
+def deviance(study: Study, solution: Solution, x: Array) -> float:
+    """Return −2 ln L at other unknowns ``x`` (n,) of a solution's problem, a scatter on the torque linearised there."""
+    problem = solution.problem
+    if solution.noise.on_torque:
+        problem, x = _about(study, study.simulator(solution.effects), solution.noise, problem.theta(x), problem.x0(x))
+    residual = problem.blocks(x, jacobian=False).residual
+    return float(residual @ residual) + problem.log_determinant
+
+
+def _about(
+    study: Study, simulator: TwoStep, noise: Noise, theta: Array, begun: Sequence[Array]
+) -> tuple[Whitened, Array]:
+    """Return the problem linearised about the trajectories at ``theta``, and that point."""
+    problem = under_noise(simulator, study.fitted, noise, theta, begun, threads=study.threads)
+    return problem, with_starts(problem, problem.first(theta), begun)
+
+
+def _balanced(study: Study, simulator: TwoStep, noise: Noise, problem: Whitened, x: Array) -> tuple[Whitened, Array]:
+    """Move a factor that all cycles' torques share into the parameters, where that is more probable.
+
+    A factor c on every torque moves the joint as 1/c on inertia, stiffness and friction does. Fits about fixed
+    amplitudes creep along that valley, each as far as its linearisation reaches.
+    """
+    pairs = [(moved.u[:, 0], run.u[:, 0]) for moved, run in zip(problem.runs, study.fitted, strict=True)]
+    factor = sum(float(m @ u) for m, u in pairs) / max(sum(float(u @ u) for _, u in pairs), 1e-300)
+    if factor <= 0 or abs(factor - 1.0) < BALANCED * noise.scatters[0].size:
+        return problem, x
+    quantities = simulator.equations.parameters
+    driven = np.array([not q.fixed and _with_torque(q.unit) for q in quantities])
+    theta = np.where(driven, problem.theta(x) / factor, problem.theta(x))
+    theta = np.clip(theta, [q.lower for q in quantities], [q.upper for q in quantities])
+    other, there = _about(study, simulator, noise, theta, problem.x0(x))
+    better = _deviance(other, there) < _deviance(problem, x)
+    return (other, there) if better else (problem, x)
+
+
+def _with_torque(unit: str) -> bool:
+    """Whether a quantity of this unit grows with the torque that moves the joint: it has newtons or kilograms."""
+    return any(part in ("N", "kg") for part in unit.replace("/", " ").split())
+
+
+def _deviance(problem: Whitened, x: Array) -> float:
+    """−2 ln L at x."""
+    r = problem.blocks(x, jacobian=False).residual
+    return float(r @ r) + problem.log_determinant
+
+
+def with_starts(problem: Whitened, x: Array, x0: Sequence[Array]) -> Array:
+    """Return x with every run started at the position and speed of ``x0``."""
+    moved = x.copy()
+    for start, part, state in zip(problem.starts, problem.slices(), x0, strict=True):
+        chosen = list(start.states)
+        moved[part] = (np.asarray(state)[chosen] - start.base[chosen]) / start.unit
+    return moved

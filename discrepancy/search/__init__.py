@@ -1,0 +1,1 @@
+"""Study in, `SearchResult` out: forward selection, backward elimination, contenders."""

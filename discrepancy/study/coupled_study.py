@@ -1,0 +1,179 @@
+"""Several joints under study together, as in the coupled test: entries of the catalogue in each of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from discrepancy.study.channels import alone
+from discrepancy.study.study import Study, scales_over, within_reach
+from identification.sequence.equations_for import device_of, equations_for
+from measurement.values.campaign import Campaign
+from measurement.values.run import Run
+from model.algebra.trig_polynomials import position_symbol
+from model.device.device import Device
+from model.effects.effect import Effect, relabelled
+from model.effects.scales import Scales
+from model.equations.equations import Equations
+from model.joint.coupled_joints import coupled_equations
+from model.joint.joint_in_device import of_the_test_alone
+from model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
+from support.errors import InputError
+
+FEW = 3
+"""Most joints that a search takes on: the equations are solved for the accelerations symbolically."""
+BEGUN = 16
+"""Entries that are begun, those of the best scores: the kernel of one with sensitivities takes seconds to compile."""
+_motions: dict[tuple[str, tuple[int, ...], tuple[float, ...]], LockedDynamics] = {}
+_formulas: dict[tuple[object, ...], Equations] = {}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoupledStudy(Study):
+    """A study of several joints: ``joint3_cogging`` is an entry, ``cogging_sin_3`` a parameter.
+
+    Parameters
+    ----------
+    joints
+        The free joints.
+    device, posture
+        Whose they are, and where all others are locked.
+    known
+        Effects that their own tests have named, by joint, in SI units: they are part of the base.
+    """
+
+    joints: tuple[int, ...]
+    device: Device
+    posture: tuple[float, ...]
+    known: Mapping[int, Sequence[Effect]] = field(default_factory=dict)
+    most: int | None = BEGUN
+
+    @property
+    def name(self) -> str:
+        """``joints01``."""
+        return f"joints{''.join(map(str, self.joints))}"
+
+    @property
+    def title(self) -> str:
+        """``Joints 0, 1``."""
+        return f"Joints {', '.join(map(str, self.joints))}"
+
+    @property
+    def motion(self) -> LockedDynamics:
+        """The equation of motion of the free joints, derived once."""
+        key = (repr(self.device), self.joints, self.posture)
+        if key not in _motions:
+            _motions[key] = locked_motion(self.device, self.joints, self.posture)
+        return _motions[key]
+
+    def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
+        """Return the base with ``effects``, each in its joint; formulas are put together once."""
+        del joint
+        plain = {j: list(self.known.get(j, ())) for j in self.joints}
+        for effect in effects:
+            if effect.joint is not None:
+                plain[effect.joint].append(taken_off(effect, effect.joint))
+        made = self._formulas({j: found for j, found in plain.items() if found})
+        rows = {q.id: q for q in (*self.base.parameters, *(q for e in effects for q in e.parameters))}
+        for i, j in enumerate(self.joints):
+            rows |= {q.id: q.but(initial=self.inertia(i)) for q in made.parameters if q.id == f"inertia_{j}"}
+        return replace(made, parameters=tuple(rows[q.id] for q in made.parameters))
+
+    def _formulas(self, effects: Mapping[int, Sequence[Effect]]) -> Equations:
+        keys = tuple((j, e.key) for j, found in effects.items() for e in found)
+        key = (repr(self.device), self.joints, self.posture, keys)
+        if key not in _formulas:
+            _formulas[key] = coupled_equations(self.device, self.motion, effects)
+        return _formulas[key]
+
+    def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
+        """Return every entry that any device can have in each joint, in its scales, but for what is known or random."""
+        found = {}
+        for i, j in enumerate(self.joints):
+            scales = self.scales(i, theta)
+            known = {e.id for e in self.known.get(j, ())}
+            for effect in self.entries.values():
+                if effect.id not in known and not effect.random:
+                    one = placed(effect.at(scales), j)
+                    found[one.key] = one
+        return found
+
+    def in_joint(self, effect: Effect, column: int) -> Effect:
+        """Return an effect as one of the joint at place ``column``, under names that bear its number."""
+        return placed(effect, self.joints[column])
+
+    def scales(self, i: int, theta: Mapping[str, float]) -> Scales:
+        """Return the scales of the joint at place ``i`` at the fitted parameters."""
+        j = self.joints[i]
+        own = {id: theta[f"{id}_{j}"] for id in ("Kp", "Fc", "sigma2")}
+        return scales_over([alone(run, i) for run in self.fitted], own | {"inertia": self.inertia(i)})
+
+    def inertia(self, i: int) -> float:
+        """Return M of the joint at place ``i`` at the first guesses, all joints at 0."""
+        motion = self.motion
+        M = motion.mass_matrix[i, i].subs(dict.fromkeys(map(position_symbol, self.joints), 0))
+        return float(M.subs({c.symbol: self.base.parameter(c.id).initial for c in motion.coefficients}))
+
+
+def coupled_study_of(
+    campaign: Campaign,
+    joints: Sequence[int],
+    entries: Mapping[str, Effect],
+    known: Mapping[int, Sequence[Effect]],
+    *,
+    threads: int = 1,
+) -> CoupledStudy:
+    """Return the study of several free joints of a campaign, with the effects that are ``known`` of each of them.
+
+    Runs in other postures of the locked joints than that of the first are left out: their coefficients are others.
+
+    Raises
+    ------
+    InputError
+        Where the campaign has no runs of these joints to fit, or its device is a joint alone.
+    """
+    joints = tuple(joints)
+    fitted, device = campaign.runs_of(joints, "fit"), device_of(campaign)
+    where = f"--free {','.join(map(str, joints))}"
+    if not fitted or device is None:
+        got = "single_joint" if device is None else "no such run"
+        raise InputError(where, expected="runs to fit of a device with these joints free", got=got)
+    if len(joints) > FEW:
+        raise InputError(where, expected=f"runs to fit with at most {FEW} joints free", got=str(len(joints)))
+    first = fitted[0]
+    posture = tuple(float(x) for x in first.posture)
+    alike = [run for run in campaign.runs_of(joints) if _locked(run, joints) == _locked(first, joints)]
+    fitted, unseen = (tuple(run for run in alike if run.use == use) for use in ("fit", "validate"))
+    base = within_reach(equations_for(campaign, device, joints, posture), fitted)
+    held = (q.but(fixed=True) for j, found in known.items() for e in found for q in placed(e, j).parameters)
+    base = replace(base, parameters=(*base.parameters, *held))
+    study = CoupledStudy(
+        joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
+        unseen=unseen, base=base, known=known,
+        entries={key: e for key, e in entries.items() if e.random or not of_the_test_alone(e)},
+        noise_given=campaign.noise_given, threads=threads,
+    )  # fmt: skip
+    return replace(study, base=study.equations())
+
+
+def _locked(run: Run, joints: Sequence[int]) -> tuple[float, ...]:
+    """Return the positions of the locked joints."""
+    return tuple(float(x) for j, x in enumerate(run.posture) if j not in joints)
+
+
+def placed(effect: Effect, joint: int) -> Effect:
+    """Return an effect as one of joint ``joint`` among several: ids and parameters bear its number."""
+    names = {id: f"{id}_{joint}" for id in effect.own_names}
+    return relabelled(effect, names).but(
+        id=f"joint{joint}_{effect.id}",
+        title=f"{effect.title}, joint {joint}",
+        rivals=tuple(f"joint{joint}_{id}" for id in effect.rivals),
+        contenders=(),
+        joint=joint,
+    )
+
+
+def taken_off(effect: Effect, joint: int) -> Effect:
+    """Return a `placed` effect as it was."""
+    names = {id: id.removesuffix(f"_{joint}") for id in effect.own_names}
+    return relabelled(effect, names).but(id=effect.id.removeprefix(f"joint{joint}_"), joint=None)

@@ -1,0 +1,1 @@
+"""The same for runs under position control, whose torque is the residual."""

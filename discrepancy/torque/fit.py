@@ -1,0 +1,132 @@
+"""A joint with effects fitted to the torque that a position controller recorded, and what it leaves of that torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.fit.levenberg_marquardt import minimise
+from discrepancy.fit.solution import start_vector
+from discrepancy.fit.whitened import Whitened
+from discrepancy.torque.study import TorqueStudy
+from identification.optimise.starts import sobol_starts
+from measurement.values.run import Array
+from model.effects.effect import Effect
+from support.errors import NumericalError
+
+ITERATIONS = 60
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueFit:
+    """A fitted model.
+
+    Parameters
+    ----------
+    effects
+        Effects in the equations, in SI units.
+    problem, x
+        The least-squares problem and its optimum.
+    residual
+        Torque that the model leaves unexplained (n_t,) [N m], run by run.
+    jacobian
+        ∂residual/∂x over the noise, of the rows that are fitted (n_rows, n_x).
+    study
+        Tells rows that are fitted from those that are held out.
+    calls
+        Simulations of all runs.
+    """
+
+    effects: tuple[Effect, ...]
+    problem: Whitened
+    x: Array
+    residual: tuple[Array, ...]
+    jacobian: Array
+    study: TorqueStudy
+    calls: int
+
+    @property
+    def theta(self) -> Array:
+        """Parameters (n_p,)."""
+        return self.problem.theta(self.x)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by id."""
+        return {q.id: float(p) for q, p in zip(self.problem.simulator.equations.parameters, self.theta, strict=True)}
+
+    @property
+    def fitted(self) -> Array:
+        """Residual torque of all fitted rows [N m]."""
+        return np.concatenate([r[seen] for r, seen in zip(self.residual, self.study.seen, strict=True)])
+
+    @property
+    def unseen(self) -> Array:
+        """Residual torque of all rows that no fit saw [N m]."""
+        return np.concatenate([r[~seen] for r, seen in zip(self.residual, self.study.seen, strict=True)])
+
+    @property
+    def correlation_time(self) -> float:
+        """Rows after which the residual is new: 1 + 2·Σρₖ up to the first negative autocorrelation."""
+        return max(_correlation_time(r) for r in self.residual)
+
+    @property
+    def std(self) -> dict[str, float]:
+        """Standard errors by id, from the residual's own size and correlation; 0 where fixed."""
+        n = self.problem.n_parameters
+        J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.scaling.slope(self.theta))
+        size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+        inverse = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-12, hermitian=True)
+        scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
+        errors = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)) / size
+        ids = [q.id for q in self.problem.simulator.equations.parameters]
+        found = dict.fromkeys(ids, 0.0)
+        return found | {ids[k]: float(e) for k, e in zip(self.problem.scaling.free, errors, strict=True)}
+
+
+def rms(values: Array) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def _correlation_time(r: Array) -> float:
+    centred = r - r.mean()
+    spectrum = np.abs(np.fft.rfft(centred, 2 * r.size)) ** 2
+    rho = np.fft.irfft(spectrum)[: r.size]
+    rho = rho / max(float(rho[0]), 1e-300)
+    below = np.flatnonzero(rho < 0.0)
+    return float(1.0 + 2.0 * rho[1 : below[0] if below.size else r.size].sum())
+
+
+def fit_model(
+    study: TorqueStudy, effects: Sequence[Effect] = (), start: Mapping[str, float] | None = None, *,
+    starts: int = 1, seed: int = 0,
+) -> TorqueFit:  # fmt: skip
+    """Fit base and effects together from ``start`` (the first guesses where None) and from ``starts`` − 1 further ones.
+
+    Raises
+    ------
+    NumericalError
+        Where no start gives a finite torque.
+    """
+    simulator = study.simulator(effects)
+    problem = Whitened.under(simulator, study.runs, study.whiteners)
+    first = start_vector(simulator.equations, start or {})
+    found = [
+        minimise(problem, problem.first(theta), iterations=ITERATIONS)
+        for theta in sobol_starts(problem.scaling, first, starts, seed)
+    ]
+    best = min(found, key=lambda d: d.cost)
+    if not np.isfinite(best.cost):
+        msg = f"joint {study.joint}: no start gave a finite torque; check units, bounds and first guesses"
+        raise NumericalError(msg)
+    theta, x0 = problem.theta(best.x), problem.x0(best.x)
+    left = [run.y[:, 0] - simulator.simulate(theta, run, x0=s).y[:, 0] for run, s in zip(study.runs, x0, strict=True)]
+    jacobian = problem.blocks(best.x).jacobian
+    seen = np.concatenate(study.seen)
+    return TorqueFit(
+        effects=tuple(effects), problem=problem, x=best.x, residual=tuple(left), jacobian=jacobian[: seen.size][seen],
+        study=study, calls=sum(d.calls for d in found),
+    )  # fmt: skip

@@ -1,0 +1,84 @@
+"""Which entry could explain what is left of a torque: each one's signature, projected off what the model can move."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.detect.signatures import shapes
+from discrepancy.torque.fit import TorqueFit
+from discrepancy.torque.study import TorqueStudy
+from identification.simulators.inverse_dynamics import measured_motion
+from measurement.values.run import Array
+from model.effects.effect import Effect
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Promise:
+    """The best shape of an entry: share of the residual's energy, start of a refit, signatures that were simulated."""
+
+    effect: Effect
+    share: float
+    start: dict[str, float]
+    columns: int
+
+
+def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect]) -> list[Promise]:
+    """Return every entry (SI units) with its best shape, the most promising first."""
+    Q, r = orthonormal(current.jacobian), current.fitted
+    r = r - Q @ (Q.T @ r)
+    found = [_best(study, current, effect, Q, r) for effect in entries.values()]
+    return sorted((p for p in found if p is not None), key=lambda p: -p.share)
+
+
+def orthonormal(J: Array) -> Array:
+    """Return an orthonormal basis of the columns of J."""
+    U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
+    return np.asarray(U[:, s > 1e-7 * s[0]])
+
+
+def _signatures(
+    study: TorqueStudy, current: TorqueFit, effect: Effect, grid: list[tuple[dict[str, float], ...]]
+) -> Array:
+    """Return how each column of the grid would change the fitted rows' torque, shape (n_rows, n_columns)."""
+    simulator = study.simulator((*current.effects, effect))
+    neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
+    sets = [neutral, *(neutral | values for point in grid for values in point)]
+    theta = np.array([[(current.values | s)[q.id] for q in simulator.equations.parameters] for s in sets])
+    start = np.array([s.start for s in simulator.equations.states])
+    stacked = []
+    for run, seen in zip(study.runs, study.seen, strict=True):
+        starts = np.broadcast_to(start, (len(sets), start.size))
+        y = simulator.kernel.simulate_many(run.t, measured_motion(run), theta, starts, linear=True)[:, seen, 0]
+        stacked.append((y[1:] - y[0]).T)
+    D = np.concatenate(stacked)
+    D[:, ~np.isfinite(D).all(axis=0)] = 0.0
+    return D
+
+
+def _best(study: TorqueStudy, current: TorqueFit, effect: Effect, Q: Array, r: Array) -> Promise | None:
+    grid = shapes(effect)
+    D = _signatures(study, current, effect, grid)
+    D -= Q @ (Q.T @ D)
+    best: Promise | None = None
+    at = 0
+    for point in grid:
+        block = D[:, at : at + len(point)]
+        at += len(point)
+        factor = np.asarray(np.linalg.lstsq(block, r, rcond=1e-8)[0], dtype=np.float64)
+        share = 1.0 - float(np.sum((r - block @ factor) ** 2) / np.sum(r**2))
+        if best is None or share > best.share:
+            best = Promise(effect=effect, share=share, start=_start(effect, point, factor), columns=D.shape[1])
+    return best
+
+
+def _start(effect: Effect, point: tuple[dict[str, float], ...], factor: Array) -> dict[str, float]:
+    """Return the parameters of the shape with amplitudes at their linear estimates, inside the bounds."""
+    values = {x.id: x.initial for x in effect.parameters}
+    amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
+    for column, f in zip(point, factor, strict=True):
+        values |= {id: v * (f if id in amplitudes else 1.0) for id, v in column.items() if v != 0.0}
+    limits = {x.id: (x.lower, x.upper) for x in effect.parameters}
+    return {id: float(np.clip(v, *limits[id])) for id, v in values.items()}

@@ -1,0 +1,150 @@
+"""What is missing in a joint whose torque is scored: effects added while they predict held-out torque better.
+
+Under position control the residual is far above the torque's noise and correlated over many rows. Models are therefore
+compared by the predictive score of means over a tenth of a second, each given the one before (first-order
+autoregression, its two numbers estimated on the fitted stretches).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from discrepancy.torque.fit import TorqueFit, fit_model, rms
+from discrepancy.torque.scan import Promise, promises
+from discrepancy.torque.study import Mask, TorqueStudy
+from measurement.values.run import Array
+from model.effects.effect import Effect
+
+MOST, REFITS = 4, 4
+"""Effects at most, and entries of a scan that are refitted."""
+ENOUGH = 2.0
+"""Least gain, twice in log score, on fitted rows (parameters paid for) and on held-out ones."""
+MEAN_S = 0.1
+"""Span over which the residual torque is averaged [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scores:
+    """Log scores of averaged residuals on fitted and on held-out stretches, and how many there are of them."""
+
+    fitted: float
+    unseen: float
+    n: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueCandidate:
+    """An entry refitted with everything else: gain in BIC on fitted rows, evidence on held-out ones."""
+
+    key: str
+    model: TorqueFit
+    bic: float
+    evidence: float
+
+    @property
+    def acceptable(self) -> bool:
+        """Whether it gains on fitted rows after its parameters are paid for, and on held-out rows."""
+        return self.bic > ENOUGH and self.evidence > ENOUGH
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueStep:
+    """One round: all promises of the scan, the candidates that were refitted (best first), the one that was taken."""
+
+    promises: tuple[Promise, ...]
+    candidates: tuple[TorqueCandidate, ...]
+    taken: TorqueCandidate | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueSearch:
+    """The base model, the final one and the rounds between."""
+
+    study: TorqueStudy
+    base: TorqueFit
+    final: TorqueFit
+    steps: tuple[TorqueStep, ...]
+
+    @property
+    def simulations(self) -> int:
+        """Simulated runs, those of the signatures included."""
+        models = [self.base, *(c.model for step in self.steps for c in step.candidates)]
+        signatures = sum(p.columns for step in self.steps for p in step.promises)
+        return len(self.study.runs) * (sum(m.calls for m in models) + signatures)
+
+
+def scores(model: TorqueFit) -> Scores:
+    """Score the averaged residuals, each given the one before."""
+    now, before, seen = _averages(model)
+    phi = float(now[seen] @ before[seen]) / max(float(before[seen] @ before[seen]), 1e-300)
+    innovation = now - phi * before
+    s = float(np.sqrt(np.mean(innovation[seen] ** 2)))
+    log_p = -0.5 * (innovation / s) ** 2 - np.log(s)
+    return Scores(fitted=float(log_p[seen].sum()), unseen=float(log_p[~seen].sum()), n=int(seen.sum()))
+
+
+def _averages(model: TorqueFit) -> tuple[Array, Array, Mask]:
+    """Means over spans, those of the spans before, and which spans were fitted."""
+    now, before, fitted = [], [], []
+    for run, r, seen in zip(model.study.runs, model.residual, model.study.seen, strict=True):
+        span = np.floor((run.t - run.t[0]) / MEAN_S).astype(int)
+        count = np.bincount(span).clip(1)
+        means = np.bincount(span, r) / count
+        now.append(means[1:])
+        before.append(means[:-1])
+        fitted.append((np.bincount(span, seen.astype(float)) / count)[1:] > 0.5)
+    return np.concatenate(now), np.concatenate(before), np.concatenate(fitted)
+
+
+def search_torque(
+    study: TorqueStudy, entries: Mapping[str, Effect], *, starts: int, seed: int, tell: Callable[[str], None]
+) -> TorqueSearch:
+    """Add entries (in multiples of the joint's scales) one by one while they gain."""
+    tell("base fit")
+    base = fit_model(study, starts=starts, seed=seed)
+    scales = study.scales(base.values)
+    known = {key: effect.at(scales) for key, effect in entries.items()}
+    current, steps = base, []
+    for _ in range(MOST):
+        step = _step(study, current, known, tell)
+        steps.append(step)
+        if step.taken is None:
+            break
+        current = step.taken.model
+    return TorqueSearch(study=study, base=base, final=current, steps=tuple(steps))
+
+
+def _step(
+    study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect], tell: Callable[[str], None]
+) -> TorqueStep:
+    tell("scan of the catalogue")
+    taken = {e.id for e in current.effects}
+    found = promises(study, current, {key: e for key, e in entries.items() if e.id not in taken})
+    candidates = []
+    for promise in found[:REFITS]:
+        tell(f"refit with {promise.effect.key}")
+        model = refitted(study, current, promise)
+        candidates.append(compared(promise.effect.key, current, model))
+    ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))
+    winner = next((c for c in ranked if c.acceptable), None)
+    return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner)
+
+
+def refitted(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit:
+    """Refit everything from the scan's estimate, and from a tenth of its amplitudes; the better fit counts."""
+    effect, fits = promise.effect, []
+    for share in (1.0, 0.1):
+        first = {id: value * (share if id in effect.neutral else 1.0) for id, value in promise.start.items()}
+        fits.append(fit_model(study, (*current.effects, effect), {**current.values, **first}))
+    return min(fits, key=lambda f: rms(f.fitted))
+
+
+def compared(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCandidate:
+    """Judge ``more`` against ``less``."""
+    a, b = scores(less), scores(more)
+    extra = more.problem.n_parameters - less.problem.n_parameters
+    bic = 2.0 * (b.fitted - a.fitted) - extra * float(np.log(b.n))
+    return TorqueCandidate(key=key, model=more, bic=bic, evidence=2.0 * (b.unseen - a.unseen))

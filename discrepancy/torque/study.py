@@ -1,0 +1,122 @@
+"""One joint whose runs a position controller made: motion in, torque out, and which rows are held out.
+
+Where a campaign has no run to validate on, stretches of the run are held out that alternate with fitted ones. A sweep
+there and back then shows every held-out position once more, in the other direction.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discrepancy.torque.inverse_dynamics import inverse_equations
+from identification.sequence.equations_for import device_of, equations_for
+from identification.simulators.inverse_dynamics import TorqueSimulator, measured_motion, torque_run
+from measurement.values.campaign import Campaign
+from measurement.values.run import Array, Run
+from model.effects.effect import Effect
+from model.effects.scales import Scales
+from model.equations.equations import Equations
+from model.joint.locked_joint import joint_equations
+from model.kernel.compiled import CompiledKernel
+from noise.correlation import Whitener
+
+STRETCHES, HELD_OUT = 48, 3
+"""Stretches into which a run is divided, and every how many of them one is held out."""
+STEP = 2.5e-3
+"""Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Masked(Whitener):
+    """White noise on the rows that are fitted; those that are held out count nothing."""
+
+    seen: Mask
+
+    def __call__(self, x: Array) -> Array:
+        """Return x (n_t, 1) or (n_t, 1, k) with zeros where rows are held out."""
+        return np.where(self.seen.reshape(-1, *(1,) * (x.ndim - 1)), x, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueStudy:
+    """What the search for missing effects in a torque is handed.
+
+    Parameters
+    ----------
+    runs
+        Runs with the position as ``u`` and the torque as ``y``.
+    seen
+        For every run, which rows are fitted (n_t,).
+    base
+        Equations without effects.
+    """
+
+    joint: int
+    runs: tuple[Run, ...]
+    seen: tuple[Mask, ...]
+    base: Equations
+    prismatic: bool
+
+    @property
+    def whiteners(self) -> tuple[Masked, ...]:
+        """One per run."""
+        return tuple(Masked(seen=seen) for seen in self.seen)
+
+    @property
+    def repeats(self) -> bool:
+        """Whether some position is passed more than twice: else what lives in time looks like what lives in place."""
+        turns = 0
+        for run in self.runs:
+            v = measured_motion(run)[:, 1]
+            moving = np.sign(v[np.abs(v) > 0.3 * np.quantile(np.abs(v), 0.9)])
+            turns += int(np.sum(moving[1:] != moving[:-1]))
+        return len(self.runs) + turns > 2
+
+    def equations(self, effects: Sequence[Effect] = ()) -> Equations:
+        """Return the base with ``effects``."""
+        return joint_equations(self.joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic)
+
+    def simulator(self, effects: Sequence[Effect] = ()) -> TorqueSimulator:
+        """Return what turns measured motion into torque; the effects must be `inverse_dynamics.readable`."""
+        inverse = inverse_equations(self.equations(effects))
+        if inverse is None:
+            msg = f"{[e.key for e in effects]} cannot be read from motion to torque"
+            raise ValueError(msg)
+        return TorqueSimulator(inverse, CompiledKernel.of(inverse, step=STEP))
+
+    def scales(self, values: Mapping[str, float]) -> Scales:
+        """Return the joint's scales over the runs, at fitted base parameters."""
+        q = np.concatenate([run.u[:, 0] for run in self.runs])
+        v = np.concatenate([measured_motion(run)[:, 1] for run in self.runs])
+        return Scales(
+            torque=max(float(np.abs(run.y).max()) for run in self.runs), position=float(np.ptp(q)) / 2,
+            centre=float(q.max() + q.min()) / 2, speed=float(np.quantile(np.abs(v), 0.99)), inertia=values["inertia"],
+            friction=values["Fc"], viscous=values["sigma2"], duration=max(float(run.t[-1]) for run in self.runs),
+            prismatic=self.prismatic,
+        )  # fmt: skip
+
+
+def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
+    """Return the study of one joint of a campaign whose runs were recorded under position control."""
+    fitted, unseen = campaign.runs_of((joint,), "fit"), campaign.runs_of((joint,), "validate")
+    cut = {run.file for run in fitted} & {run.file for run in unseen}
+    runs = [*(run for run in fitted if run.file not in cut), *unseen]
+    seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in runs]
+    return TorqueStudy(
+        joint=joint,
+        runs=tuple(torque_run(run.but(score_from=0)) for run in runs),
+        seen=tuple(np.broadcast_to(np.asarray(s), run.t.shape) for s, run in zip(seen, runs, strict=True)),
+        base=equations_for(campaign, device_of(campaign), (joint,)),
+        prismatic=bool(fitted[0].prismatic[0]),
+    )
+
+
+def alternating(rows: int) -> Mask:
+    """Return False for every third stretch."""
+    stretch = np.arange(rows) * STRETCHES // rows
+    return np.asarray(stretch % HELD_OUT != HELD_OUT - 1)

@@ -1,0 +1,1 @@
+"""Solution in, missing torque as a function out."""

@@ -1,0 +1,91 @@
+"""A closed form for a remaining torque that has no name: sparse regression over a small library of functions.
+
+Forward regression by orthogonal least squares (Billings 2013, chapter 3; `pysindy.FROLS`), with one term, then two. The
+first set of terms that follows the torque within its band, or within a hundredth, is suggested, no more than that: a
+curve over one variable cannot tell a law from another with the same bends. PySINDy is an optional dependency
+(``haptid[suggest]``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+
+import numpy as np
+from scipy.stats import chi2
+
+from measurement.values.run import Array
+
+Function = Callable[[Array], Array]
+
+
+def _bell(centre: float) -> Function:
+    return lambda x: np.asarray(np.exp(-(((x - centre) / 0.3) ** 2)))
+
+
+def _wave(wave: Function, number: int) -> Function:
+    return lambda x: wave(number * np.pi * x)
+
+
+MOST_TERMS = 2
+LEAST_P = 0.01
+"""p of χ² below which the terms do not follow the torque."""
+CLOSE = 0.01
+"""Share of the largest torque to within which a formula has to follow it at least."""
+LEAST_GAIN = 25.0
+"""Least decrease of χ² by which the terms must beat nothing at all."""
+LIBRARY: Mapping[str, Function] = {
+    "x²": np.square,
+    "x³": lambda x: x**3,
+    "x⁴": lambda x: x**4,
+    "|x|": np.abs,
+    "tanh(5·x)": lambda x: np.tanh(5 * x),
+    **{f"exp(−((x − {c:.1f})/0.3)²)": _bell(c) for c in (-0.5, 0.0, 0.5)},
+    **{f"sin({k}·π·x)": _wave(np.sin, k) for k in (1, 2, 3)},
+    **{f"cos({k}·π·x)": _wave(np.cos, k) for k in (1, 2, 3)},
+}
+"""Functions of x, the variable over half its range about the middle: −1 ≤ x ≤ 1."""
+
+
+def suggestion(knots: Array, torque: Array, std: Array, bend: Array, unit: str = "N m") -> str | None:
+    """Return a formula of x for ``torque`` (n,) at ``knots`` (n,), or None where none of few terms follows it.
+
+    Parameters
+    ----------
+    std
+        Standard error of the torque at every knot, shape (n,).
+    bend
+        Projector (n, n) that takes constant and slope off: torque is known without them.
+    unit
+        Of the torque.
+    """
+    if find_spec("pysindy") is None:
+        return None
+    middle, half = float(knots[0] + knots[-1]) / 2, float(knots[-1] - knots[0]) / 2
+    x = (knots - middle) / half
+    weight = 1.0 / np.maximum(std, CLOSE * np.abs(torque).max() + 1e-300)
+    terms = np.column_stack([bend @ f(x) for f in LIBRARY.values()])
+    target = weight * torque
+    for count in range(1, MOST_TERMS + 1):
+        coefficients = _sparse(weight[:, None] * terms, target, count)
+        left = target - weight * (terms @ coefficients)
+        gain = float(target @ target - left @ left)
+        dof = knots.size - 2 - np.count_nonzero(coefficients)
+        if gain > LEAST_GAIN and chi2.sf(float(left @ left), dof) > LEAST_P:
+            pairs = zip(coefficients, LIBRARY, strict=True)
+            said = " ".join(f"{c:+.3g}·{name}" for c, name in pairs if c)
+            return f"{said.lstrip('+')} {unit}, x = (variable − {middle:.3g})/{half:.3g}, up to a straight line"
+    return None
+
+
+def _sparse(terms: Array, target: Array, count: int) -> Array:
+    """Coefficients (n_terms,) of which ``count`` are not zero."""
+    from pysindy import FROLS  # noqa: PLC0415 (optional, and slow to import)
+
+    found = FROLS(max_iter=count, normalize_columns=True, alpha=0.0, kappa=None)
+    found.fit(terms, target[:, None])
+    chosen = np.argsort(-np.abs(found.coef_[0] * np.linalg.norm(terms, axis=0)))[:count]
+    chosen = chosen[found.coef_[0][chosen] != 0]
+    coefficients = np.zeros(terms.shape[1])
+    coefficients[chosen] = np.linalg.lstsq(terms[:, chosen], target, rcond=None)[0]
+    return coefficients

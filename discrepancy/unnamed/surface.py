@@ -1,0 +1,117 @@
+"""A torque as a smooth function of two variables: products of Chebyshev polynomials, as an effect and as numbers.
+
+Each polynomial is one of s = (x − c)/√((x − c)² + b²), which is bounded however far a variable goes. Over speed b is a
+tenth of the largest one, so that friction, which turns with the direction, is a function that they follow. Constants,
+and the first polynomial of either variable alone, are held by the base (a spring, friction, the gain) and left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+import sympy as sp
+from numpy.polynomial.chebyshev import chebvander
+
+from discrepancy.unnamed.splines import HELD, SYMBOLS, fixed_at
+from measurement.values.run import Array
+from model.effects.effect import Effect, parameter
+from model.equations.quantity import Quantity
+
+ORDER = 4
+"""Highest polynomial of each variable."""
+POINTS = 9
+"""Values of each variable at which the torque is told."""
+NARROW = 0.1
+"""Share b of the largest speed."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Axis:
+    """One variable between ``first`` and ``last``."""
+
+    variable: str
+    first: float
+    last: float
+
+    @property
+    def centre(self) -> float:
+        """c, 0 over speed."""
+        return 0.0 if self.variable == "velocity_rad_s" else (self.first + self.last) / 2
+
+    @property
+    def width(self) -> float:
+        """b, half of the range but over speed."""
+        if self.variable == "velocity_rad_s":
+            return NARROW * max(abs(self.first), abs(self.last))
+        return (self.last - self.first) / 2
+
+    @property
+    def knots(self) -> Array:
+        """Values (POINTS,) that are equidistant in s."""
+        low, high = self.coordinate(np.array([self.first, self.last]))
+        s = np.linspace(low, high, POINTS)
+        return np.asarray(self.centre + self.width * s / np.sqrt(1.0 - s**2))
+
+    def coordinate(self, x: Array) -> Array:
+        """Return s(x)."""
+        return np.asarray((x - self.centre) / np.hypot(x - self.centre, self.width))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Surface:
+    """Functions of two variables."""
+
+    axes: tuple[Axis, Axis]
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Both variables."""
+        return tuple(axis.variable for axis in self.axes)
+
+    @property
+    def knots(self) -> tuple[Array, ...]:
+        """Values of each variable at which the torque is told, (POINTS,) each."""
+        return tuple(axis.knots for axis in self.axes)
+
+    @property
+    def terms(self) -> list[tuple[int, int]]:
+        """Orders of the polynomials that are fitted."""
+        one, two = (HELD[variable] for variable in self.variables)
+        held = {(i, 0) for i in range(one)} | {(0, j) for j in range(two)}
+        orders = range(ORDER + 1)
+        return [(i, j) for i, j in product(orders, orders) if (i, j) not in held]
+
+    @property
+    def design(self) -> Array:
+        """Torque at the knots by the weights, shape (POINTS², n_weights), the second variable running fastest."""
+        first, second = (chebvander(axis.coordinate(axis.knots), ORDER) for axis in self.axes)
+        return np.column_stack([np.kron(first[:, i], second[:, j]) for i, j in self.terms])
+
+    def effect(self, scale: float) -> Effect:
+        """Return the effect Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂); |aᵢⱼ| is bounded by ten times ``scale`` [N m].
+
+        Centres and widths are fixed parameters: one kernel serves every range.
+        """
+        coordinates, ranges = zip(*(_symbolic(axis, k) for k, axis in enumerate(self.axes)), strict=True)
+        first, second = ([sp.expand(sp.chebyshevt(k, s)) for k in range(ORDER + 1)] for s in coordinates)
+        weights = tuple(
+            parameter(f"shape{i}{j}", "N m", f"weight {i}, {j} of the missing torque", 0.0, -10 * scale, 10 * scale)
+            for i, j in self.terms
+        )
+        names = [variable.partition("_")[0] for variable in self.variables]
+        return Effect(
+            id=f"shape_over_{'_and_'.join(names)}", title=f"missing torque over {' and '.join(names)}",
+            formula="Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂)", lives_in=names[0], side="torque",
+            parameters=(*weights, *ranges[0], *ranges[1]), amplitudes=len(weights),
+            torque=sp.Add(*(a.symbol * first[i] * second[j] for a, (i, j) in zip(weights, self.terms, strict=True))),
+        )  # fmt: skip
+
+
+def _symbolic(axis: Axis, number: int) -> tuple[sp.Expr, tuple[Quantity, Quantity]]:
+    """Return s of one variable, with its centre and width as fixed parameters."""
+    centre = fixed_at(f"centre{number}", axis.variable, axis.centre)
+    width = fixed_at(f"width{number}", axis.variable, axis.width)
+    x = SYMBOLS[axis.variable] - centre.symbol
+    return x / sp.sqrt(x**2 + width.symbol**2), (centre, width)

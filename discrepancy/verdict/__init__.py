@@ -1,0 +1,1 @@
+"""Search result in, verdict and next experiment out."""

@@ -1,0 +1,244 @@
+"""The run that would tell rivals apart: the torque, within what was already used, after which they still differ most.
+
+T-optimality (Atkinson and Fedorov 1975) over a grid of cosines and sweeps. The winner's readings stand for the truth,
+and every rival is refitted to them, to first order, together with all runs that are there: what its parameters can make
+good is no difference. So two frequencies may tell what one does not: an inertia answers as 1/ω², a lag does not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import combinations_with_replacement
+
+import numpy as np
+from numpy.typing import NDArray
+
+from discrepancy.fit.solution import Solution, under_noise, with_starts
+from discrepancy.fit.tangent_space import movable
+from discrepancy.study.study import Study
+from measurement.signals.cycles import find_cycles
+from measurement.values.run import Array, Run
+from measurement.values.units import unit_for
+from support.processes.threads import mapped
+
+LEVELS = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
+"""Amplitudes and offsets, as shares of the largest torque that was used."""
+FASTER = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
+"""Frequencies, as multiples of the fastest that was used."""
+ROWS_A_PERIOD = 8
+"""Readings that a period of the proposed torque holds at least."""
+ROOM = 0.05
+"""Share of the travel by which a proposed run may leave it."""
+MANY = 10
+"""Repeats of a run beyond which it is no help."""
+CLEAR = 50.0
+"""Expected evidence, twice the difference of log-likelihoods, at which the runs tell the rivals apart.
+
+Ten of it are needed, ten may speak for the wrong one beforehand, and its standard deviation is 2·√50 = 14.
+"""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Proposal:
+    """A torque offset + A·cos(φ(t)) from rest, with what it is expected to tell.
+
+    Parameters
+    ----------
+    amplitude, offset
+        Of the torque [N m].
+    frequency, end_frequency
+        φ' at the start and at the end [rad/s], ln φ' being linear in time; the same for a cosine.
+    duration
+        Length of the run [s].
+    evidence
+        Expected twice the difference of log-likelihoods by one such run, beside the runs that are there.
+    repeats
+        How many such runs tell the rivals apart; more than `MANY` where that many do not.
+    rows
+        Readings of the run.
+    unit
+        Of the torque, N where the joint slides.
+    """
+
+    amplitude: float
+    frequency: float
+    end_frequency: float
+    offset: float
+    duration: float
+    rows: int
+    evidence: float = 0.0
+    repeats: int = MANY + 1
+    unit: str = "N m"
+
+    @property
+    def separation(self) -> float:
+        """RMS of what a rival cannot make good, over the noise."""
+        return math.sqrt(max(self.evidence, 0.0) / self.rows)
+
+    @property
+    def tells(self) -> bool:
+        """Whether a few such runs tell the rivals apart."""
+        return self.repeats <= MANY
+
+    def torque(self, t: Array) -> Array:
+        """Torque at the times t [s], shape (n_t,) [N m]."""
+        growth = math.log(self.end_frequency / self.frequency) / self.duration
+        phase = self.frequency * (t if growth == 0.0 else np.expm1(growth * t) / growth)
+        return np.asarray(self.offset + self.amplitude * np.cos(phase))
+
+    def as_json(self) -> dict[str, float | int | bool | str]:
+        """Return the run in SI units and in words."""
+        swept = self.end_frequency != self.frequency
+        frequency = (
+            f"swept from {self.frequency:.3g} to {self.end_frequency:.3g}" if swept else f"at {self.frequency:.3g}"
+        )
+        words = (
+            f"cosine torque of {self.amplitude:.3g} {self.unit} {frequency} rad/s about {self.offset:.3g} {self.unit}, "
+            f"from rest, {self.duration:.3g} s"
+        )
+        if not self.tells:
+            words += f"; it separates them by {self.separation:.2g} of the noise, no run within these limits would do"
+        elif self.repeats > 1:
+            words += f", {self.repeats} times: one alone separates them by {self.separation:.2g} of the noise"
+        return {
+            "torque_amplitude_Nm": self.amplitude, "frequency_rad_s": self.frequency,
+            "end_frequency_rad_s": self.end_frequency, "torque_offset_Nm": self.offset, "duration_s": self.duration,
+            "row_spacing_s": self.duration / (self.rows - 1), "repeats": min(self.repeats, MANY), "tells": self.tells,
+            "expected_evidence": self.evidence, "separation_over_noise": self.separation, "run": words,
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class _Rival:
+    """A rival with what the runs that are there tell of its parameters: ‖R·δ + told‖² for their change δ.
+
+    Parameters
+    ----------
+    solution
+        Its optimum.
+    free
+        Places in x of its parameters that are free to move, shape (m,).
+    R
+        Triangle of the Jacobian's QR, the runs' initial states projected off, shape (m, m).
+    told
+        The winner's readings minus its own in the same coordinates, shape (m,).
+    """
+
+    solution: Solution
+    free: NDArray[np.intp]
+    R: Array
+    told: Array
+
+
+def propose(study: Study, winners: Sequence[Solution], rivals: Sequence[Solution]) -> Proposal:
+    """Return the run of the grid that tells the least separated rival from the winner in the fewest repeats.
+
+    Of those, and where none does, it is the one that alone takes that rival furthest. Of a winner in several variants
+    each may be the truth: a rival counts as far as it is from the nearest of them.
+    """
+    worlds = [(winner, [_rival(study, winner, r) for r in rivals]) for winner in winners]
+    template = max(study.fitted, key=lambda run: run.t[-1])
+    tried = mapped(partial(_tried, study, worlds, template), _grid(study, template), threads=study.threads)
+    inside = [p for p, excursion in tried if excursion <= ROOM]
+    return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: (-p.repeats, p.evidence))
+
+
+def _grid(study: Study, template: Run) -> list[Proposal]:
+    """Lay out the torques that are tried, at the times of ``template``."""
+    largest = max(float(np.abs(run.u).max()) for run in study.fitted)
+    fastest = max(find_cycles(run).omega for run in study.fitted)
+    limit = 2 * np.pi / (ROWS_A_PERIOD * float(np.median(np.diff(template.t))))
+    speeds = [fastest * f for f in FASTER if fastest * f <= limit or f <= 1.0]
+    return [
+        Proposal(
+            amplitude=a * largest, frequency=slow, end_frequency=fast, offset=o * largest,
+            duration=float(template.t[-1]), rows=template.t.size, unit=unit_for("N m", template.prismatic),
+        )
+        for a, o in LEVELS
+        for slow, fast in combinations_with_replacement(speeds, 2)
+    ]  # fmt: skip
+
+
+def _rival(study: Study, winner: Solution, rival: Solution) -> _Rival:
+    """Reduce the runs that are there to what they tell of a rival's parameters."""
+    there, own = (_readings(study, s) for s in (winner, rival))
+    problem = rival.problem
+    weights = [root / run.sensor_std[0] for root, run in zip(problem.roots, study.fitted, strict=True)]
+    pairs = zip(problem.whiteners, weights, there, own, strict=True)
+    difference = np.concatenate([whiten((weight * (a - b))[:, None]).ravel() for whiten, weight, a, b in pairs])
+    J = rival.blocks.jacobian
+    difference = np.pad(difference, (0, J.shape[0] - difference.size))
+    places = np.flatnonzero(movable(rival))
+    free, starts = places[places < problem.n_parameters], places[places >= problem.n_parameters]
+    _, triangle = np.linalg.qr(np.column_stack([J[:, starts], J[:, free], difference]))
+    below = triangle[starts.size : starts.size + free.size, starts.size :]
+    return _Rival(rival, free, below[:, :-1], below[:, -1])
+
+
+def _readings(study: Study, solution: Solution) -> list[Array]:
+    """Simulate every fitted run at an optimum; readings, each of shape (n_t,)."""
+    simulator = study.factory(solution.equations)
+    pairs = zip(study.fitted, solution.x0, strict=True)
+    return [simulator.simulate(solution.theta, run, x0=x0).y[:, 0] for run, x0 in pairs]
+
+
+def _tried(
+    study: Study, worlds: Sequence[tuple[Solution, Sequence[_Rival]]], template: Run, proposal: Proposal
+) -> tuple[Proposal, float]:
+    """Return a proposal with its evidence, and the share of the travel by which it leaves it."""
+    told, farthest = [], 0.0
+    for winner, rivals in worlds:
+        made, excursion = _made(study, winner, template, proposal)
+        if not math.isfinite(excursion):
+            return proposal, np.inf
+        farthest = max(farthest, excursion)
+        at = study.fitted.index(template)
+        told += [_evidence(study, rival, made, rival.solution.x0[at]) for rival in rivals]
+    evidence = np.min(told, axis=0)
+    enough = np.flatnonzero(evidence >= CLEAR)
+    repeats = int(enough[0]) + 1 if enough.size else MANY + 1
+    return replace(proposal, evidence=float(evidence[0]), repeats=repeats), farthest
+
+
+def _made(study: Study, winner: Solution, template: Run, proposal: Proposal) -> tuple[Run, float]:
+    """Simulate a proposal; return the run, and the share of the travel by which it leaves it.
+
+    It has the times of ``template``, the longest run, and starts where that did.
+    """
+    torque = proposal.torque(template.t)[:, None]
+    silent = template.but(file="proposed", u=torque, v=None, extra={}, score_from=0)
+    x0 = winner.x0[study.fitted.index(template)]
+    y = study.factory(winner.equations).simulate(winner.theta, silent, x0=x0).y
+    travelled = np.concatenate([run.y[:, 0] for run in study.fitted])
+    excursion = max(travelled.min() - y.min(), y.max() - travelled.max()) / max(np.ptp(travelled), 1e-12)
+    return silent.but(y=y), float(excursion)
+
+
+def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
+    """Return what 1, 2, … `MANY` runs of the winner's readings leave of a rival refitted to all, shape (`MANY`,).
+
+    It is the least ‖r‖² to first order. k runs tell no more than k times what one does: what one leaves to a parameter
+    that the runs which are there hardly hold, several hold.
+    """
+    solution = rival.solution
+    simulator = study.factory(solution.equations)
+    problem = under_noise(simulator, (run,), solution.noise, solution.theta, (x0,))
+    blocks = problem.blocks(with_starts(problem, problem.first(solution.theta), (x0,)))
+    if blocks.jacobians is None or not np.isfinite(blocks.residual).all():
+        return np.zeros(MANY)
+    n = problem.n_parameters
+    J = blocks.jacobians[0][:, 0]
+    m, starts = rival.free.size, problem.size - n
+    _, new = np.linalg.qr(np.column_stack([J[:, rival.free], J[:, n:], blocks.rows[0][:, 0]]))
+    there = np.column_stack([rival.R, np.zeros((m, starts)), rival.told])
+    return np.array([_left(np.vstack([there, math.sqrt(k) * new])) for k in range(1, MANY + 1)])
+
+
+def _left(rows: Array) -> float:
+    """Return the least ‖A·δ + b‖² of rows [A, b]."""
+    A = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=0), 1e-300)
+    left = rows[:, -1] - A @ np.linalg.lstsq(A, rows[:, -1], rcond=1e-12)[0]
+    return float(left @ left)

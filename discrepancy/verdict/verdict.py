@@ -1,0 +1,253 @@
+"""From a search to a verdict: nothing missing, named, ambiguous, or unlisted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from discrepancy.candidate.candidate import Trial
+from discrepancy.detect.inner_step import at_step
+from discrepancy.fit.discontinuity import around, torques
+from discrepancy.fit.scatter import degrees_of_freedom
+from discrepancy.fit.solution import SCATTER, Solution, solve
+from discrepancy.fit.standard_errors import of_curvature, standard_errors
+from discrepancy.search.search_result import Search
+from discrepancy.study.simulators import COARSE
+from discrepancy.study.study import Study
+from discrepancy.unnamed.missing_torque import Shape, missing
+from discrepancy.verdict.estimate import Estimate
+from discrepancy.verdict.next_experiment import MANY, Proposal, propose
+from measurement.values.run import Array, Run
+from model.effects.effect import Effect, renamed
+from model.equations.quantity import Quantity
+from noise.correlation import Scatter
+
+Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
+EVIDENT = 30.0
+"""Least evidence of each of several names: weak ones together mend what one unknown effect leaves."""
+FINER = 4
+"""Least division of the coarse inner step for the parameters that are told,"""
+FINEST, SHARPER = 8, 10.0
+"""and where bodies touch and part, and how many times more abruptly they do then: a damper that engages over 1/200 of
+its play can be followed from far off, and makes the play too wide by as much."""
+SHOWN = 3
+"""Alternatives that are listed where none is a rival."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NamedEffect:
+    """An effect of the verdict: its parameters and the evidence for it."""
+
+    id: str
+    key: str
+    title: str
+    formula: str
+    parameters: dict[str, Estimate]
+    evidence: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """The verdict and what it rests on."""
+
+    verdict: Verdict
+    effects: tuple[NamedEffect, ...]
+    alternatives: tuple[Trial, ...]
+    next_experiment: Proposal | None
+    shape: Shape | None
+    sentence: str
+
+
+def judge(study: Study, found: Search) -> Judgement:
+    """Turn a search into a verdict with one sentence that an engineer reads first."""
+    verdict, fine, solution = verdict_of(found), study, found.best.solution
+    errors = of_curvature(solution)
+    nothing: tuple[str, ...] = ()
+    if verdict in ("named", "ambiguous"):
+        fine, at_first = finer(study, solution)
+        solution, errors = standard_errors(fine, at_first, solution)
+    if verdict == "named" and (nothing := untold(solution, errors, study.rows)):
+        verdict = "unlisted"
+    effects = named_effects(found, solution, errors)
+    rivals = found.rivals if verdict == "ambiguous" else ()
+    proposal = _proposal(fine, solution, found, rivals) if rivals and study.alone else None
+    return Judgement(
+        verdict=verdict,
+        effects=effects,
+        alternatives=rivals or _considered(found),
+        next_experiment=proposal,
+        shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
+        sentence=_sentence(verdict, effects, rivals, proposal, found, nothing),
+    )
+
+
+def untold(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
+    """Return ids of first amplitudes, 0 their least, that standard errors (n_p,) do not tell from nothing, z² < ln n.
+
+    Where the likelihood is rough (a contact), its curvature at the minimum, on which the search relies, tells more than
+    there is.
+    """
+    std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
+    first = [e.parameters[0] for e in solution.effects if not e.threshold]
+    least = np.sqrt(np.log(n))
+    return tuple(q.id for q in first if q.lower >= 0.0 and solution.values[q.id] < least * std[q.id])
+
+
+def verdict_of(found: Search) -> Verdict:
+    """Return the verdict: a name only where what it leaves is noise, in every test.
+
+    Where even the winner leaves a gap, something real is missing that no entry explains; its names are surrogates. So
+    are several names where one of them has little to speak for it, and two powers of one variable: they are terms of a
+    series that follows any smooth curve. So is a name that an element of its kind beats which has none.
+    """
+    if not found.best.adequate:
+        return "unlisted"
+    keys = found.best.solution.keys
+    if not keys:
+        return "nothing_missing"
+    if len(keys) > 1 and min(found.evidence(key) for key in keys) < EVIDENT:
+        return "unlisted"
+    if len(_powers(found)) > 1 or found.beaten_by is not None:
+        return "unlisted"
+    return "ambiguous" if found.rivals else "named"
+
+
+def _considered(found: Search) -> tuple[Trial, ...]:
+    """Other effects that were fitted, the best first, each once."""
+    best: dict[tuple[str, ...], Trial] = {}
+    for t in sorted(found.trials, key=lambda t: t.candidate.criterion):
+        if set(t.candidate.ids) != set(found.best.candidate.ids):
+            best.setdefault(t.candidate.ids, t)
+    return tuple(best.values())[:SHOWN]
+
+
+def _powers(found: Search) -> list[str]:
+    """Return ids of the best model's effects that are a torque polynomial in the position, each a term of a series."""
+    return [e.id for e in found.best.solution.effects if e.polynomial]
+
+
+def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
+    """Fit at a finer inner step: an error of time, invisible in the readings, is no small share of a lag of a step."""
+    fine = at_step(study, min(study.factory.step, COARSE / (FINEST if solution.touching else FINER)))
+    effects = tuple(e.sharper_by(SHARPER) if e.touches else e for e in solution.effects)
+    values = {id: p for id, p in solution.values.items() if id not in {e.edge for e in effects}}
+    again = solve(fine, effects, solution.noise, values, x0=solution.x0)
+    return (fine, again) if again.finite else (study, solution)
+
+
+def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[NamedEffect, ...]:
+    """Return the effects with their parameters at ``solution``, whose standard errors (n_p,) are ``errors``."""
+    std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
+    values = solution.values
+    named = [
+        NamedEffect(
+            id=e.id, key=e.key, title=e.title, formula=e.formula,
+            parameters={x.id: _estimate(e, x, float(std[x.id]), values, found.study.fitted)
+                        for x in e.parameters if not x.fixed},
+            evidence=found.evidence(e.key),
+        )
+        for e in solution.effects
+    ]  # fmt: skip
+    return (*named, *(_random(scatter, solution, found) for scatter in solution.noise.scatters))
+
+
+def _random(scatter: Scatter, solution: Solution, found: Search) -> NamedEffect:
+    """Name a scatter; its error is that of a standard deviation."""
+    effect = found.study.in_joint(found.study.entries[SCATTER], scatter.column)
+    problem = solution.problem
+    freedom = degrees_of_freedom(problem.runs, problem.whiteners, solution.noise.scatters, scatter)
+    estimate = Estimate.of_deviation(scatter.size, freedom, "1")
+    return NamedEffect(
+        id=effect.id, key=effect.key, title=effect.title, formula=effect.formula,
+        parameters={effect.parameters[0].id: estimate}, evidence=found.evidence(effect.key),
+    )  # fmt: skip
+
+
+def _estimate(
+    effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], runs: Sequence[Run]
+) -> Estimate:
+    """Return the estimate; where a jump lies is known no better than its width, or than torques lie apart there.
+
+    Between two torques that were sent, the place of the jump changes nothing: it may be anywhere (uniform, gap/√12).
+    """
+    value = values[quantity.id]
+    if effect.threshold and quantity is effect.parameters[0]:
+        low, high = around(value, torques(runs, effect))
+        std = float(np.linalg.norm([std, values[effect.edge] * value, (high - low) / np.sqrt(12.0)]))
+    return Estimate.normal(value, std, quantity.unit)
+
+
+def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Return ids of entries that alone leave only noise, with an amplitude of nothing or a parameter at its bound."""
+    near = [t for t in trials if t.adequate and t.at_bound and len(t.solution.effects) == 1]
+    return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
+
+
+def _proposal(fine: Study, winner: Solution, found: Search, rivals: Sequence[Trial]) -> Proposal:
+    """Return the run that separates the rivals most; rivals with the same equations are apart by nothing.
+
+    Rivals are refitted at the finer step as the winner is: a faster torque than any that was sent shows errors of the
+    step that the runs which are there do not. Other variants that predict as well may be the truth too, on both sides.
+    """
+    apart = [t for t in rivals if not _same_equations(found.best, t)]
+    against = apart or list(rivals)
+    others = [finer(fine, t.solution)[1] for rival in against for t in (rival, *found.variants(rival))]
+    winners = [winner, *(finer(fine, t.solution)[1] for t in found.variants(found.best))]
+    proposal = propose(fine, winners, others)
+    return proposal if apart else replace(proposal, evidence=0.0, repeats=MANY + 1)
+
+
+def _same_equations(best: Trial, rival: Trial) -> bool:
+    """Whether a rival is the best model under other names: then no run tells them apart."""
+    pairs = zip(best.solution.effects, rival.solution.effects, strict=False)
+    alike = len(best.solution.effects) == len(rival.solution.effects)
+    return alike and all(a.key == b.key or renamed(a, b) is not None for a, b in pairs)
+
+
+def _sentence(
+    verdict: Verdict,
+    effects: tuple[NamedEffect, ...],
+    rivals: tuple[Trial, ...],
+    proposal: Proposal | None,
+    found: Search,
+    nothing: Sequence[str] = (),
+) -> str:
+    names = " and ".join(f"{e.id} ({e.title})" for e in effects)
+    if verdict == "nothing_missing":
+        return "Nothing is missing: what is left between simulation and measurement is noise."
+    if verdict == "named":
+        return f"Missing in the model: {names}."
+    if verdict == "ambiguous":
+        others = ", or ".join(" with ".join(_with_title(id, r, found) for id in r.candidate.ids) for r in rivals)
+        if proposal is None:
+            more = "tests of each joint alone may"
+        else:
+            more = "the proposed run would" if proposal.tells else "nor would any other within their torque"
+        return f"Missing in the model: {names}, or else {others}; these runs cannot tell, {more}."
+    cut = f" Combinations beyond {found.study.effort} simulated runs were not tried (--effort)." if found.cut else ""
+    like = f" It is like {names}, but {' and '.join(nothing)} may be 0." if nothing else _nearest(found, names)
+    return f"Something is missing that no entry of the catalogue explains.{like}{cut}"
+
+
+def _with_title(id: str, trial: Trial, found: Search) -> str:
+    """Return the id of one of a trial's effects; what is no entry of the catalogue with its title."""
+    listed = {e.id for e in found.study.entries.values()}
+    return next((f"{id} ({e.title}, no entry)" for e in trial.solution.effects if e.id == id and id not in listed), id)
+
+
+def _nearest(found: Search, names: str) -> str:
+    """Say what an effect without a name is like."""
+    powers = _powers(found)
+    if like := at_their_bounds(found.trials):
+        return f" It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."
+    if len(powers) > 1:
+        return f" It bends with position: {' and '.join(powers)} follow it as powers follow any curve."
+    if (other := found.beaten_by) is not None:
+        titles = " and ".join(e.title for e in other.solution.effects if e.key not in found.study.entries)
+        return f" It is of the kind of {names}, but not that: {titles} would follow it better."
+    if found.best.varies:
+        return f" {names} would leave noise alone, but with other parameters in every run: it only stands in for it."
+    return f" The nearest of the catalogue, {names}, only stands in for it: that is no finding." if names else ""

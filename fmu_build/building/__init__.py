@@ -1,0 +1,1 @@
+"""`Equations` in, `Fmu` file out, built once and kept in the cache."""

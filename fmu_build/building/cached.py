@@ -1,0 +1,66 @@
+"""FMUs that are built once and kept in the cache."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import fields
+from importlib.metadata import version
+from pathlib import Path
+
+from pythonfmu.builder import FmuBuilder
+
+import fmu_build
+from fmu_build.building.packaging import Fmu, Kind, build_fmu
+from model import kernel
+from model.equations.equations import Equations
+from model.kernel.generate import DEFAULT_STEP
+from support.files.cache import cache_folder, is_sealed, seal
+
+GUESSED = ("initial", "lower", "upper", "std", "fixed", "prior", "guess")
+"""What a fit gives an identification FMU anew, so that one FMU serves all first guesses."""
+
+
+def builder_digest() -> str:
+    """Return a digest of everything that turns equations into an FMU."""
+    digest = hashlib.sha256(f"pythonfmu {version('pythonfmu')}".encode())
+    for package in (fmu_build, kernel):
+        here = Path(package.__path__[0])
+        for path in sorted(path for path in here.rglob("*") if path.suffix in (".py", ".c", ".h", ".j2", ".txt")):
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def description_digest(equations: Equations) -> str:
+    """Return a digest of everything in the equations that an FMU shows, first guesses and bounds included."""
+    shown = (equations.states, equations.inputs, equations.outputs, equations.parameters, equations.title)
+    return hashlib.sha256(repr((equations.digest, shown, equations.orderings)).encode()).hexdigest()[:16]
+
+
+def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
+    """Return the identification FMU of ``equations`` from the cache, built where it is not there yet.
+
+    Where pythonfmu has no loader for this machine, it is the native packaging of the same kernel.
+    """
+    if not FmuBuilder.has_binary():
+        kind = "native"
+    named = [tuple(getattr(q, f.name) for f in fields(q) if f.name not in GUESSED) for q in equations.parameters]
+    shown = (equations.name, equations.title, equations.states, equations.inputs, equations.outputs, named)
+    content = hashlib.sha256(repr((equations.digest, shown, equations.orderings)).encode()).hexdigest()[:16]
+    return _kept(equations, content, kind, identification=True)
+
+
+def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
+    """Return the FMU of ``equations`` with their first guesses from the cache, built where it is not there yet."""
+    return _kept(equations, description_digest(equations), kind, identification=False)
+
+
+def _kept(equations: Equations, content: str, kind: Kind, *, identification: bool) -> Fmu:
+    path = cache_folder("fmu") / f"{equations.name}_{content}_{builder_digest()}_{kind}{'_id' * identification}.fmu"
+    if not is_sealed(path):
+        made = build_fmu(equations, path, kind=kind, identification=identification)
+        seal(path)
+        return made
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    return Fmu(
+        path=path, digest=digest, equations=equations, kind=kind, step=DEFAULT_STEP, identification=identification
+    )

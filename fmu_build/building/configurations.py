@@ -1,0 +1,41 @@
+"""One FMU per locked-joint configuration of a device."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from fmu_build.building.cached import cached_fmu
+from fmu_build.building.packaging import Fmu, Kind
+from model.device.device import Device
+from model.joint.coupled_joints import configuration_equations
+from support.errors import InputError
+from support.files.files import write_bytes
+
+COUPLED = (0, 1)
+"""The coupled test: some products of inertia appear in the mass matrix's entry between these joints alone."""
+
+
+def configurations(device: Device, joints: Sequence[int] | None = None) -> tuple[tuple[int, ...], ...]:
+    """Return the sets of free joints: each joint alone, then the coupled pair; of ``joints`` only where given."""
+    count = len(device.joints)
+    wanted = range(count) if joints is None else sorted(set(joints))
+    unknown = [j for j in wanted if not 0 <= j < count]
+    if unknown:
+        raise InputError("--joints", expected=f"joints 0..{count - 1} of {device.name}", got=str(unknown[0]))
+    sets: list[tuple[int, ...]] = [(j,) for j in wanted]
+    if all(j in wanted for j in COUPLED):
+        sets.append(COUPLED)
+    return tuple(sets)
+
+
+def build_configurations(
+    device: Device, sets: Sequence[tuple[int, ...]], folder: Path, *, kind: Kind = "python"
+) -> Iterator[Fmu]:
+    """Build (or copy from the cache) ``joint<j>.fmu`` and ``joints<jk>.fmu`` in ``folder``, one at a time."""
+    for free in sets:
+        equations = configuration_equations(device, free)
+        fmu = cached_fmu(equations, kind=kind)
+        out = write_bytes(folder / f"{equations.name}.fmu", fmu.path.read_bytes())
+        yield replace(fmu, path=out)

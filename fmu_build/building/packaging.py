@@ -1,0 +1,120 @@
+"""Equations in, FMU file out."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from fmu_build.content.extras import extra_files
+from fmu_build.description.interface import Interface, interface_of
+from fmu_build.description.provenance import Provenance
+from fmu_build.exchange.archive import pack
+from fmu_build.native.fmi2 import native_files
+from fmu_build.native.fmi3 import native_files3, renamed
+from fmu_build.native.platforms import PLATFORMS, Platform, this_platform
+from fmu_build.python.package import python_files
+from model.equations.equations import Equations
+from model.equations.output_injection import with_observer
+from model.kernel.generate import DEFAULT_STEP, generate
+from support.errors import InputError
+from support.files.files import write_bytes
+
+Kind = Literal["python", "native", "native3"]
+_PACKAGINGS = {"python": python_files, "native": native_files, "native3": native_files3}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fmu:
+    """An FMU on disk.
+
+    Parameters
+    ----------
+    path
+        The archive.
+    digest
+        Sixteen hex digits of its content.
+    equations
+        What it was built from (without observer).
+    kind
+        ``python``, ``native`` or ``native3``.
+    step
+        Longest internal step [s].
+    identification
+        Whether it takes the measured position and gives sensitivities.
+    """
+
+    path: Path
+    digest: str
+    equations: Equations
+    kind: Kind
+    step: float
+    identification: bool = False
+
+
+def interface_for(
+    equations: Equations,
+    *,
+    kind: Kind,
+    identification: bool = False,
+    values: Mapping[str, float] | None = None,
+    step: float = DEFAULT_STEP,
+) -> Interface:
+    """Return the interface of the FMU of ``equations``; ``values`` are start values by id of parameter or state."""
+    kernel = generate(with_observer(equations) if identification else equations, step=step)
+    return interface_of(
+        kernel,
+        identifier=f"{equations.name}_identification" if identification else equations.name,
+        identification=identification,
+        derivatives=kind != "python",
+        values=dict(values or {}),
+    )
+
+
+def build_fmu(
+    equations: Equations,
+    out: Path,
+    *,
+    kind: Kind = "python",
+    identification: bool = False,
+    values: Mapping[str, float] | None = None,
+    provenance: Mapping[str, Provenance | str] | None = None,
+    platforms: tuple[Platform, ...] | None = None,
+) -> Fmu:
+    """Build the FMU of ``equations`` at ``out`` and return it.
+
+    Parameters
+    ----------
+    kind
+        ``python`` (pythonfmu, the kernel compiled inside), ``native`` (FMI 2.0) or ``native3`` (FMI 3.0, not for
+        identification).
+    identification
+        Take also the measured positions, slopes and the observer gain; give also the sensitivities.
+    values
+        Start values by id of parameter or state; the first guesses where absent.
+    provenance
+        Where a parameter's value comes from and its error bar, by id, for the documentation.
+    platforms
+        For which to carry binaries; all where None, this machine's alone for identification.
+    """
+    if identification and kind == "native3":
+        raise InputError("identification FMU", expected="FMI 2.0, which the fits step", got="FMI 3.0")
+    interface = interface_for(equations, kind=kind, identification=identification, values=values)
+    if platforms is None:
+        platforms = this_platform() if identification else PLATFORMS
+    text = f"{equations.title}; torque in, position out"
+    files, _ = _PACKAGINGS[kind](interface, platforms=platforms, text=text)
+    python, linear = kind == "python", kind == "native"
+    files |= extra_files(interface, text=text, python=python, linear=linear, provenance=provenance or {})
+    data = pack(renamed(files) if kind == "native3" else files)
+    write_bytes(out, data)
+    return Fmu(
+        path=out,
+        digest=hashlib.sha256(data).hexdigest()[:16],
+        equations=equations,
+        kind=kind,
+        step=interface.kernel.step,
+        identification=identification,
+    )

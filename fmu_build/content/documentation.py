@@ -1,0 +1,99 @@
+"""``documentation/index.html`` of an FMU: equations, variables, parameters with their provenance and error bars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import jinja2
+import sympy as sp
+from markupsafe import Markup
+from sympy.printing.mathml import mathml
+
+from fmu_build.description.interface import Interface
+from fmu_build.description.provenance import Provenance
+from fmu_build.description.variables import Variable
+from model.equations.equations import Equations
+
+_ENVIRONMENT = jinja2.Environment(
+    loader=jinja2.PackageLoader("fmu_build.content", ""),
+    autoescape=True,
+    trim_blocks=True,
+    lstrip_blocks=True,
+    undefined=jinja2.StrictUndefined,
+)
+GENERAL = (
+    "M(q)·v̇ = Kp·τ − C(q, v)·v − φ(q) − Ks·(q − epos) − σ0·z − σ1·ż − σ2·v + Jᵀ·f",
+    "ż = v − σ0·|v|/g(v)·z,  g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²)",
+)
+
+
+def documentation(interface: Interface, *, text: str, linear: bool, provenance: Mapping[str, Provenance]) -> str:
+    """Return the page; ``linear``: the host may set the inputs' derivatives."""
+    e = interface.equations
+    sources = list(dict.fromkeys(origin.source for origin in provenance.values()))
+    return _ENVIRONMENT.get_template("documentation.html.j2").render(
+        interface=interface,
+        text=text,
+        linear=linear,
+        notes=e.notes,
+        formulas=_formulas(e),
+        general=GENERAL if e.definitions else (),
+        parameters=[(v, provenance[v.id], sources.index(provenance[v.id].source) + 1) for v in _parameters(interface)],
+        sources=sources,
+        others=[v for v in interface.variables if v.role != "parameter"],
+        number=_number,
+        error_bar=_error_bar,
+        span=_span,
+    )
+
+
+def _parameters(interface: Interface) -> tuple[Variable, ...]:
+    return interface.of_role("parameter")
+
+
+def _formulas(e: Equations) -> list[Markup]:
+    """Return the explicit equations as MathML; a recorded tape is not for reading."""
+    if e.definitions:
+        return []
+    levels = _stribeck_levels(e)
+    rates = zip(e.states, e.rhs, strict=True)
+    lines = [(f"<mover>{_math(x.symbol)}<mo>˙</mo></mover>", sp.sympify(f).subs(levels)) for x, f in rates]
+    lines += [(_math(g), level) for level, g in levels.items()]
+    lines += [(_math(sp.Symbol(o.id)), sp.sympify(o.expression)) for o in e.outputs]
+    return [
+        Markup(f'<math display="block"><mrow>{left}<mo>=</mo>{_math(f)}</mrow></math>')  # ours
+        for left, f in lines
+    ]
+
+
+def _stribeck_levels(e: Equations) -> dict[sp.Expr, sp.Symbol]:
+    """Return g(v) of each joint, as it stands in the right-hand side, and the symbol to write for it."""
+    ids = {q.id for q in e.parameters}
+    levels = {}
+    for q in e.parameters:
+        suffix = q.id.removeprefix("Fc")
+        if q.id.startswith("Fc") and {f"Fs{suffix}", f"vs{suffix}"} <= ids:
+            vs, Fs = (sp.Symbol(f"{name}{suffix}", real=True) for name in ("vs", "Fs"))
+            v = sp.Symbol(f"v{suffix.removeprefix('_')}", real=True)
+            levels[q.symbol + (Fs - q.symbol) * sp.exp(-((v / vs) ** 2))] = sp.Symbol(f"g{suffix}")
+    return levels
+
+
+def _math(expression: sp.Expr) -> str:
+    """Return presentation MathML; ids that are words become the letters of the field, exponentials stay on one line."""
+    letters = {"inertia": "M", "gravity_cos": "g_c", "gravity_sin": "g_s", "epos": "e"}
+    names = {s: sp.Symbol(letters[s.name], real=True) for s in expression.free_symbols if s.name in letters}
+    exp = sp.Function("exp")
+    return mathml(expression.subs(names).replace(sp.exp, exp), printer="presentation")
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.6g}"
+
+
+def _error_bar(entry: Provenance) -> str:
+    return "" if entry.std is None else f"± {entry.std:.2g}"
+
+
+def _span(v: Variable) -> str:
+    return f"{v.minimum:.4g} … {v.maximum:.4g}"

@@ -1,0 +1,49 @@
+"""What stands in an FMU beside its code: documentation, licences, parameter set, picture, reference run."""
+
+from __future__ import annotations
+
+import importlib.metadata
+from collections.abc import Mapping
+from importlib import resources
+
+from fmu_build.content.documentation import documentation
+from fmu_build.content.picture import picture
+from fmu_build.content.reference_run import reference
+from fmu_build.description.interface import Interface
+from fmu_build.description.provenance import Provenance, provenance_of
+from fmu_build.exchange.ssv import ssv_bytes
+
+
+def extra_files(
+    interface: Interface, *, text: str, python: bool, linear: bool, provenance: Mapping[str, Provenance | str]
+) -> dict[str, bytes]:
+    """Return the files by their name within the archive."""
+    origins = provenance_of(interface.equations, provenance)
+    page = documentation(interface, text=text, linear=linear, provenance=origins)
+    files = {
+        "documentation/index.html": page.encode(),
+        "documentation/licenses/license.txt": (resources.files("fmu_build.content") / "license.txt").read_bytes(),
+        "resources/parameters.ssv": _parameter_set(interface),
+    }
+    if python:
+        files["documentation/licenses/pythonfmu.txt"] = _licence_of("pythonfmu")
+    run = None if interface.identification else reference(interface)
+    if run is not None:
+        files |= {f"documentation/{name}": data for name, data in run.files().items()}
+        files["model.png"] = picture(run.t, run.y[:, 0])
+    return files
+
+
+def _parameter_set(interface: Interface) -> bytes:
+    parameters = interface.of_role("parameter")
+    values = {v.name: v.start for v in parameters if v.start is not None}
+    return ssv_bytes(values, {v.name: v.unit for v in parameters})
+
+
+def _licence_of(distribution: str) -> bytes:
+    """Return the licence text that an installed distribution carries."""
+    found = importlib.metadata.files(distribution) or []
+    for entry in found:
+        if entry.name.upper().startswith("LICEN"):
+            return entry.read_binary()
+    return f"{distribution}: see https://pypi.org/project/{distribution}/\n".encode()

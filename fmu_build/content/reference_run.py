@@ -1,0 +1,86 @@
+"""The reference run of an FMU: a cosine at every torque, and the outputs that must come from it."""
+
+from __future__ import annotations
+
+import ctypes
+import io
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from fmu_build.description.interface import Interface
+from fmu_build.native.c_source import bare_library, flat_source
+from fmu_build.native.platforms import this_platform
+
+Array = NDArray[np.float64]
+ROWS, STEP, OMEGA, TIMES_STICTION = 401, 0.005, 2.0, 4.0
+PLAIN_AMPLITUDE = 1e-2
+"""Torque [N m] where the equations have no stiction to measure it by."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reference:
+    """Times (n_t,), inputs (n_t, n_u) held between rows, outputs (n_t, n_y) at the rows, and the columns' names."""
+
+    t: Array
+    u: Array
+    y: Array
+    inputs: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+    def files(self) -> dict[str, bytes]:
+        """Return the two CSV files."""
+        return {
+            "reference_in.csv": _csv(("time", *self.inputs), np.column_stack((self.t, self.u))),
+            "reference_out.csv": _csv(("time", *self.outputs), np.column_stack((self.t, self.y))),
+        }
+
+
+def _csv(header: Sequence[str], rows: Array) -> bytes:
+    stream = io.StringIO()
+    stream.write(",".join(f'"{name}"' for name in header) + "\n")
+    stream.writelines(",".join(repr(float(value)) for value in row) + "\n" for row in rows)
+    return stream.getvalue().encode()
+
+
+@lru_cache(maxsize=64)
+def _library(path: Path) -> ctypes.CDLL:
+    library = ctypes.CDLL(str(path))
+    library.hf_step.argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double]
+    library.hf_output.argtypes = [ctypes.c_void_p, ctypes.c_double]
+    return library
+
+
+def reference(interface: Interface) -> Reference | None:
+    """Run the kernel on this machine; None where it cannot be compiled for it."""
+    here = this_platform()
+    if not here:
+        return None
+    library = _library(bare_library(flat_source(interface.kernel), here[0].triple))
+    t: Array = STEP * np.arange(ROWS, dtype=np.float64)
+    u = _inputs(interface, t)
+    values, y = np.array(interface.start), []
+    at, n_y = interface.offsets, len(interface.equations.outputs)
+    for k, row in enumerate(u):
+        values[at["u"] : at["u"] + row.size] = row
+        library.hf_output(values.ctypes.data, t[k])
+        y.append(values[at["y"] : at["y"] + n_y].copy())
+        if k + 1 < t.size:
+            library.hf_step(values.ctypes.data, t[k], t[k + 1] - t[k])
+    names = [tuple(v.name for v in interface.of_role(role)) for role in ("input", "output")]
+    return Reference(t=t, u=u, y=np.array(y), inputs=names[0], outputs=names[1])
+
+
+def _inputs(interface: Interface, t: Array) -> Array:
+    start = {v.id: v.start for v in interface.of_role("parameter")}
+    u = np.zeros((t.size, len(interface.of_role("input"))))
+    for i, v in enumerate(interface.of_role("input")):
+        if v.id.startswith("tau"):
+            stiction = start.get("Fs" if v.id == "tau" else f"Fs_{v.id[3:]}")
+            amplitude = TIMES_STICTION * stiction if stiction else PLAIN_AMPLITUDE
+            u[:, i] = amplitude * np.cos(OMEGA * t)
+    return u

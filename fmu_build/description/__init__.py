@@ -1,0 +1,1 @@
+"""`Equations` in, variables, units and model description out."""

@@ -1,0 +1,149 @@
+"""What an FMU shows of its kernel, and the flat buffer that holds it.
+
+All real variables of an instance are one array of doubles; the value reference is the index into it. Blocks, in order:
+
+u (n_u), slope (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), dy (n_y·n_c), S (n_x·n_c), h (1)
+
+with n_c = n_p + n_x directions of the sensitivities, or 0, and the longest inner step h [s]. Blocks that an
+FMU does not show are still there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from fmu_build.description.variables import (
+    Variable,
+    derivative_variables,
+    inner_step_variable,
+    input_variables,
+    output_variables,
+    parameter_variables,
+    sensitivity_variables,
+    slope_variables,
+    state_variables,
+)
+from model.equations.equations import Equations
+from model.kernel.generate import Kernel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interface:
+    """What an FMU shows of its kernel.
+
+    Parameters
+    ----------
+    identifier
+        Model identifier, a C identifier.
+    identification
+        Whether slopes, sensitivities and the inner step are shown.
+    derivatives
+        Whether the state derivatives are shown (the native FMU).
+    """
+
+    kernel: Kernel
+    identifier: str
+    title: str
+    variables: tuple[Variable, ...]
+    identification: bool
+    derivatives: bool
+
+    @property
+    def equations(self) -> Equations:
+        """The equations of the kernel."""
+        return self.kernel.equations
+
+    @property
+    def offsets(self) -> dict[str, int]:
+        """Where each block of the buffer begins; ``end`` is its length."""
+        return block_offsets(self.kernel)
+
+    def of_role(self, role: str) -> tuple[Variable, ...]:
+        """Return the variables of one role, in the order of the value references."""
+        return tuple(v for v in self.variables if v.role == role)
+
+    def by_id(self, id: str) -> Variable:
+        """Return the variable of a state, input, output or parameter; KeyError lists the known ids."""
+        for variable in self.variables:
+            if variable.id == id:
+                return variable
+        msg = f"{self.identifier} has no variable {id!r}; it has {[v.id for v in self.variables]}"
+        raise KeyError(msg)
+
+    @property
+    def start(self) -> tuple[float, ...]:
+        """Initial content of the buffer; the tangent starts as the identity on the initial states."""
+        values = [0.0] * self.offsets["end"]
+        for variable in self.variables:
+            if variable.start is not None:
+                values[variable.reference] = variable.start
+        values[self.offsets["h"]] = self.kernel.step
+        columns, parameters = len(self.kernel.columns), len(self.equations.parameters)
+        for i in range(len(self.equations.states) if columns else 0):
+            values[self.offsets["S"] + i * columns + parameters + i] = 1.0
+        return tuple(values)
+
+    @property
+    def stale_from(self) -> int:
+        """First reference that, when set, leaves the outputs stale: an input only where outputs use inputs."""
+        e = self.equations
+        used: set[sp.Symbol] = {u.symbol for u in e.inputs}
+        used |= {s for s, f in e.definitions if f.free_symbols & used}
+        through = any(sp.sympify(o.expression).free_symbols & used for o in e.outputs)
+        return 0 if through else self.offsets["x"]
+
+    @property
+    def orderings(self) -> tuple[tuple[int, int], ...]:
+        """Pairs of references (a, b) with a ≥ b required; a fit minds them itself and may pass where they fail."""
+        pairs = () if self.identification else self.equations.orderings
+        return tuple((self.by_id(a).reference, self.by_id(b).reference) for a, b in pairs)
+
+
+def block_offsets(kernel: Kernel) -> dict[str, int]:
+    """Return where each block begins in the buffer."""
+    e, columns = kernel.equations, len(kernel.columns)
+    nx, nu, n_p, ny = len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
+    lengths = {
+        "u": nu,
+        "slope": nu,
+        "x": nx,
+        "p": n_p,
+        "y": ny,
+        "dx": nx,
+        "dy": ny * columns,
+        "S": nx * columns,
+        "h": 1,
+    }
+    offsets, total = {}, 0
+    for name, length in lengths.items():
+        offsets[name] = total
+        total += length
+    return {**offsets, "end": total}
+
+
+def interface_of(
+    kernel: Kernel, *, identifier: str, identification: bool, derivatives: bool, values: dict[str, float]
+) -> Interface:
+    """Read the interface off a kernel's equations; ``values`` replaces start values by id."""
+    e, at = kernel.equations, block_offsets(kernel)
+    variables = [
+        *input_variables(e, at["u"]),
+        *state_variables(e, at["x"], values),
+        *parameter_variables(e, at["p"], values, identification),
+    ]
+    variables += output_variables(e, at["y"])
+    if derivatives:
+        variables += derivative_variables(e, at["dx"], at["x"])
+    if identification:
+        variables += [*slope_variables(e, at["slope"]), *sensitivity_variables(kernel, at["dy"])]
+        variables.append(inner_step_variable(kernel.step, at["h"]))
+    return Interface(
+        kernel=kernel,
+        identifier=identifier,
+        title=e.title,
+        variables=tuple(variables),
+        identification=identification,
+        derivatives=derivatives,
+    )

@@ -1,0 +1,215 @@
+"""The variables of an FMU, read off the equations: names, ranges, value references."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from model.equations.equations import Equations
+from model.equations.output_injection import GAIN
+from model.equations.quantity import Quantity
+from model.kernel.generate import Kernel
+
+LARGEST = 1.7976931348623157e308
+"""Finite inputs and states lie within ± this."""
+SENSITIVITY_SWITCH = "sensitivity.enabled"
+INNER_STEP = "inner_step"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Variable:
+    """One FMI real variable; `reference` is its value reference and its place in the buffer; `unit` may be unsaid."""
+
+    reference: int
+    id: str
+    name: str
+    role: str
+    causality: str
+    variability: str
+    unit: str
+    description: str
+    initial: str = ""
+    start: float | None = None
+    minimum: float = -math.inf
+    maximum: float = math.inf
+    nominal: float = 1.0
+    derivative_of: int | None = None
+
+    @property
+    def settable(self) -> bool:
+        """Whether a user may set it."""
+        return self.role in ("input", "slope", "state", "parameter", "step")
+
+    @property
+    def minimum_set(self) -> float:
+        """Smallest value that may be set; above `maximum_set` where none may."""
+        return max(self.minimum, -LARGEST) if self.settable else LARGEST
+
+    @property
+    def maximum_set(self) -> float:
+        """Largest value that may be set."""
+        return min(self.maximum, LARGEST) if self.settable else -LARGEST
+
+
+def structured_name(equations: Equations, id: str, structured: str) -> str:
+    """Return the FMI structured name: below ``joint<j>`` where there is one joint and the name does not say so."""
+    name = structured or id
+    if len(equations.joints) != 1 or name.startswith("joint"):
+        return name
+    return f"joint{equations.joints[0]}.{name}"
+
+
+def sensitivity_name(output: str, column: str) -> str:
+    """Return the name of the derivative of an output along one direction."""
+    return f"sensitivity.{output}.{column}"
+
+
+def input_variables(e: Equations, at: int) -> Iterator[Variable]:
+    """Yield the inputs, from value reference `at` on."""
+    for i, x in enumerate(e.inputs, start=at):
+        yield Variable(
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="input",
+            causality="input",
+            variability="continuous",
+            unit=x.unit,
+            description=x.description,
+            start=0.0,
+        )
+
+
+def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
+    """Yield the states, settable before the start, from value reference `at` on."""
+    for i, x in enumerate(e.states, start=at):
+        yield Variable(
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="state",
+            causality="local",
+            variability="continuous",
+            unit=x.unit,
+            description=x.description,
+            initial="exact",
+            start=values.get(x.id, x.start),
+            nominal=x.nominal,
+        )
+
+
+def parameter_variables(e: Equations, at: int, values: dict[str, float], identification: bool) -> Iterator[Variable]:
+    """Yield the parameters with the range that the FMU holds its user to, from value reference `at` on."""
+    for i, x in enumerate(e.parameters, start=at):
+        start = float(values.get(x.id, x.initial))
+        lower, upper = _range(x, start, identification)
+        yield Variable(
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="parameter",
+            causality="parameter",
+            variability="tunable",
+            unit=x.unit,
+            description=x.description,
+            initial="exact",
+            start=start,
+            minimum=lower,
+            maximum=upper,
+            nominal=abs(start) or 1.0,
+        )
+
+
+def _range(x: Quantity, start: float, identification: bool) -> tuple[float, float]:
+    """Bounds that the FMU holds its user to: the quantity's own; a fit minds them itself and needs only the sign."""
+    if identification:
+        return (1e-300 if x.scale == "log" else -math.inf), math.inf
+    return min(x.lower, start), max(x.upper, start)
+
+
+def output_variables(e: Equations, at: int) -> Iterator[Variable]:
+    """Yield the outputs, from value reference `at` on."""
+    for i, x in enumerate(e.outputs, start=at):
+        yield Variable(
+            reference=i,
+            id=x.id,
+            name=structured_name(e, x.id, x.structured),
+            role="output",
+            causality="output",
+            variability="continuous",
+            unit=x.unit,
+            description=x.description,
+            initial="calculated",
+        )
+
+
+def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Variable]:
+    """Yield the state derivatives, from value reference `at` on."""
+    for i, x in enumerate(e.states):
+        unit = x.unit[:-2] + "/s^2" if x.unit.endswith("/s") else f"{x.unit}/s" if x.unit != "1" else "1/s"
+        yield Variable(
+            reference=at + i,
+            id=f"der({x.id})",
+            name=f"der({structured_name(e, x.id, x.structured)})",
+            role="derivative",
+            causality="local",
+            variability="continuous",
+            unit=unit,
+            description=f"rate of change of {x.description}",
+            initial="calculated",
+            derivative_of=states_at + i,
+        )
+
+
+def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
+    """Yield a slope beside each input but the observer gain, from value reference `at` on."""
+    for i, x in enumerate(e.inputs, start=at):
+        if x.id != GAIN:
+            yield Variable(
+                reference=i,
+                id=f"{x.id}_slope",
+                name=f"{structured_name(e, x.id, x.structured)}_slope",
+                role="slope",
+                causality="input",
+                variability="continuous",
+                unit=f"{x.unit}/s" if "/" not in x.unit else "",
+                description=f"rate of change of {x.description} during the step; 0 holds it",
+                start=0.0,
+            )
+
+
+def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
+    """Yield the derivatives of the outputs, row by row, from value reference `at` on."""
+    e = kernel.equations
+    for i, output in enumerate(e.outputs):
+        for k, column in enumerate(kernel.columns):
+            yield Variable(
+                reference=at + i * len(kernel.columns) + k,
+                id=f"d{output.id}_d{column}",
+                name=sensitivity_name(output.id, column),
+                role="sensitivity",
+                causality="output",
+                variability="continuous",
+                unit="",
+                description=f"derivative of {output.description} with respect to {column}, SI units",
+                initial="calculated",
+            )
+
+
+def inner_step_variable(step: float, at: int) -> Variable:
+    """Return the longest inner step, which a fit may choose: coarse on the way, fine where it ends."""
+    return Variable(
+        reference=at,
+        id=INNER_STEP,
+        name=INNER_STEP,
+        role="step",
+        causality="parameter",
+        variability="fixed",
+        unit="s",
+        description="longest inner step of the integration",
+        initial="exact",
+        start=step,
+        minimum=1e-6,
+        nominal=step,
+    )

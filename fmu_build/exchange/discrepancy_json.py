@@ -1,0 +1,135 @@
+"""Effects that a search named, from ``discrepancy/joint<j>.json`` into the equations of the whole device."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from fmu_build.description.provenance import Provenance
+from fmu_build.exchange.identification_json import Identified
+from model.effects.effect import Effect
+from model.effects.registry import named
+from model.equations.quantity import Quantity
+from model.joint.joint_in_device import Effects, of_the_test_alone
+from support.errors import InputError
+from support.files.files import read_json
+
+VERDICTS = ("named", "ambiguous", "nothing_missing")
+"""Verdicts that leave a model to take along."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """What a search has left of one joint for a device whose joints move together.
+
+    Parameters
+    ----------
+    joint
+        Its number.
+    effects
+        Effects that go into the equations, parameters at the values of the refit.
+    values, provenance
+        All parameters of the refit by their ids in the whole device (``Ks_3``, ``cogging_sin_3``), and where they come
+        from; the device has no use for some (``gravity_cos_3``).
+    left
+        Effects that stay behind, with the reason.
+    """
+
+    joint: int
+    effects: tuple[Effect, ...]
+    values: dict[str, float]
+    provenance: dict[str, Provenance | str]
+    left: tuple[tuple[str, str], ...]
+
+
+def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
+    """Return the finding that a ``discrepancy/joint<j>.json`` holds.
+
+    Raises
+    ------
+    InputError
+        For any other file, one without a name for what is missing, and an effect that ``entries`` do not have.
+    """
+    return finding_of(read_discrepancy(path), str(path), entries)
+
+
+def read_discrepancy(path: Path) -> dict[str, Any]:
+    """Return the content of a ``discrepancy/joint<j>.json``, whatever its verdict."""
+    return read_json(path, "a discrepancy/joint<j>.json", ("fmu_build.exchange", "discrepancy.schema.json"))
+
+
+def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
+    """Return the finding in the content of a ``discrepancy/joint<j>.json``; see `read_finding`."""
+    if data["verdict"] not in VERDICTS:
+        at, expected = f"{where}: verdict", f"one of the verdicts {', '.join(VERDICTS)}"
+        raise InputError(at, expected=expected, got=repr(data["verdict"]))
+    joint = data["joint"]
+    keys = [":".join(filter(None, (e["id"], e.get("variant")))) for e in data["effects"]]
+    found = _named(keys, where, entries)
+    taken = tuple(e for e in found if not of_the_test_alone(e))
+    refit = {id: float(value) for id, value in (data.get("refit") or {}).items()}
+    kind = "measured" if data.get("measured") else "SYNTHETIC"
+    source = f"test of joint {joint} with {', '.join(keys)} ({kind} data)"
+    std = {id: p.get("std") for e in data["effects"] for id, p in e["parameters"].items()}
+    return Finding(
+        joint=joint,
+        effects=tuple(at_values(e, refit) for e in taken),
+        values={f"{id}_{joint}": value for id, value in refit.items()},
+        provenance={f"{id}_{joint}": Provenance(source=source, std=std.get(id), status="") for id in refit},
+        left=tuple((e.id, reason) for e in found if (reason := of_the_test_alone(e))),
+    )
+
+
+def _named(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple[Effect, ...]:
+    known = {name for key, e in entries.items() for name in (key, e.id)}
+    for key in keys:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            todo = f"is {near[0]!r} meant?" if near else "--effects names the folder of effects of your own"
+            at = f"{where}: effects"
+            raise InputError(at, expected="ids of the catalogue", got=repr(key), todo=todo)
+    return named(keys, entries)
+
+
+def by_joint(findings: Sequence[Finding]) -> Effects:
+    """Return the effects by joint.
+
+    Raises
+    ------
+    InputError
+        Where two findings are of the same joint.
+    """
+    joints = [f.joint for f in findings]
+    if len(set(joints)) < len(joints):
+        raise InputError("--with", expected="one finding per joint", got=f"joints {', '.join(map(str, joints))}")
+    return {f.joint: f.effects for f in findings if f.effects}
+
+
+def at_values(effect: Effect, values: Mapping[str, float]) -> Effect:
+    """Return the effect with its parameters in SI units at ``values``.
+
+    Bounds that are multiples of a scale are left off without it; zero is a bound at any scale.
+    """
+    scaled = {*effect.relative, *effect.origin}
+
+    def quantity(q: Quantity) -> Quantity:
+        value = values.get(q.id, q.initial)
+        lower, upper = q.lower, q.upper
+        if q.id in scaled:
+            least = 0.0 if q.lower >= 0 and q.id not in effect.origin else -math.inf
+            lower, upper = (value if q.scale == "log" else least), math.inf
+        return q.but(initial=value, lower=min(lower, value), upper=max(upper, value))
+
+    return effect.but(parameters=tuple(map(quantity, effect.parameters)), relative={}, origin={}, contenders=())
+
+
+def refitted(identified: Identified, findings: Sequence[Finding]) -> Identified:
+    """Return what was identified with the refits of ``findings`` in its place, ids of no use among them."""
+    values, provenance = identified.values, identified.provenance
+    for finding in findings:
+        values, provenance = values | finding.values, provenance | finding.provenance
+    return Identified(values=values, provenance=provenance)

@@ -1,0 +1,120 @@
+"""The content of ``identification.json`` as values and provenance of an FMU's parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from fmu_build.description.provenance import Provenance
+from fmu_build.description.variables import structured_name
+from model.equations.equations import Equations
+from model.equations.joint_parameters import joint_parameters
+from support.errors import InputError
+from support.files.files import read_json
+from support.suggestion import did_you_mean
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Identified:
+    """Values and provenance by id of the parameter in some equations."""
+
+    values: dict[str, float]
+    provenance: dict[str, Provenance | str]
+
+    def among(self, equations: Equations) -> Identified:
+        """Keep what ``equations`` have."""
+        known = {q.id for q in equations.parameters}
+        return Identified(
+            values={k: v for k, v in self.values.items() if k in known},
+            provenance={k: v for k, v in self.provenance.items() if k in known},
+        )
+
+    def named(self, equations: Equations) -> tuple[dict[str, float], dict[str, str]]:
+        """Return values and units of all parameters by FMU variable name; first guesses where none was identified."""
+        names = {q.id: structured_name(equations, q.id, q.structured) for q in equations.parameters}
+        values = {names[q.id]: float(self.values.get(q.id, q.initial)) for q in equations.parameters}
+        return values, {names[q.id]: q.unit for q in equations.parameters}
+
+
+def read_identification(path: Path) -> dict[str, Any]:
+    """Return the content of an ``identification.json``.
+
+    Raises
+    ------
+    InputError
+        Where the file does not follow ``identification.schema.json``, tests the same joints twice, or names a parameter
+        that no locked joint has.
+    """
+    data = read_json(path, "an identification.json", ("fmu_build.exchange", "identification.schema.json"))
+    tested = [tuple(sorted(c["free_joints"])) for c in data["configurations"]]
+    for joints in tested:
+        if len(joints) == 1 and tested.count(joints) > 1:
+            where = f"{path}: configurations"
+            raise InputError(where, expected="one test of every joint alone", got=f"joint {joints[0]} twice")
+    for configuration in data["configurations"]:
+        if len(configuration["free_joints"]) == 1:
+            _check_ids(configuration["parameters"], f"{path}: joint {configuration['free_joints'][0]}")
+    return data
+
+
+def _check_ids(parameters: Mapping[str, Any], where: str) -> None:
+    known = [q.id for q in joint_parameters()]
+    for id in parameters:
+        if id not in known:
+            expected, todo = "parameters of a locked joint", did_you_mean(id, known)
+            raise InputError(where, expected=expected, got=repr(id), todo=todo)
+
+
+def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:
+    """Return the entries of the parameters of one joint tested alone."""
+    for configuration in data["configurations"]:
+        if list(configuration["free_joints"]) == [joint]:
+            return configuration["parameters"]
+    where = f"joint {joint}"
+    raise InputError(where, expected="a configuration with this joint alone", got="none")
+
+
+def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
+    """Return the parameters of one joint tested alone, by their plain ids."""
+    return _of(entries_of(data, joint), f"test of joint {joint}", _campaign(data))
+
+
+def of_device(data: Mapping[str, Any]) -> Identified:
+    """Return the parameters of the whole device: ``Ks_4`` from the joints' tests, ``link6_m`` from the links.
+
+    ``whole`` overrules both: the values that fit together, joint by joint, with the consistent links.
+    """
+    values: dict[str, float] = {}
+    provenance: dict[str, Provenance | str] = {}
+    for configuration in data["configurations"]:
+        joints = list(configuration["free_joints"])
+        test = f"test of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
+        one = _of(configuration["parameters"], test, _campaign(data))
+        suffix = f"_{joints[0]}" if len(joints) == 1 else ""
+        values |= {f"{id}{suffix}": value for id, value in one.values.items()}
+        provenance |= {f"{id}{suffix}": origin for id, origin in one.provenance.items()}
+    for link, parameters in data.get("links", {}).items():
+        one = _of(parameters, "all tests together", _campaign(data))
+        prefix = link if link.startswith("motor_") else f"link{link}"
+        values |= {f"{prefix}_{id}": value for id, value in one.values.items()}
+        provenance |= {f"{prefix}_{id}": origin for id, origin in one.provenance.items()}
+    values |= {id: float(value) for id, value in data.get("whole", {}).items()}
+    return Identified(values=values, provenance=provenance)
+
+
+def _campaign(data: Mapping[str, Any]) -> str:
+    kind = "measured" if data.get("measured") else "SYNTHETIC"
+    return f"{data.get('campaign', 'campaign')} ({kind} data)"
+
+
+def _of(parameters: Mapping[str, Any], test: str, campaign: str) -> Identified:
+    origins: dict[str, Provenance | str] = {
+        id: Provenance(source=f"{test}, {campaign}", std=entry.get("std"), status=entry.get("status", ""))
+        for id, entry in parameters.items()
+    }
+    return Identified(
+        values={id: float(entry["value"]) for id, entry in parameters.items()},
+        provenance=origins,
+    )

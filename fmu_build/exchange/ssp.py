@@ -1,0 +1,101 @@
+"""Systems of FMUs: archives of the standard System Structure and Parameterization (SSP 1.0, section 5)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+import fmpy
+
+from fmu_build.exchange.archive import pack
+from fmu_build.exchange.ssv import SSC, SSV, ssv_bytes
+from support.files.files import write_bytes
+
+SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
+KINDS = {"input": "input", "output": "output", "parameter": "parameter"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Connection:
+    """Output ``from_variable`` of component ``from_component`` drives input ``to_variable`` of ``to_component``."""
+
+    from_component: str
+    from_variable: str
+    to_component: str
+    to_variable: str
+
+
+def write_ssp(
+    path: Path,
+    fmus: Mapping[str, Path],
+    connections: Sequence[Connection],
+    *,
+    parameters: Mapping[str, Mapping[str, float]] | None = None,
+    stop_time: float = 10.0,
+    name: str = "system",
+) -> Path:
+    """Write a system of co-simulated FMUs.
+
+    Parameters
+    ----------
+    fmus
+        The FMU of each component by the component's name.
+    connections
+        Outputs to inputs.
+    parameters
+        Values by component and variable.
+    stop_time
+        End of the default experiment [s].
+    """
+    ElementTree.register_namespace("ssd", SSD)
+    ElementTree.register_namespace("ssc", SSC)
+    ElementTree.register_namespace("ssv", SSV)
+    root = Element(f"{{{SSD}}}SystemStructureDescription", version="1.0", name=name)
+    system = SubElement(root, f"{{{SSD}}}System", name=name)
+    elements = SubElement(system, f"{{{SSD}}}Elements")
+    files = {}
+    for component, fmu in fmus.items():
+        files[f"resources/{component}.fmu"] = fmu.read_bytes()
+        values = dict((parameters or {}).get(component, {}))
+        if values:
+            files[f"resources/{component}.ssv"] = ssv_bytes(values, _units(fmu))
+        _component(elements, component, fmu, with_values=bool(values))
+    wires = SubElement(system, f"{{{SSD}}}Connections")
+    for c in connections:
+        SubElement(
+            wires,
+            f"{{{SSD}}}Connection",
+            startElement=c.from_component,
+            startConnector=c.from_variable,
+            endElement=c.to_component,
+            endConnector=c.to_variable,
+        )
+    SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(stop_time))
+    ElementTree.indent(root)
+    text = b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+    return write_bytes(path, pack({"SystemStructure.ssd": text, **files}))
+
+
+def _units(fmu: Path) -> dict[str, str]:
+    return {v.name: v.unit for v in fmpy.read_model_description(str(fmu)).modelVariables if v.unit}
+
+
+def _component(elements: Element, name: str, fmu: Path, *, with_values: bool) -> None:
+    node = SubElement(
+        elements,
+        f"{{{SSD}}}Component",
+        name=name,
+        type="application/x-fmu-sharedlibrary",
+        source=f"resources/{name}.fmu",
+    )
+    connectors = SubElement(node, f"{{{SSD}}}Connectors")
+    for v in fmpy.read_model_description(str(fmu)).modelVariables:
+        if v.causality in KINDS and v.type == "Real":
+            connector = SubElement(connectors, f"{{{SSD}}}Connector", name=v.name, kind=KINDS[v.causality])
+            SubElement(connector, f"{{{SSC}}}Real", unit=v.unit)
+    if with_values:
+        bindings = SubElement(node, f"{{{SSD}}}ParameterBindings")
+        SubElement(bindings, f"{{{SSD}}}ParameterBinding", source=f"resources/{name}.ssv")

@@ -1,0 +1,42 @@
+"""Parameter sets of the standard System Structure and Parameterization (SSP 1.0, section 6)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from fmu_build.description.units import parse_unit
+from support.files.files import write_bytes
+
+SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
+SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
+
+
+def ssv_bytes(
+    values: Mapping[str, float], units: Mapping[str, str] | None = None, *, name: str = "parameters"
+) -> bytes:
+    """Return a parameter set of real values by variable name; ``units`` by variable name, 1 where absent."""
+    ElementTree.register_namespace("ssv", SSV)
+    ElementTree.register_namespace("ssc", SSC)
+    of = dict(units or {})
+    root = Element(f"{{{SSV}}}ParameterSet", version="1.0", name=name)
+    parameters = SubElement(root, f"{{{SSV}}}Parameters")
+    for variable, value in values.items():
+        node = SubElement(parameters, f"{{{SSV}}}Parameter", name=variable)
+        SubElement(node, f"{{{SSV}}}Real", value=repr(float(value)), unit=of.get(variable, "1"))
+    definitions = SubElement(root, f"{{{SSV}}}Units")
+    for text in sorted({of.get(variable, "1") for variable in values}):
+        unit = parse_unit(text)
+        node = SubElement(definitions, f"{{{SSC}}}Unit", name=text)
+        SubElement(node, f"{{{SSC}}}BaseUnit", {base: str(n) for base, n in unit.exponents})
+    ElementTree.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+
+
+def write_ssv(
+    path: Path, values: Mapping[str, float], units: Mapping[str, str] | None = None, *, name: str = "parameters"
+) -> Path:
+    """Write `ssv_bytes` to ``path``."""
+    return write_bytes(path, ssv_bytes(values, units, name=name))

@@ -1,0 +1,55 @@
+"""The kernel's C source with the functions on a flat buffer behind it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from importlib import resources
+from pathlib import Path
+
+from fmu_build.description.interface import block_offsets
+from fmu_build.native.platforms import Platform
+from model.kernel.compiler import compile_shared
+from model.kernel.generate import Kernel
+
+_EXPORT = """#if defined(_WIN32)
+#define HF_API __declspec(dllexport)
+#else
+#define HF_API __attribute__((visibility("default")))
+#endif
+"""
+
+
+def text_of(name: str) -> str:
+    """Return the text of a C file of this package."""
+    return resources.files("fmu_build.native").joinpath("c").joinpath(name).read_text(encoding="utf-8")
+
+
+def layout(kernel: Kernel) -> str:
+    """Return the places of the blocks as C macros."""
+    at = block_offsets(kernel)
+    return "\n".join((*(f"#define HF_{k.upper()} {n}" for k, n in at.items()), ""))
+
+
+def flat_source(kernel: Kernel) -> str:
+    """Return the C source of the kernel with ``hf_step`` and ``hf_output``, which alone can be seen from outside."""
+    return "\n".join(("#define HK_API static", kernel.source, layout(kernel), _EXPORT, text_of("flat.c")))
+
+
+def bare_library(source: str, triple: str, *, flags: tuple[str, ...] = ()) -> Path:
+    """Compile one C source to a shared library that depends on no other, and return its path in the cache."""
+    files = {"all.c": source, "bare.c": text_of("bare.c")}
+    return compile_shared(files, main=("all.c", "bare.c"), triple=triple, flags=("-ffreestanding", "-nostdlib", *flags))
+
+
+def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
+    """Compile for several platforms at once; the binaries by ``Platform.python``."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        paths = pool.map(lambda p: bare_library(source, p.triple), platforms)
+        return {p.python: path.read_bytes() for p, path in zip(platforms, paths, strict=True)}
+
+
+def functions(kernel: Kernel) -> tuple[str, ...]:
+    """Return the names of the functions on the flat buffer."""
+    return ("hf_step", "hf_output", *(("hf_step_tangent", "hf_output_tangent") if kernel.columns else ()))

@@ -1,0 +1,55 @@
+"""C tables of an interface for the native FMU, and the derivatives with respect to its inputs."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+
+from fmu_build.description.interface import Interface
+from fmu_build.description.variables import LARGEST
+from model.equations.equations import Equations
+from model.kernel.printing import slopes
+from model.kernel.text import assignments
+
+ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity", "step")
+
+
+def c_array(kind: str, name: str, values: Sequence[object], shape: str = "") -> str:
+    """Return a C definition of a constant table; an empty one gets one zero."""
+    body = ", ".join(map(str, values)) or "0"
+    return f"static const {kind} {name}[{max(len(values), 1)}]{shape} = {{{body}}};"
+
+
+def tables(interface: Interface, guid: str) -> str:
+    """Return names, roles, ranges and start values by value reference."""
+    n, by_reference = interface.offsets["end"], {v.reference: v for v in interface.variables}
+    rows = [by_reference.get(i) for i in range(n)]
+    orderings = interface.orderings
+    return "\n".join(
+        (
+            f"#define FMU_GUID {json.dumps(guid)}",
+            f"#define FMU_SWITCH {int(interface.identification)}",
+            f"#define FMU_STALE_FROM {interface.stale_from}",
+            c_array("char *const", "fmu_name", [json.dumps(v.name) if v else '""' for v in rows]),
+            c_array("unsigned char", "fmu_role", [ROLES.index(v.role) if v else 0 for v in rows]),
+            c_array("double", "fmu_min", [repr(v.minimum_set) if v else repr(LARGEST) for v in rows]),
+            c_array("double", "fmu_max", [repr(v.maximum_set) if v else repr(-LARGEST) for v in rows]),
+            c_array("double", "fmu_start", [repr(value) for value in interface.start]),
+            c_array("double", "fmu_nominal", [repr(x.nominal) for x in interface.equations.states]),
+            f"enum {{ fmu_orders = {len(orderings)} }};",
+            c_array("unsigned", "fmu_order", [f"{{{a}, {b}}}" for a, b in orderings] or ["{0}"], "[2]"),
+            "",
+        )
+    )
+
+
+def input_jacobian(equations: Equations) -> str:
+    """Return ``hf_input_jacobian``: B = ∂f/∂u (n_x, n_u) and D = ∂y/∂u (n_y, n_u)."""
+    targets, values = [], []
+    outputs = [o.expression for o in equations.outputs]
+    symbols = [u.symbol for u in equations.inputs]
+    for letter, rows in (("B", equations.rhs), ("D", outputs)):
+        values += [slope for row in rows for slope in slopes(row, symbols)]
+        targets += [f"{letter}[{k}]" for k in range(len(rows) * len(symbols))]
+    arguments = "double t, const double *x, const double *u, const double *p, double *B, double *D"
+    return f"static void hf_input_jacobian({arguments}) {{\n{assignments(equations, targets, values)}\n}}\n"

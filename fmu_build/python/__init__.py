@@ -1,0 +1,1 @@
+"""Interface in, pythonfmu archive out, with its slave, guard and plain-Python fallback."""

@@ -1,0 +1,103 @@
+"""The Python packaging: pythonfmu builds the archive, the kernel rides along compiled, and the description is ours."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sys
+import tempfile
+from pathlib import Path
+
+from pythonfmu.builder import FmuBuilder
+
+from fmu_build.description.fmi2_xml import model_description
+from fmu_build.description.identity import guid_of
+from fmu_build.description.interface import Interface
+from fmu_build.description.variables import LARGEST, SENSITIVITY_SWITCH
+from fmu_build.exchange.archive import unpack
+from fmu_build.native.c_source import bare_libraries, flat_source, functions, text_of
+from fmu_build.native.platforms import Platform
+from fmu_build.python.fallback import fallback_source
+from fmu_build.python.guard import guard_source, guarded
+
+ENTRY = '''"""Entry of the slave."""
+
+import {module}_slave as implementation
+
+implementation.keep(globals())
+Slave = implementation.Slave
+'''
+"""The module that pythonfmu's loader imports and whose classes it goes through: it holds one."""
+
+
+def plan_of(interface: Interface, module: str) -> dict[str, object]:
+    """Return what the slave reads from ``plan.json``."""
+    start = interface.start
+    minimum, maximum = [LARGEST] * len(start), [-LARGEST] * len(start)
+    for v in interface.variables:
+        minimum[v.reference], maximum[v.reference] = v.minimum_set, v.maximum_set
+    return {
+        "identifier": interface.identifier,
+        "module": module,
+        "functions": functions(interface.kernel),
+        "start": start,
+        "minimum": minimum,
+        "maximum": maximum,
+        "stale_from": interface.stale_from,
+        "orderings": interface.orderings,
+        "switch": SENSITIVITY_SWITCH if interface.identification else "",
+        "variables": [(v.name, v.reference, v.causality, v.variability, v.initial) for v in interface.variables],
+    }
+
+
+def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[str, bytes]:
+    """Return the compiled kernels by their name below ``resources``."""
+    built = bare_libraries(flat_source(interface.kernel), platforms)
+    return {f"kernel/{p.python}{p.suffix}": built[p.python] for p in platforms}
+
+
+def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
+    """Return the files of the Python FMU, and its GUID.
+
+    The module bears the name of its equations and of its binaries: one process may load the same FMU with others.
+    """
+    slave, fallback = text_of("slave.py"), fallback_source(interface)
+    plan = json.dumps(plan_of(interface, "?"))
+    content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
+    digest = _short(content)
+    module = f"{interface.identifier}_{_short((digest, [p.python for p in platforms]))}"
+    guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)
+    resources = {
+        "plan.json": json.dumps(plan_of(interface, module)).encode(),
+        f"{module}_slave.py": slave.encode(),
+        f"{module}_fallback.py": fallback.encode(),
+        **kernel_files(interface, platforms),
+    }
+    files = guarded(_built(module, resources), interface.identifier, guid)
+    files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
+    return files, guid
+
+
+def _short(content: object) -> str:
+    """Return sixteen hex digits that change with ``content``."""
+    return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
+
+
+def _built(module: str, resources: dict[str, bytes]) -> dict[str, bytes]:
+    """Let pythonfmu build the archive and return its files."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "source"
+        for path, content in resources.items():
+            (folder / path).parent.mkdir(parents=True, exist_ok=True)
+            (folder / path).write_bytes(content)
+        script = folder / f"{module}.py"
+        script.write_text(ENTRY.format(module=module), encoding="utf-8")
+        known, loaded = list(sys.path), set(sys.modules)
+        try:
+            others = sorted(path for path in folder.iterdir() if path != script)
+            built = FmuBuilder.build_FMU(script, dest=Path(name) / "built.fmu", project_files=others)
+        finally:
+            sys.path[:] = known
+            for fresh in {name for name in sys.modules if name.startswith(module)} - loaded:
+                del sys.modules[fresh]
+        return {k.replace("\\", "/"): v for k, v in unpack(built.read_bytes()).items() if "__pycache__" not in k}

@@ -1,0 +1,1 @@
+"""Runs of one configuration in, `Fit` out, by whichever strategy the runs allow."""

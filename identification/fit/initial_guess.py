@@ -1,0 +1,135 @@
+"""First guesses and bounds of a single joint from its data alone.
+
+Where the joint slides, friction is Coulomb plus viscous, and the smoothed signals obey an equation linear in the
+unknowns,
+
+    Kp·τ = M·q̈ + σ2·q̇ + Fc·sgn q̇ + k·q + c    (k = Ks + g_s, c = g_c − Ks·epos, for small q),
+
+solved with M, σ2, Fc ≥ 0 over all runs: inertia from the response at speed, Coulomb torque from the plateaus'
+height, k and c from static balance. Over a wide range, gravity is told from the spring by cos q and sin q. The
+bristle and the Stribeck curve get sizes in proportion: they are what the fit is for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from measurement.signals.smoothing import Motion, smoothed
+from measurement.values.run import Array, Run
+from model.equations.equations import Equations
+
+WIDE = 1.2
+"""Range of positions [rad] from which gravity and spring are told apart."""
+BRISTLE_SHARE = 0.01
+"""Bristle length as a share of the travel."""
+SPAN = 100.0
+"""Positive parameters are sought within this factor of their guess."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Guess:
+    """Guesses by parameter id, and the scales of the data: largest torque, travel, middle of travel, largest speed."""
+
+    values: Mapping[str, float]
+    torque: float
+    travel: float
+    centre: float
+    speed: float
+
+
+def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True) -> Guess:
+    """Estimate the parameters of one joint from its runs; ``gain`` is Kp."""
+    motions = [_moving_part(smoothed(run)) for run in runs]
+    q, v, a, torque = (np.concatenate([getattr(m, name) for m in motions]) for name in ("q", "v", "a", "torque"))
+    torque = gain * torque
+    travel, speed = max(float(np.ptp(q)), 1e-9), max(float(np.max(np.abs(v))), 1e-9)
+    size = max(float(np.max(np.abs(torque))), 1e-12)
+    wide = gravity and travel > WIDE
+    columns = [a, v, np.tanh(v / (0.02 * speed)), q, np.ones_like(q)]
+    if wide:
+        columns += [np.cos(q), np.sin(q)]
+    c = _solved(np.stack(columns, axis=1), torque, free=(4, 5, 6) if wide else (3, 4))
+    return Guess(
+        values=_values(c, torque=size, travel=travel, speed=speed, acceleration=float(np.std(a)), wide=wide),
+        torque=size,
+        travel=travel,
+        centre=float(np.mean(q)),
+        speed=speed,
+    )
+
+
+def _moving_part(m: Motion) -> Motion:
+    """Leave out the ends, where the smoothing has no neighbours, and thin to at most 2000 rows."""
+    edge = max(m.t.size // 50, 2)
+    rows = slice(edge, m.t.size - edge, max(m.t.size // 2000, 1))
+    return Motion(**{name: getattr(m, name)[rows] for name in ("t", "q", "v", "a", "torque")})
+
+
+def _solved(A: Array, b: Array, free: tuple[int, ...]) -> Array:
+    """Least squares with columns of unit size; all unknowns but ``free`` are not negative."""
+    size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
+    lower = np.zeros(A.shape[1])
+    lower[list(free)] = -np.inf
+    solution = lsq_linear(A / size, b, bounds=(lower, np.inf), method="bvls").x
+    return np.asarray(solution / size)
+
+
+def _values(
+    c: Array, *, torque: float, travel: float, speed: float, acceleration: float, wide: bool
+) -> dict[str, float]:
+    coulomb = max(float(c[2]), 1e-2 * torque)
+    inertia = max(float(c[0]), 1e-2 * torque / max(acceleration, 1e-12))
+    k, offset = float(c[3]), float(c[4])
+    spring = max(k, 1e-3 * torque / travel)
+    stiffness = coulomb / (BRISTLE_SHARE * travel)
+    return {
+        "inertia": inertia,
+        "sigma2": max(float(c[1]), 1e-2 * torque / speed),
+        "Fc": coulomb,
+        "Fs": 1.2 * coulomb,
+        "vs": 0.1 * speed,
+        "sigma0": stiffness,
+        "sigma1": 0.25 * float(np.sqrt(stiffness * inertia)),
+        "Ks": spring,
+        "epos": -offset / spring,
+        "gravity_cos": float(c[5]) if wide else 0.0,
+        "gravity_sin": float(c[6]) if wide else min(k, 0.0),
+    }
+
+
+def guess(equations: Equations, runs: Sequence[Run], *, given: Mapping[str, Mapping[str, object]]) -> Equations:
+    """Return the equations of one joint with guesses and bounds from ``runs`` for all that ``given`` does not state.
+
+    Parameters
+    ----------
+    given
+        What the campaign says of the parameters, by id; an entry keeps whatever it states.
+    """
+    fixed = given.get("Kp", {}).get("fixed", equations.parameter("Kp").initial)
+    gain = float(fixed) if isinstance(fixed, int | float) else 1.0
+    found = guess_from(runs, gain=gain, gravity=any(q.id == "gravity_sin" for q in equations.parameters))
+    changes: dict[str, dict[str, object]] = {}
+    for quantity in equations.parameters:
+        if quantity.id in found.values and not given.get(quantity.id):
+            changes[quantity.id] = _range(quantity.id, quantity.scale, found)
+    return equations.with_parameters(changes)
+
+
+def _range(id: str, scale: str, found: Guess) -> dict[str, object]:
+    value = found.values[id]
+    if scale == "log":
+        return {"initial": value, "lower": value / SPAN, "upper": value * SPAN}
+    if id.startswith("gravity"):
+        return _within(value, -2.0 * found.torque, 2.0 * found.torque)
+    if id == "Ks":
+        return _within(value, 0.0, max(10.0 * value, 4.0 * found.torque / found.travel))
+    reach = 2.0 * found.travel
+    return _within(value, min(value, found.centre) - reach, max(value, found.centre) + reach)
+
+
+def _within(value: float, lower: float, upper: float) -> dict[str, object]:
+    return {"initial": float(np.clip(value, lower, upper)), "lower": lower, "upper": upper}

@@ -1,0 +1,164 @@
+"""A fit: many starts, the best minimum, what it means.
+
+`fit` is what the command, the posterior and the search for missing effects call; it knows a model only as a
+`Simulator`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.optimise.basins import sort_into_basins
+from identification.optimise.homotopy import descend
+from identification.optimise.levenberg_marquardt import Descent
+from identification.optimise.starts import sobol_starts
+from identification.optimise.workers import Here, Processes, Workers
+from identification.problem.options import FitOptions
+from identification.problem.residuals import Problem
+from identification.result.fit import Basin, Fit, RunScore
+from identification.result.outcome import outcome_of
+from identification.simulators.protocol import Simulator
+from identification.statistics.covariance import Curvature, curvature
+from identification.statistics.excitation_warnings import excitation_warnings
+from identification.statistics.identifiability import combinations, statuses
+from identification.statistics.profile_likelihood import profiles
+from identification.statistics.score import score, score_of
+from identification.statistics.semidefinite import marginal
+from measurement.values.run import Array, Run
+from support.errors import NumericalError
+from support.processes.threads import single_threaded
+
+MANY_AGREE = 4
+"""Starts that must share the best minimum where it lies above the noise."""
+
+
+def fit(
+    simulator: Simulator, runs: Sequence[Run], *, options: FitOptions | None = None, workers: Workers | None = None
+) -> Fit:
+    """Fit the free parameters of ``simulator.equations`` to the runs with ``use == "fit"``.
+
+    Parameters
+    ----------
+    runs
+        All runs of the configuration; those to validate are only scored, excluded ones ignored.
+    workers
+        Where the starts run; processes as ``options.workers`` says where None.
+
+    Raises
+    ------
+    NumericalError
+        Where no start gave a finite simulation.
+    """
+    options = options or FitOptions()
+    if workers is not None:
+        return single_threaded(_fit, simulator, tuple(runs), options, workers)
+    if options.workers == 1:
+        return single_threaded(_fit, simulator, tuple(runs), options, Here())
+    with Processes(options.workers) as pool:
+        return single_threaded(_fit, simulator, tuple(runs), options, pool)
+
+
+def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, workers: Workers) -> Fit:
+    begun = time.perf_counter()
+    problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
+    first = problem.scaling.initial if options.start is None else np.array(options.start)
+    starts = sobol_starts(problem.scaling, first, options.starts, options.seed)
+    descents = workers.until(descend_from, [(problem, theta) for theta in starts], lambda done: _more(problem, done))
+    basins = sort_into_basins(problem, descents)
+    if not basins:
+        msg = f"{simulator.equations.name}: no start gave a finite simulation; check units, bounds and first guesses"
+        raise NumericalError(msg)
+    best = min(descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
+    return _result(problem, runs, best, basins, descents, begun)
+
+
+def descend_from(problem: Problem, theta: Array) -> Descent:
+    """One start, from parameters theta and first samples; runs in a worker."""
+    return descend(problem, problem.first(theta))
+
+
+def _more(problem: Problem, done: Sequence[Descent]) -> int:
+    """How many more starts are needed at least: until enough share the best minimum, more of them above the noise."""
+    options = problem.options
+    basins = sort_into_basins(problem, done)
+    if not basins:
+        return 1
+    quiet = basins[0].over_noise <= options.tolerance
+    return max((options.agree if quiet else MANY_AGREE) - len(basins[0].starts), 0)
+
+
+def _result(
+    problem: Problem,
+    runs: tuple[Run, ...],
+    best: Descent,
+    basins: tuple[Basin, ...],
+    descents: Sequence[Descent],
+    begun: float,
+) -> Fit:
+    n, scaling, s = problem.n_parameters, problem.scaling, best.x[: problem.n_parameters]
+    theta, bent = problem.theta(best.x), curvature(problem, best.x)
+    slope = scaling.slope(theta)
+    data = marginal(bent.data, n) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
+    status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
+    x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
+    fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
+    scores = _scores(problem, theta, runs, x0, fitted)
+    outcome = outcome_of(
+        len(basins[0].starts),
+        basins[0].over_noise,
+        problem.options.tolerance,
+        unseen=max((score.over_noise for score in scores if score.use == "validate"), default=0.0),
+        rows=sum(run.y.size for run in problem.runs),
+        parameters=n,
+    )
+    return Fit(
+        equations=scaling.equations,
+        theta=theta,
+        free=scaling.ids,
+        covariance=_physical(bent, n, slope),
+        information=data / np.outer(slope, slope),
+        cost=best.cost / problem.weight,
+        outcome=outcome,
+        basins=basins,
+        starts=len(descents),
+        x0=x0,
+        sigma={run.file: run.sensor_std for run in problem.runs},
+        correlation_time=bent.correlation_time,
+        simulations=sum(d.calls for d in descents) * len(problem.runs),
+        wall_s=time.perf_counter() - begun,
+        statuses=status,
+        combinations=combinations(scaling, s, data, status),
+        warnings=excitation_warnings(scaling.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
+        runs=scores,
+        notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
+        profiles=profiles(problem, best.x, bent) if problem.options.profile else {},
+    )
+
+
+def _physical(bent: Curvature, n: int, slope: Array) -> Array:
+    return np.asarray(bent.covariance[:n, :n] * np.outer(slope, slope))
+
+
+class _Theta:
+    """Parameters alone, for `score`."""
+
+    def __init__(self, theta: Array) -> None:
+        self.theta = theta
+
+
+def _scores(
+    problem: Problem, theta: Array, runs: tuple[Run, ...], x0: dict[str, Array], fitted: dict[str, Array]
+) -> tuple[RunScore, ...]:
+    """Judge all runs; ``fitted`` are the simulated outputs of those that were fitted."""
+    known, made = _Theta(theta), []
+    for run in runs:
+        if run.use == "fit":
+            r = (run.y - fitted[run.file][:, : run.y.shape[1]])[run.scored]
+            made.append(score_of(run, r, x0[run.file]))
+        elif run.use == "validate":
+            start = x0.get(run.file) if run.score_from else None
+            made.append(score(problem.simulator, known, run, x0=start, free_velocity=problem.options.free_velocity))
+    return tuple(made)

@@ -1,0 +1,59 @@
+"""Fit of one joint to its torque, with the measured motion as input, for runs recorded under position control.
+
+What is fitted and scored is in `identification.simulators.inverse_dynamics`. Error bars come from the
+jackknife wherever the torque's noise is not reached: a slow sweep then shows inertia, Stribeck speed or viscous
+friction only as far as every part of it agrees on them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.fit.multistart import fit
+from identification.optimise.workers import Workers
+from identification.problem.options import FitOptions
+from identification.result.fit import Fit
+from identification.result.outcome import Outcome
+from identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
+from identification.statistics.jackknife import with_jackknife
+from measurement.values.run import Run
+from measurement.values.units import unit_for
+from model.equations.equations import Equations
+
+
+def fit_torque(
+    equations: Equations,
+    runs: Sequence[Run],
+    *,
+    options: FitOptions | None = None,
+    workers: Workers | None = None,
+) -> Fit:
+    """Fit ``equations`` of one joint to the torque of the runs with ``use == "fit"`` and score the others.
+
+    The fit's residuals, scores and noise are torques [N m] or forces [N]; its notes say how large they are.
+    """
+    options = (options or FitOptions()).but(gains=(0.0,))
+    simulator = TorqueSimulator.of(equations)
+    turned = tuple(torque_run(run) for run in runs)
+    found = fit(simulator, turned, options=options, workers=workers)
+    if found.basins[0].over_noise > options.tolerance:
+        found = with_jackknife(simulator, found, turned, options, workers)
+    return found.but(outcome=Outcome.TORQUE_SCORED, notes=(*found.notes, *_sentences(found, turned)))
+
+
+def _sentences(found: Fit, turned: Sequence[Run]) -> list[str]:
+    """Say for every scored run how large the residual torque is, against the torque and against its noise."""
+    scored: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in turned}
+    told = []
+    for score in found.runs:
+        run = scored[score.file, score.use]
+        unit = unit_for("N m", run.prismatic)
+        rms = float(np.sqrt(np.mean(run.y[run.scored] ** 2)))
+        close = "at" if score.over_noise <= FitOptions().tolerance else f"{score.over_noise:.1f} times"
+        told.append(
+            f"{run.file} ({score.use}): residual torque {score.rmse_rad:.3g} {unit} RMS, {score.rmse_rad / rms:.1%} of "
+            f"the torque's RMS and {close} its white noise ({float(run.sensor_std[0]):.2g} {unit})"
+        )
+    return told

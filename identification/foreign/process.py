@@ -1,0 +1,141 @@
+"""A foreign FMU behind a process border: its crash, its hang and its prints cannot reach the command that runs it."""
+
+from __future__ import annotations
+
+import multiprocessing
+import shutil
+import signal
+import tempfile
+from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from multiprocessing.connection import Connection
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+
+from identification.foreign.archive import unpack_checked
+from identification.foreign.child import Request, serve
+from measurement.values.run import Array
+from support.errors import InputError, NumericalError
+
+LIMIT_S = 60.0
+"""Longest wait for one simulation [s]."""
+_BEGINNING_S = 30.0
+"""What a child may take besides, to import this package on a loaded machine [s]."""
+
+
+class ForeignFmu:
+    """An FMU 2.0 or 3.0 for co-simulation, run in a child process; a child that ended is replaced.
+
+    Parameters
+    ----------
+    path
+        The archive; it is looked through and unpacked into a folder that `close` removes.
+    limit_s
+        Longest wait for one simulation [s].
+
+    Raises
+    ------
+    InputError
+        As `identification.foreign.archive.unpack_checked`.
+    """
+
+    def __init__(self, path: Path, *, limit_s: float = LIMIT_S) -> None:
+        self.path, self.limit_s = path, limit_s
+        self._folder = Path(tempfile.mkdtemp(prefix="haptid_fmu_"))
+        self._child: Any = None
+        self._connection: Connection | None = None
+        self._fresh = True
+        try:
+            self._unpacked = unpack_checked(path, self._folder)
+        except BaseException:
+            self.close()
+            raise
+        self.variables = tuple(v.name for v in self._unpacked.description.modelVariables)
+
+    def __enter__(self) -> Self:
+        """Return itself."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
+        """Close."""
+        self.close()
+
+    def simulate(
+        self, t: Array, *, start: Mapping[str, float], inputs: Mapping[str, Array], outputs: Sequence[str]
+    ) -> Array:
+        """Step from row to row and return the outputs, shape (n_t, n_outputs).
+
+        Parameters
+        ----------
+        t
+            Times of the rows [s], shape (n_t,).
+        start
+            Start values by variable.
+        inputs
+            What is set at each row by variable, shape (n_t,) each.
+        outputs
+            Variables that are read at each row after its inputs are set.
+
+        Raises
+        ------
+        InputError
+            Where the FMU has no such variable.
+        NumericalError
+            Where the FMU reports an error, ends its process, or gives no answer in time.
+        """
+        self._check([*start, *inputs, *outputs])
+        connection = self._started()
+        connection.send(Request(t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs)))
+        try:
+            if not connection.poll(self.limit_s + _BEGINNING_S * self._fresh):
+                self._fail(f"no answer within {self.limit_s:g} s: it was ended")
+            answer = connection.recv()
+        except (EOFError, ConnectionError):
+            self._child.join()
+            self._fail(f"its own code ended the process ({_how(self._child.exitcode)})")
+        self._fresh = False
+        if isinstance(answer, str):
+            msg = f"{self.path.name}: {answer}"
+            raise NumericalError(msg)
+        return np.asarray(answer)
+
+    def close(self) -> None:
+        """End the child and remove what was unpacked."""
+        self._stop()
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _check(self, names: Iterable[str]) -> None:
+        for name in names:
+            if name not in self.variables:
+                near = get_close_matches(name, self.variables, n=1) or sorted(self.variables)[:5]
+                todo = f"is {near[0]!r} meant?" if len(near) == 1 else f"as {', '.join(near)}"
+                raise InputError(str(self.path), expected="the name of a variable", got=repr(name), todo=todo)
+
+    def _started(self) -> Connection:
+        if self._connection is None:
+            here, there = multiprocessing.Pipe()
+            context = multiprocessing.get_context("spawn")
+            self._child = context.Process(target=serve, args=(there, self._unpacked), daemon=True)
+            self._child.start()
+            there.close()
+            self._connection, self._fresh = here, True
+        return self._connection
+
+    def _fail(self, reason: str) -> None:
+        self._stop()
+        msg = f"{self.path.name}: {reason}"
+        raise NumericalError(msg)
+
+    def _stop(self) -> None:
+        if self._connection is not None:
+            self._connection.close()
+            self._child.kill()
+            self._child.join()
+        self._connection = None
+
+
+def _how(code: int | None) -> str:
+    return f"signal {signal.Signals(-code).name}" if code is not None and code < 0 else f"exit code {code}"

@@ -1,0 +1,1 @@
+"""Fitted coefficients in, physical links out."""

@@ -1,0 +1,172 @@
+"""Physical links from measured coefficients: the consistent ones nearest to the first guesses that agree with the data.
+
+minimise  Σ ‖R^{-1/2} (A π − y)‖² + ‖S⁻¹ (π − π₀)‖²   subject to, for every link, the pseudo-inertia
+J = [[½ tr(L) 1 − L, h], [hᵀ, m]] ⪰ 0, and rotor inertias ≥ 0.
+J ⪰ 0 says that some distribution of mass has these parameters: positive mass, triangle inequalities (Wensing, Kim &
+Slotine 2018). S Sᵀ is the prior covariance of π; R the measured covariance.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cvxpy as cp
+import numpy as np
+from numpy.typing import NDArray
+
+from model.device.device import STANDARD, Device
+from model.planning.inertial_belief import LinkBelief, Measurement
+from model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_ids, standard_std, to_standard
+from model.rigid_body.standard_parameters import contained
+from support.errors import NumericalError
+
+Array = NDArray[np.float64]
+MARGIN = 1e-5
+"""Smallest eigenvalue of the scaled pseudo-inertia: strictly physical, so that forward dynamics always exists."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """One link parameter: value, standard deviation, what fixed it.
+
+    `status`: ``identified`` (the data at least halved its prior standard deviation), ``unidentifiable`` (only the
+    combinations it stands in are known), ``prior`` (in nothing that was measured), ``fixed``.
+    """
+
+    value: float
+    std: float
+    unit: str
+    status: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LinkEstimates:
+    """The consistent links.
+
+    Parameters
+    ----------
+    links
+        Link → parameter of `STANDARD` → estimate; motors as ``motor_<name>`` → ``J``.
+    standard
+        Standard parameter id → value: what the full model takes.
+    pi
+        π, shape (n_pi,).
+    misfit
+        (A π − y)/σ of every measured coefficient, by configuration.
+    """
+
+    links: dict[str, dict[str, Estimate]]
+    standard: dict[str, float]
+    pi: Array
+    misfit: tuple[Array, ...]
+
+
+def consistent_links(device: Device, measurements: Sequence[Measurement]) -> LinkEstimates:
+    """Return the links that agree with the measurements, are physical, and lie nearest to the first guesses."""
+    belief = LinkBelief.from_device(device)
+    for one in measurements:
+        belief = belief.update(one.coefficients, one.values, one.covariance)
+    pi = _nearest_consistent(device, belief, measurements)
+    standard = to_standard(device, pi)
+    jacobian = np.linalg.inv(pi_jacobian(device, standard))
+    std = np.sqrt(np.maximum(np.diag(jacobian @ belief.covariance @ jacobian.T), 0.0))
+    return LinkEstimates(
+        links=_table(device, standard, std, measurements),
+        standard=dict(zip(standard_ids(device), standard.tolist(), strict=True)),
+        pi=pi,
+        misfit=tuple((one.rows @ pi - one.values) / np.sqrt(np.diag(one.covariance)) for one in measurements),
+    )
+
+
+def _scales(device: Device, pi: Array) -> Array:
+    """Return units in which every link is of order one: its mass, and its radius of gyration."""
+    scales = np.abs(pi) + 1e-12
+    for i in range(0, 10 * len(device.massive), 10):
+        m = pi[i]
+        length = np.sqrt(pi[i + 4 : i + 7].sum() / m)
+        scales[i : i + 10] = m * np.array([1.0, *(length,) * 3, *(length**2,) * 6])
+    return scales
+
+
+def _nearest_consistent(device: Device, belief: LinkBelief, measurements: Sequence[Measurement]) -> Array:
+    mean, covariance = pi_prior(device)
+    scales = _scales(device, mean)
+    x = cp.Variable(mean.size)
+    known = np.diag(covariance) <= 0
+    prior = _root(covariance / np.outer(scales, scales))
+    cost = cp.sum_squares(prior @ (x - mean / scales))
+    for one in measurements:
+        sigma = np.sqrt(np.diag(one.covariance))
+        whitened = _root(one.covariance / np.outer(sigma, sigma)) / sigma
+        cost += cp.sum_squares((whitened @ (one.rows * scales)) @ x - whitened @ one.values)
+    constraints = [x[np.flatnonzero(known)] == (mean / scales)[known]] if known.any() else []
+    n = 10 * len(device.massive)
+    constraints += [_pseudo_inertia(x[i : i + 10]) >> MARGIN * np.eye(4) for i in range(0, n, 10)]
+    constraints += [x[n:] >= 0] if mean.size > n else []
+    x.value = belief.mean / scales
+    problem = cp.Problem(cp.Minimize(cost), constraints)
+    problem.solve(solver=cp.CLARABEL)
+    if problem.status not in ("optimal", "optimal_inaccurate") or x.value is None:
+        msg = f"no physically consistent links found: the solver says {problem.status}"
+        raise NumericalError(msg)
+    return np.asarray(x.value * scales)
+
+
+def _root(covariance: Array) -> Array:
+    """Return W with WᵀW = covariance⁻¹; directions without variance get no weight."""
+    values, vectors = np.linalg.eigh(covariance)
+    kept = values > 1e-13 * values[-1]
+    return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T)
+
+
+def _pseudo_inertia(x: cp.Expression) -> cp.Expression:
+    m, hx, hy, hz, L11, L22, L33, L12, L13, L23 = (x[i] for i in range(10))
+    half = (L11 + L22 + L33) / 2
+    return cp.bmat(
+        [
+            [half - L11, -L12, -L13, hx],
+            [-L12, half - L22, -L23, hy],
+            [-L13, -L23, half - L33, hz],
+            [hx, hy, hz, m],
+        ]
+    )
+
+
+def pseudo_inertia(values: Sequence[float]) -> Array:
+    """Return J, shape (4, 4), of one link from its ten π."""
+    m, hx, hy, hz, L11, L22, L33, L12, L13, L23 = values
+    half = (L11 + L22 + L33) / 2
+    return np.array(
+        [
+            [half - L11, -L12, -L13, hx],
+            [-L12, half - L22, -L23, hy],
+            [-L13, -L23, half - L33, hz],
+            [hx, hy, hz, m],
+        ]
+    )
+
+
+def _table(
+    device: Device, standard: Array, std: Array, measurements: Sequence[Measurement]
+) -> dict[str, dict[str, Estimate]]:
+    measured = contained(device, (coefficient.exact for one in measurements for coefficient in one.coefficients))
+    prior = standard_std(device)
+    units = [*(("kg", "m", "m", "m", *("kg m^2",) * 6) * len(device.massive)), *("kg m^2",) * len(device.motors)]
+    owners = [(link.name, key) for link in device.massive for key in STANDARD]
+    owners += [(f"motor_{motor.name}", "J") for motor in device.motors]
+    result: dict[str, dict[str, Estimate]] = {}
+    for k, ((owner, key), name) in enumerate(zip(owners, standard_ids(device), strict=True)):
+        status = _status(float(std[k]), float(prior[k]), name in measured)
+        result.setdefault(owner, {})[key] = Estimate(
+            value=float(standard[k]), std=float(min(std[k], prior[k])), unit=units[k], status=status
+        )
+    return result
+
+
+def _status(std: float, prior: float, measured: bool) -> str:
+    if prior == 0:
+        return "fixed"
+    if not measured:
+        return "prior"
+    return "identified" if std < prior / 2 else "unidentifiable"

@@ -1,0 +1,62 @@
+"""Draws of the inertial parameters from their Gaussian belief, restricted to what masses can be.
+
+Hit-and-run (Smith 1984) in whitened coordinates: along a random direction the belief is a normal distribution, and the
+pseudo-inertia of every link stays positive definite on one interval around the present point, found from the
+generalised eigenvalues of J(point) and J(direction). The next point is drawn from the normal distribution cut to
+that interval.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import truncnorm
+
+from identification.links.consistent_links import pseudo_inertia
+from measurement.values.run import Array
+from model.device.device import Device
+from model.planning.inertial_belief import LinkBelief
+
+STEPS = 300
+"""Steps between draws: several times the number of directions in which single parameters stay open."""
+
+
+def physical_draws(
+    device: Device, belief: LinkBelief, start: Array, count: int, rng: np.random.Generator
+) -> tuple[Array, ...]:
+    """Return ``count`` draws of π (n_pi,), beginning at ``start``, which must be physical."""
+    scale = np.sqrt(np.maximum(np.diag(belief.covariance), 1e-300))
+    values, vectors = np.linalg.eigh(belief.covariance / np.outer(scale, scale))
+    kept = values > 1e-14 * values[-1]
+    root = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
+    unroot = (vectors[:, kept] / np.sqrt(values[kept])).T / scale
+    centre, pi, drawn = unroot @ (start - belief.mean), start, []
+    for step in range(1, STEPS * count + 1):
+        direction = rng.standard_normal(root.shape[1])
+        direction /= np.linalg.norm(direction)
+        lower, upper = _interval(device, pi, root @ direction)
+        middle = -float(direction @ centre)
+        move = float(truncnorm.rvs(lower - middle, upper - middle, loc=middle, random_state=rng))
+        centre, pi = centre + move * direction, pi + move * (root @ direction)
+        if step % STEPS == 0:
+            drawn.append(pi)
+    return tuple(drawn)
+
+
+def _interval(device: Device, pi: Array, direction: Array) -> tuple[float, float]:
+    """Return the range of s in which π + s·direction is physical."""
+    n = 10 * len(device.massive)
+    slowest = [_eigenvalues(pi[i : i + 10], direction[i : i + 10]) for i in range(0, n, 10)]
+    with np.errstate(divide="ignore"):
+        rates = np.concatenate([*slowest, np.where(pi[n:] > 0, direction[n:] / np.maximum(pi[n:], 1e-300), 0.0)])
+    falling, rising = rates.min(initial=0.0), rates.max(initial=0.0)
+    return (-1.0 / rising if rising > 0 else -np.inf), (-1.0 / falling if falling < 0 else np.inf)
+
+
+def _eigenvalues(body: Array, direction: Array) -> Array:
+    """Return the eigenvalues of L⁻¹·J(direction)·L⁻ᵀ with J(body) = L·Lᵀ, shape (4,)."""
+    if not direction.any():
+        return np.zeros(1)
+    L: Array = np.linalg.cholesky(np.asarray(pseudo_inertia(body.tolist())))
+    half = np.linalg.solve(L, np.asarray(pseudo_inertia(direction.tolist())))
+    whitened = np.linalg.solve(L, half.T)
+    return np.asarray(np.linalg.eigvalsh((whitened + whitened.T) / 2))

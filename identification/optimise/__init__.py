@@ -1,0 +1,1 @@
+"""Problem in, minima out: Levenberg-Marquardt, SLSQP, homotopy, starts, workers."""

@@ -1,0 +1,33 @@
+"""Starts of a fit: the first guess, then scrambled Sobol points around it (Sobol 1967; Owen 1998)."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.stats import norm, qmc
+
+from identification.problem.parametrisation import Scaling
+from measurement.values.run import Array
+
+FACTOR = 2.0
+"""Logarithmic parameters start within this factor of the first guess, linear ones within their typical size."""
+
+
+def sobol_starts(scaling: Scaling, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
+    """Return ``count`` parameter vectors (n_p,), theta first; those with a prior are drawn from it, within 2 std."""
+    n = len(scaling.free)
+    if count < 2 or n == 0:
+        return (theta,)
+    drawn = qmc.Sobol(n, scramble=True, rng=np.random.default_rng([seed, 17])).random_base2(
+        int(np.ceil(np.log2(count)))
+    )
+    centre, slope = scaling.scaled(theta), scaling.slope(theta)
+    lower, upper = scaling.bounds
+    starts = [theta]
+    for point in drawn[: count - 1]:
+        s = centre + np.where(scaling.log, np.log(FACTOR), 1.0) * (2.0 * point - 1.0)
+        for k, q in enumerate(scaling.quantities):
+            if q.prior is not None:
+                shift = float(np.clip(norm.ppf(np.clip(point[k], 1e-3, 1 - 1e-3)), -2.0, 2.0))
+                s[k] = centre[k] + shift * q.prior.std / slope[k]
+        starts.append(scaling.physical(np.clip(s, lower, upper)))
+    return tuple(starts)

@@ -1,0 +1,1 @@
+"""Simulator, runs and options in, least-squares problem out: scaled parameters, residuals, constraints."""

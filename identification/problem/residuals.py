@@ -1,0 +1,184 @@
+"""The least-squares problem of a fit: scaled parameters and initial states in, whitened residuals and Jacobian out.
+
+x = (s, δ₁, …, δ_K): scaled parameters (`Scaling`), then the initial states of each run (`Start`).
+r = (√λ·(y_meas − y_sim)/σ for every row, run and joint; velocity priors δ; parameter priors (p − mean)/std).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from identification.problem.initial_states import Start, start_of
+from identification.problem.loss import pseudo_huber
+from identification.problem.options import FitOptions
+from identification.problem.parametrisation import Scaling
+from identification.problem.weights import time_weights
+from identification.simulators.protocol import Simulator, Trajectory
+from measurement.values.run import Array, Run
+from support.errors import InputError
+from support.processes.threads import mapped
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blocks:
+    """Residuals of the runs apart from those of the priors: the whitened rows keep their order in time.
+
+    Parameters
+    ----------
+    rows
+        Per run r (n_t, n_y).
+    jacobians
+        Per run ∂r/∂x (n_t, n_y, n), or None where not asked for.
+    prior, prior_jacobian
+        Residuals of the priors (n_prior,) and their Jacobian (n_prior, n).
+    """
+
+    rows: tuple[Array, ...]
+    jacobians: tuple[Array, ...] | None
+    prior: Array
+    prior_jacobian: Array
+
+    @property
+    def residual(self) -> Array:
+        """All residuals, shape (n_r,)."""
+        return np.concatenate([*(r.ravel() for r in self.rows), self.prior])
+
+    @property
+    def jacobian(self) -> Array:
+        """Jacobian of `residual`, shape (n_r, n)."""
+        n = self.prior_jacobian.shape[1]
+        return np.concatenate([*(j.reshape(-1, n) for j in self.jacobians or ()), self.prior_jacobian])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """Runs to fit by one simulator; picklable, so that starts can run in other processes."""
+
+    simulator: Simulator
+    scaling: Scaling
+    runs: tuple[Run, ...]
+    starts: tuple[Start, ...]
+    roots: tuple[Array, ...]
+    options: FitOptions
+    threads: int = 1
+    """Threads that simulate the runs side by side; the results do not depend on it."""
+
+    @classmethod
+    def of(cls, simulator: Simulator, runs: tuple[Run, ...], options: FitOptions) -> Problem:
+        """Lay out the unknowns of ``runs``, all of which count."""
+        equations = simulator.equations
+        for run in runs:
+            if not bool(np.all(run.sensor_std > 0)):
+                raise InputError(
+                    run.file,
+                    expected="sensor noise or resolution above 0",
+                    got=str(run.sensor_std),
+                    todo="estimate it with measurement.checks.preparation.prepare, or state it under [sensor]",
+                )
+        return cls(
+            simulator=simulator,
+            scaling=Scaling.of(equations),
+            runs=runs,
+            starts=tuple(start_of(equations, run, free_velocity=options.free_velocity) for run in runs),
+            roots=tuple(np.sqrt(time_weights(run, options.weights)) for run in runs),
+            options=options,
+        )
+
+    @property
+    def n_parameters(self) -> int:
+        """Number of scaled parameters."""
+        return len(self.scaling.free)
+
+    @property
+    def size(self) -> int:
+        """Length of x."""
+        return self.n_parameters + sum(len(start.states) for start in self.starts)
+
+    @property
+    def weight(self) -> float:
+        """Σλ over all rows and joints: the cost divided by it is the weighted mean square over the noise."""
+        return float(sum((root**2).sum() * run.y.shape[1] for root, run in zip(self.roots, self.runs, strict=True)))
+
+    def slices(self) -> tuple[slice, ...]:
+        """Return where the initial states of each run lie in x."""
+        edges = np.cumsum([self.n_parameters, *(len(start.states) for start in self.starts)])
+        return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
+
+    def theta(self, x: Array) -> Array:
+        """Return the physical parameters, shape (n_p,)."""
+        return self.scaling.physical(x[: self.n_parameters])
+
+    def x0(self, x: Array) -> tuple[Array, ...]:
+        """Return the initial state of every run."""
+        return tuple(start.at(x[part]) for start, part in zip(self.starts, self.slices(), strict=True))
+
+    def first(self, theta: Array) -> Array:
+        """Return x at the parameters theta with every run started at its first sample."""
+        x = np.zeros(self.size)
+        x[: self.n_parameters] = self.scaling.scaled(theta)
+        return x
+
+    def constraints(self) -> tuple[Array, Array]:
+        """Return A, b of A·x ≥ b: finite bounds and orderings."""
+        lower, upper = self.scaling.bounds
+        eye = np.eye(self.n_parameters)
+        order, limit = self.scaling.orderings()
+        keep_lower, keep_upper = np.isfinite(lower), np.isfinite(upper)
+        A = np.concatenate([eye[keep_lower], -eye[keep_upper], order])
+        b = np.concatenate([lower[keep_lower], -upper[keep_upper], limit])
+        return np.pad(A, ((0, 0), (0, self.size - self.n_parameters))), b
+
+    def blocks(self, x: Array, gain: float = 0.0, *, jacobian: bool = True) -> Blocks:
+        """Simulate every run at x with observer gain ``gain`` [1/s]."""
+        theta = self.theta(x)
+        slope = self.scaling.slope(theta)
+        rows, jacobians = [], []
+        simulated = self._trajectories(x, theta, gain, sensitivities=jacobian)
+        for run, start, root, part, y in zip(self.runs, self.starts, self.roots, self.slices(), simulated, strict=True):
+            scale = root[:, None] / run.sensor_std
+            r = scale * (run.y - y.y[:, : run.y.shape[1]])
+            outer = np.ones_like(r)
+            if self.options.robust:
+                r, outer = pseudo_huber(r)
+            rows.append(r)
+            if jacobian and y.dy_dtheta is not None and y.dy_dx0 is not None:
+                J = np.zeros((*r.shape, self.size))
+                ny = r.shape[1]
+                factor = (-scale * outer)[..., None]
+                J[..., : self.n_parameters] = factor * (y.dy_dtheta[:, :ny, list(self.scaling.free)] * slope)
+                J[..., part] = factor * (y.dy_dx0[:, :ny, list(start.states)] * start.unit)
+                jacobians.append(J)
+        prior, prior_jacobian = self._priors(x, theta, slope)
+        return Blocks(
+            rows=tuple(rows),
+            jacobians=tuple(jacobians) if jacobian else None,
+            prior=prior,
+            prior_jacobian=prior_jacobian,
+        )
+
+    def _trajectories(self, x: Array, theta: Array, gain: float, *, sensitivities: bool) -> list[Trajectory]:
+        """Simulate every run from its start."""
+
+        def one(run: Run, x0: Array) -> Trajectory:
+            return self.simulator.simulate(theta, run, x0=x0, gain=gain, sensitivities=sensitivities)
+
+        return mapped(one, self.runs, self.x0(x), threads=self.threads)
+
+    def _priors(self, x: Array, theta: Array, slope: Array) -> tuple[Array, Array]:
+        residuals, rows = [], []
+        for k, (i, q) in enumerate(zip(self.scaling.free, self.scaling.quantities, strict=True)):
+            if self.options.priors and q.prior is not None:
+                row = np.zeros(self.size)
+                row[k] = slope[k] / q.prior.std
+                rows.append(row)
+                residuals.append((theta[i] - q.prior.mean) / q.prior.std)
+        for start, part in zip(self.starts, self.slices(), strict=True):
+            for place in np.flatnonzero(start.prior) + part.start:
+                row = np.zeros(self.size)
+                row[place] = 1.0
+                rows.append(row)
+                residuals.append(float(x[place]))
+        return np.array(residuals), np.array(rows).reshape(-1, self.size)

@@ -1,0 +1,98 @@
+"""Steps along the valley of a spring and its equilibrium position.
+
+Data fix the spring's torque at q = 0, o = Ks·epos, far better than Ks and epos apart, and gravity shares it: a straight
+step in (Ks, epos) changes o by ΔKs·Δepos and climbs out of the valley. A step d therefore moves Ks and o linearly, with
+the same tangent, and epos follows:
+
+    Ks⁺ = Ks + d_K,   epos⁺ = (Ks·epos + Ks·d_e + epos·d_K)/Ks⁺.
+
+Bounds of epos stay linear in d: lower·Ks⁺ ≤ Ks⁺·epos⁺ ≤ upper·Ks⁺.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.problem.residuals import Problem
+from measurement.values.run import Array
+
+LEAST = 1e-9
+"""Least spring, as a share of its typical size, at which its equilibrium position still moves with it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spring:
+    """Places of Ks and epos among the unknowns, and their scales: p = centre + unit·s."""
+
+    stiffness: int
+    position: int
+    stiffness_centre: float
+    stiffness_unit: float
+    position_centre: float
+    position_unit: float
+
+    def physical(self, x: Array) -> tuple[float, float]:
+        """Return Ks and epos."""
+        return (
+            self.stiffness_centre + self.stiffness_unit * float(x[self.stiffness]),
+            self.position_centre + self.position_unit * float(x[self.position]),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Retraction:
+    """How the unknowns of a problem move, and what bounds their steps."""
+
+    problem: Problem
+    springs: tuple[Spring, ...]
+
+    @classmethod
+    def of(cls, problem: Problem) -> Retraction:
+        """Find the springs whose stiffness and equilibrium position are both free and of linear scale."""
+        scaling = problem.scaling
+        place = {id: k for k, id in enumerate(scaling.ids) if not scaling.log[k]}
+        springs = []
+        for id, k in place.items():
+            e = place.get("epos" + id.removeprefix("Ks"))
+            if id.startswith("Ks") and e is not None:
+                scales = scaling.centre[k], scaling.unit[k], scaling.centre[e], scaling.unit[e]
+                names = ("stiffness_centre", "stiffness_unit", "position_centre", "position_unit")
+                springs.append(Spring(stiffness=k, position=e, **dict(zip(names, map(float, scales), strict=True))))
+        return cls(problem=problem, springs=tuple(springs))
+
+    def move(self, x: Array, d: Array) -> Array:
+        """Return x moved along d."""
+        y = x + d
+        for spring in self.springs:
+            (K, e), (after, _) = spring.physical(x), spring.physical(y)
+            if min(K, after) > LEAST * spring.stiffness_unit:
+                d_K, d_e = after - K, spring.position_unit * float(d[spring.position])
+                y[spring.position] = (
+                    (K * e + K * d_e + e * d_K) / after - spring.position_centre
+                ) / spring.position_unit
+        return y
+
+    def slope(self, x: Array, d: Array) -> Array:
+        """Return ∂move(x, d)/∂d, shape (n, n)."""
+        result, y = np.eye(x.size), self.move(x, d)
+        for spring in self.springs:
+            (K, e), (after, now) = spring.physical(x), spring.physical(y)
+            if min(K, after) > LEAST * spring.stiffness_unit:
+                result[spring.position, spring.position] = K / after
+                change = (e - now) / after * spring.stiffness_unit / spring.position_unit
+                result[spring.position, spring.stiffness] = change
+        return result
+
+    def constraints(self, x: Array) -> tuple[Array, Array]:
+        """Return A and slack (≤ 0) of A·d ≥ slack: bounds and orderings of the moved unknowns."""
+        A, b = self.problem.constraints()
+        A, slack = A.copy(), np.minimum(b - A @ x, 0.0)
+        for spring in self.springs:
+            stiffness = spring.physical(x)[0]
+            if stiffness > LEAST * spring.stiffness_unit:
+                rows = np.flatnonzero(A[:, spring.position])
+                # Distance from the bound in units of epos, times the relative change of Ks.
+                A[rows, spring.stiffness] -= slack[rows] * spring.stiffness_unit / stiffness
+        return A, slack

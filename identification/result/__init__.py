@@ -1,0 +1,1 @@
+"""`Fit`: the frozen result, and how it ended in words."""

@@ -1,0 +1,152 @@
+"""The result of a fit: frozen values that uncertainty, the search for missing effects and the report build on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from identification.result.outcome import Outcome
+from measurement.values.run import Array, frozen
+from model.equations.equations import Equations
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RunScore:
+    """How well one run is simulated.
+
+    Parameters
+    ----------
+    rmse
+        RMS of (measured − simulated) per joint [rad], shape (n_joints,).
+    over_noise
+        RMS of (measured − simulated)/σ over rows and joints; σ = √(noise² + resolution²/12).
+    nrmse
+        RMS over the range of the measured position, the largest of the joints.
+    x0
+        Initial state that was used; its position is fitted with the prior N(y[0], σ²).
+    """
+
+    file: str
+    use: str
+    rmse: Array
+    over_noise: float
+    nrmse: float
+    x0: Array
+
+    @property
+    def rmse_rad(self) -> float:
+        """RMS over all joints [rad]."""
+        return float(np.sqrt(np.mean(self.rmse**2)))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Basin:
+    """A minimum that some starts reached: RMS over the noise, which starts, parameters (n_p,), simulations spent."""
+
+    over_noise: float
+    starts: tuple[int, ...]
+    theta: Array
+    simulations: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Combination:
+    """Σ coefficient·parameter (linearised at the estimate) that the data know where its members alone stay open."""
+
+    coefficients: Mapping[str, float]
+    value: float
+    std: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Interval:
+    """Ends of a 95 % interval in the parameter's unit; None where its bound, or nothing, ends it."""
+
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fit:
+    """An identified configuration.
+
+    Parameters
+    ----------
+    equations
+        What was fitted, with bounds and priors.
+    theta
+        All parameters in the order of ``equations.parameters``, shape (n_p,).
+    free
+        Ids of the fitted parameters.
+    covariance
+        Of the fitted parameters in physical units, shape (n_free, n_free), residual correlation taken into account.
+    information
+        Fisher information of the data alone about the fitted parameters (no priors), shape (n_free, n_free), divided by
+        the residual's excess over the noise and by its correlation time.
+    cost
+        Weighted mean square of residual over noise at the minimum; 1 is the noise.
+    x0
+        Fitted initial state of every run by file.
+    sigma
+        Sensor standard deviation used, by file, shape (n_joints,) each.
+    correlation_time
+        Integrated autocorrelation time of the residuals, in rows; 1 is white.
+    observer_gain
+        Gain [1/s] with which the measured position was fed back in the residuals and scores; 0 for a free simulation.
+    profiles
+        95 % intervals of the profile likelihood by id, where they were asked for.
+    """
+
+    equations: Equations
+    theta: Array
+    free: tuple[str, ...]
+    covariance: Array
+    information: Array
+    cost: float
+    outcome: Outcome
+    basins: tuple[Basin, ...]
+    starts: int
+    x0: Mapping[str, Array]
+    sigma: Mapping[str, Array]
+    correlation_time: float
+    simulations: int
+    wall_s: float
+    statuses: Mapping[str, str]
+    combinations: tuple[Combination, ...] = ()
+    warnings: tuple[str, ...] = ()
+    runs: tuple[RunScore, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+    observer_gain: float = 0.0
+    profiles: Mapping[str, Interval] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Make the arrays read-only."""
+        for name in ("theta", "covariance", "information"):
+            object.__setattr__(self, name, frozen(getattr(self, name)))
+
+    @property
+    def std(self) -> Array:
+        """Standard deviation of every parameter, 0 where fixed, shape (n_p,)."""
+        result = np.zeros(len(self.equations.parameters))
+        for id, variance in zip(self.free, np.diag(self.covariance), strict=True):
+            result[self.index(id)] = np.sqrt(max(float(variance), 0.0))
+        return result
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Parameters by id."""
+        return {q.id: float(v) for q, v in zip(self.equations.parameters, self.theta, strict=True)}
+
+    def index(self, id: str) -> int:
+        """Return the place of a parameter in ``theta``; KeyError where there is none."""
+        for i, quantity in enumerate(self.equations.parameters):
+            if quantity.id == id:
+                return i
+        raise KeyError(id)
+
+    def but(self, **changes: Any) -> Fit:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)

@@ -1,0 +1,93 @@
+"""What earlier configurations found, carried into the next: coefficients as priors, joint parameters as starts.
+
+Coefficients of different configurations are linear in the same inertial parameters π; a Gaussian over π
+(`LinkBelief`) takes in what the data of one test say alone and predicts the coefficients of the next. Springs and
+friction of a joint start at what its own test found; they get no prior from it, so that the coupled test is free to
+disagree.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from identification.result.fit import Fit
+from measurement.values.run import Array
+from model.equations.equations import Equations
+from model.equations.quantity import Normal, Quantity
+from model.planning.inertial_belief import LinkBelief, Measurement
+from model.rigid_body.locked_dynamics import Coefficient
+
+LEAST = 1e-6
+"""Least information of a measured coefficient, as a share of its prior's."""
+CAUTION = 3.0
+"""A carried prior is this much wider than the belief: tests on different days agree less well than their noise says."""
+
+
+def carried(
+    equations: Equations,
+    belief: LinkBelief,
+    coefficients: Sequence[Coefficient],
+    found: Mapping[str, float],
+    stated: Sequence[str] = (),
+) -> Equations:
+    """Return the equations with the belief as prior of the coefficients and found values as first guesses.
+
+    Parameters
+    ----------
+    found
+        Values by id of joint parameters that earlier configurations fitted.
+    stated
+        Ids that the campaign itself states: they stay as they are.
+    """
+    changes: dict[str, dict[str, object]] = {}
+    if coefficients:
+        mean, covariance = belief.predict(coefficients)
+        for coefficient, m, variance in zip(coefficients, mean, np.diag(covariance), strict=True):
+            quantity = equations.parameter(coefficient.id)
+            if coefficient.id not in stated and not quantity.fixed and variance > 0:
+                changes[coefficient.id] = _prior(quantity, float(m), CAUTION * float(np.sqrt(variance)))
+    for id, value in found.items():
+        if id not in stated and any(q.id == id and not q.fixed for q in equations.parameters):
+            q = equations.parameter(id)
+            changes[id] = {"initial": float(np.clip(value, q.lower, q.upper))}
+    return equations.with_parameters(changes)
+
+
+def _prior(q: Quantity, mean: float, std: float) -> dict[str, object]:
+    if q.prior is not None:
+        std = min(std, q.prior.std)
+    return {"initial": float(np.clip(mean, q.lower, q.upper)), "prior": Normal(mean=mean, std=std)}
+
+
+def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement:
+    """Return what the data of a fit say of its coefficients, the fit's priors taken out again.
+
+    With I the data's information about the coefficients (all other parameters profiled) and P⁻¹ that of the priors, the
+    estimate θ obeys I·(θ − y) = −P⁻¹·(θ − m), hence y = θ + I⁻¹·P⁻¹·(θ − m).
+    """
+    chosen = [c for c in coefficients if c.id in fit.free]
+    places = [fit.free.index(c.id) for c in chosen]
+    information = _profiled(fit.information, places)
+    quantities = [fit.equations.parameter(c.id) for c in chosen]
+    prior = np.array([1.0 / q.prior.std**2 if q.prior else 0.0 for q in quantities])
+    mean = np.array([q.prior.mean if q.prior else 0.0 for q in quantities])
+    theta = np.array([fit.values[c.id] for c in chosen])
+    floor = LEAST * np.array([1.0 / c.prior_std**2 if c.prior_std > 0 else 1e-12 for c in chosen])
+    inflated = max(fit.cost, 1.0) * max(fit.correlation_time, 1.0)
+    covariance = np.linalg.inv(information + np.diag(floor))
+    values = theta + covariance @ (prior / inflated * (theta - mean))
+    return Measurement(coefficients=tuple(chosen), values=values, covariance=(covariance + covariance.T) / 2)
+
+
+def _profiled(information: Array, places: Sequence[int]) -> Array:
+    """Information about some parameters with all others profiled out."""
+    rest = [k for k in range(len(information)) if k not in places]
+    inner = information[np.ix_(places, places)]
+    if not rest:
+        return np.asarray(inner)
+    cross = information[np.ix_(places, rest)]
+    size = np.sqrt(np.maximum(np.diag(information)[rest], 1e-300))
+    outer = np.linalg.pinv(information[np.ix_(rest, rest)] / np.outer(size, size), rcond=1e-12, hermitian=True)
+    return np.asarray(inner - (cross / size) @ outer @ (cross / size).T)

@@ -1,0 +1,104 @@
+"""Which configurations of a campaign are fitted, and in which order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.checks.summary import AT_REST
+from measurement.values.campaign import Campaign
+from measurement.values.run import Run
+from model.device.device import Device
+from model.planning.locking_order import locking_order
+from support.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Configuration:
+    """Free joints, the posture of the locked ones [rad], and the runs made in it.
+
+    `number` counts the postures in which these joints were tested, from 1.
+    """
+
+    free_joints: tuple[int, ...]
+    posture: tuple[float, ...]
+    runs: tuple[Run, ...]
+    number: int = 1
+
+    @property
+    def name(self) -> str:
+        """``joint 4``, ``joints 0, 1``, or ``joint 3, posture 2``."""
+        plural = "s" if len(self.free_joints) > 1 else ""
+        named = f"joint{plural} {', '.join(map(str, self.free_joints))}"
+        return named if self.number == 1 else f"{named}, posture {self.number}"
+
+    @property
+    def anchor(self) -> str:
+        """The name without signs that a link would escape."""
+        joined = "joints" + "".join(map(str, self.free_joints))
+        return joined if self.number == 1 else f"{joined}-{self.number}"
+
+    @property
+    def locked(self) -> str:
+        """Where the locked joints are, as a clause; empty where all are at home."""
+        if not any(self.posture):
+            return ""
+        places = [f"{j} at {x:+.3g}" for j, x in enumerate(self.posture) if j not in self.free_joints]
+        return f"Locked joints: {', '.join(places)} rad."
+
+
+def order_of(campaign: Campaign, device: Device | None) -> tuple[tuple[int, ...], ...]:
+    """Return the sets of free joints that have runs to fit: the device's locking order, then what it does not list."""
+    fitted = [joints for joints in campaign.configurations if campaign.runs_of(joints, "fit")]
+    planned = [stage.free for stage in locking_order(device).stages] if device is not None else []
+    return tuple([joints for joints in planned if joints in fitted] + [j for j in fitted if j not in planned])
+
+
+def configurations_of(
+    campaign: Campaign, device: Device | None, joints: Sequence[int] | None = None
+) -> tuple[Configuration, ...]:
+    """Return the configurations to fit; one that was tested in several postures is one for each.
+
+    Parameters
+    ----------
+    joints
+        Only configurations of these joints; all where None.
+
+    Raises
+    ------
+    InputError
+        Where nothing is left.
+    """
+    order = order_of(campaign, device)
+    chosen = [free for free in order if joints is None or set(free) <= set(joints)]
+    missing = sorted(set(joints or ()) - {j for free in order for j in free})
+    if missing or not chosen:
+        tested = ", ".join(str(j) for j in sorted({j for free in order for j in free}))
+        raise InputError("--joints", expected=f"joints with runs to fit ({tested})", got=str(missing or joints))
+    made = []
+    for free in chosen:
+        runs = campaign.runs_of(free)
+        postures = dict.fromkeys(_locked(run) for run in runs if run.use == "fit")
+        for number, posture in enumerate(postures, start=1):
+            own = tuple(run for run in runs if _locked(run) == posture)
+            _check_motion(own)
+            made.append(Configuration(free_joints=free, posture=posture, runs=own, number=number))
+    return tuple(made)
+
+
+def _check_motion(runs: Sequence[Run]) -> None:
+    """Refuse a configuration whose joints stand still in every run to fit."""
+    fitted = [run for run in runs if run.use == "fit"]
+    travel = np.array([np.ptp(run.y, axis=0) for run in fitted])
+    if np.all(travel < AT_REST * np.array([run.sensor_std for run in fitted])):
+        joints = ", ".join(map(str, fitted[0].free_joints))
+        expected = f"a run in which joint {joints} moves more than {AT_REST:.0f} times the sensor's noise"
+        todo = "measure with more torque, or set these runs to excluded"
+        raise InputError(fitted[0].file, expected=expected, got=f"a travel of {travel.max():.3g} at most", todo=todo)
+
+
+def _locked(run: Run) -> tuple[float, ...]:
+    """Posture with the free joints at 0, where they are ignored."""
+    return tuple(0.0 if j in run.free_joints else float(x) for j, x in enumerate(run.posture))

@@ -1,0 +1,166 @@
+"""``identification.json`` (schema identification/1): fits as data, and back again where a run is continued."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from identification.links.consistency import Agreement
+from identification.result.fit import Basin, Combination, Fit, Interval, RunScore
+from identification.result.outcome import Outcome
+from identification.sequence.step import Step
+from model.equations.equations import Equations
+
+SCHEMA = "identification/1"
+
+
+def step_json(step: Step) -> dict[str, Any]:
+    """Return one entry of ``configurations``."""
+    fit = step.fit
+    std = fit.std
+    parameters = {
+        q.id: {
+            "value": float(v),
+            "std": float(s),
+            "unit": q.unit,
+            "status": fit.statuses[q.id],
+            "description": q.description,
+            "lower": finite(q.lower),
+            "upper": finite(q.upper),
+            **_profile_json(fit.profiles.get(q.id)),
+        }
+        for q, v, s in zip(fit.equations.parameters, fit.theta, std, strict=True)
+    }
+    sigma = np.mean(np.concatenate([np.atleast_1d(s) for s in fit.sigma.values()]))
+    unit = "torque" if step.torque_scored else "position"
+    return {
+        "free_joints": list(step.configuration.free_joints),
+        "locked_positions_rad": list(step.configuration.posture),
+        "scored": unit,
+        "observer_gain_per_s": fit.observer_gain,
+        "parameters": parameters,
+        "runs": [_run_json(score, step.torque_scored) for score in fit.runs],
+        "noise_rad": float(sigma),
+        "cost": float(fit.cost),
+        "outcome": fit.outcome.label,
+        "outcome_sentence": fit.outcome.value,
+        "starts": fit.starts,
+        "simulations": fit.simulations,
+        "wall_s": round(fit.wall_s, 3),
+        "basins": [
+            {
+                "rmse_over_noise": float(b.over_noise),
+                "starts": list(b.starts),
+                "simulations": b.simulations,
+                "parameters": dict(zip((q.id for q in fit.equations.parameters), b.theta.tolist(), strict=True)),
+            }
+            for b in fit.basins
+        ],
+        "combinations": [
+            {"coefficients": dict(c.coefficients), "value": c.value, "std": c.std} for c in fit.combinations
+        ],
+        "agreement": [agreement_json(a) for a in step.agreements],
+        "residual_correlation_rows": float(fit.correlation_time),
+        "warnings": list(fit.warnings),
+        "notes": list(fit.notes),
+        "free": list(fit.free),
+        "covariance": fit.covariance.tolist(),
+        "information": fit.information.tolist(),
+        "initial_states": {file: x.tolist() for file, x in fit.x0.items()},
+        "sigma": {file: s.tolist() for file, s in fit.sigma.items()},
+    }
+
+
+def _profile_json(interval: Interval | None) -> dict[str, list[float | None]]:
+    return {} if interval is None else {"profile_95": [interval.lower, interval.upper]}
+
+
+def _run_json(score: RunScore, torque_scored: bool) -> dict[str, Any]:
+    result = {
+        "file": score.file,
+        "use": score.use,
+        "rmse_rad": finite(score.rmse_rad),
+        "rmse_over_noise": finite(score.over_noise),
+        "nrmse": finite(score.nrmse),
+        "rmse_per_joint": [finite(float(x)) for x in score.rmse],
+        "initial_state": score.x0.tolist(),
+    }
+    if torque_scored:
+        result |= {"scored": "torque", "rmse_Nm": result["rmse_rad"], "rmse_rad": None}
+    return result
+
+
+def finite(value: float) -> float | None:
+    """Return the number, or None where JSON has none for it."""
+    return float(value) if math.isfinite(value) else None
+
+
+def agreement_json(a: Agreement) -> dict[str, Any]:
+    """Return one comparison between tests."""
+    pairs = {"earlier": a.earlier, "later": a.later, "pooled": a.pooled}
+    return {
+        "name": a.name,
+        "chi2": a.chi2,
+        "dof": a.dof,
+        "p": a.p,
+        "comparisons": a.family,
+        "contradicts": a.contradicts,
+        **{k: {"value": v[0], "std": v[1]} for k, v in pairs.items() if v is not None},
+    }
+
+
+def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
+    """Return the fit of one entry of ``configurations``; its numbers survive the round trip bit for bit."""
+    by_id = entry["parameters"]
+    return Fit(
+        equations=equations,
+        theta=np.array([by_id[q.id]["value"] for q in equations.parameters]),
+        free=tuple(entry["free"]),
+        covariance=np.array(entry["covariance"]),
+        information=np.array(entry["information"]),
+        cost=entry["cost"],
+        outcome=Outcome[entry["outcome"].upper()],
+        basins=tuple(
+            Basin(
+                over_noise=b["rmse_over_noise"],
+                starts=tuple(b["starts"]),
+                theta=np.array(list(b["parameters"].values())),
+                simulations=b["simulations"],
+            )
+            for b in entry["basins"]
+        ),
+        starts=entry["starts"],
+        x0={file: np.array(x) for file, x in entry["initial_states"].items()},
+        sigma={file: np.array(s) for file, s in entry["sigma"].items()},
+        correlation_time=entry["residual_correlation_rows"],
+        simulations=entry["simulations"],
+        wall_s=entry["wall_s"],
+        statuses={id: one["status"] for id, one in by_id.items()},
+        combinations=tuple(Combination(**c) for c in entry["combinations"]),
+        warnings=tuple(entry["warnings"]),
+        runs=tuple(_score_from(run) for run in entry["runs"]),
+        notes=tuple(entry["notes"]),
+        observer_gain=entry["observer_gain_per_s"],
+        profiles={
+            id: Interval(lower=one["profile_95"][0], upper=one["profile_95"][1])
+            for id, one in by_id.items()
+            if "profile_95" in one
+        },
+    )
+
+
+def _score_from(run: Mapping[str, Any]) -> RunScore:
+    def number(value: float | None) -> float:
+        return math.nan if value is None else value
+
+    return RunScore(
+        file=run["file"],
+        use=run["use"],
+        rmse=np.array([number(x) for x in run["rmse_per_joint"]]),
+        over_noise=number(run["rmse_over_noise"]),
+        nrmse=number(run["nrmse"]),
+        x0=np.array(run["initial_state"]),
+    )

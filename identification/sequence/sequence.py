@@ -1,0 +1,135 @@
+"""Fits of all configurations in locking order, each using what the earlier ones found."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from typing import Any
+
+from identification.fit.fit_runs import fit_runs
+from identification.links.consistency import Agreement, coefficients_agree, parameters_agree
+from identification.optimise.workers import Workers
+from identification.problem.options import FitOptions
+from identification.result.outcome import Outcome
+from identification.sequence.carry_over import carried, measurement_of
+from identification.sequence.configurations import Configuration
+from identification.sequence.equations_for import equations_for
+from identification.sequence.result_json import fit_from_json
+from identification.sequence.step import Step
+from identification.simulators.inverse_dynamics import torque_equations
+from identification.simulators.protocol import Simulator
+from measurement.values.campaign import Campaign
+from model.device.device import Device
+from model.equations.equations import Equations
+from model.joint.joint_in_device import INERTIAL
+from model.planning.inertial_belief import LinkBelief, Measurement
+from model.rigid_body.locked_dynamics import Coefficient, locked_motion
+
+Build = Callable[[Equations], Simulator]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sequence:
+    """The campaign, its device and how models are built and run.
+
+    Parameters
+    ----------
+    build
+        From equations to a simulator: the FMU, or the kernel in process.
+    kept
+        Entries of identification.json of an earlier, interrupted run by place in the order.
+    """
+
+    campaign: Campaign
+    device: Device | None
+    build: Build
+    options: FitOptions
+    workers: Workers
+    kept: Mapping[int, Mapping[str, Any]]
+
+    def steps(self, configurations: tuple[Configuration, ...]) -> Iterator[Step]:
+        """Fit one configuration after the other."""
+        belief = LinkBelief.from_device(self.device) if self.device else None
+        found: dict[str, float] = {}
+        done: list[Step] = []
+        for number, configuration in enumerate(configurations):
+            coefficients = self._coefficients(configuration)
+            equations = self._equations(configuration, belief, coefficients, found)
+            step = self._step(configuration, equations, self.kept.get(number))
+            if belief is not None:
+                one = measurement_of(step.fit, coefficients)
+                step = replace(step, agreements=_agreements(step, belief, one, done))
+                if one.coefficients:
+                    belief = belief.update(one.coefficients, one.values, one.covariance)
+            found |= joint_values(configuration.free_joints, step.fit.values)
+            done.append(step)
+            yield step
+
+    def _coefficients(self, configuration: Configuration) -> tuple[Coefficient, ...]:
+        if self.device is None:
+            return ()
+        return locked_motion(self.device, configuration.free_joints, configuration.posture).coefficients
+
+    def _equations(
+        self,
+        configuration: Configuration,
+        belief: LinkBelief | None,
+        coefficients: tuple[Coefficient, ...],
+        found: Mapping[str, float],
+    ) -> Equations:
+        joints = configuration.free_joints
+        equations = equations_for(self.campaign, self.device, joints, configuration.posture)
+        if belief is None:
+            return equations
+        single = len(joints) == 1
+        stated = [id if single else f"{id}_{j}" for j in joints for id in self.campaign.parameter_overrides.get(j, {})]
+        known = {id.removesuffix(f"_{joints[0]}"): value for id, value in found.items()} if single else found
+        own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
+        return carried(equations, belief, coefficients, own, stated)
+
+    def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
+        if kept is not None:
+            with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
+                torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
+                fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
+                return Step(configuration=configuration, fit=fitted, torque_scored=torque)
+        runs = configuration.runs
+        made, torque = fit_runs(equations, self.build, runs, options=self.options, workers=self.workers)
+        return Step(configuration=configuration, fit=made, torque_scored=torque)
+
+
+def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[str, float]:
+    """Return springs and friction among a configuration's parameters, the joint's number at the end of each id."""
+    if len(joints) == 1:
+        return {f"{id}_{joints[0]}": value for id, value in values.items() if id not in INERTIAL}
+    tails = tuple(f"_{j}" for j in joints)
+    return {id: v for id, v in values.items() if id.endswith(tails) and id[0] not in "MV"}
+
+
+def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Step]) -> tuple[Agreement, ...]:
+    """Test coefficients against the belief, springs and friction against the latest test of the same joints.
+
+    Coefficients change with the lock posture, so that only the belief, which knows how, can compare them.
+    """
+    name, now = step.configuration.name, step.configuration.free_joints
+    first = coefficients_agree(f"{name}: inertia and gravity against earlier tests", belief, one)
+    made = [first] if first and done else []
+    latest = {earlier.configuration.free_joints: earlier for earlier in done}
+    for before, earlier in latest.items():
+        if len(before) == 1 and len(now) > 1 and before[0] in now:
+            made += parameters_agree(earlier.fit, step.fit, f"_{before[0]}")
+        elif before == now:
+            inertial = {c.id for c in one.coefficients} | set(INERTIAL)
+            made += [a for a in parameters_agree(earlier.fit, step.fit, "") if a.name not in inertial]
+    return tuple(replace(a, family=len(made)) for a in made)
+
+
+def links_of(steps: tuple[Step, ...], device: Device) -> tuple[Measurement, ...]:
+    """Return what the data of every step say of its coefficients."""
+    return tuple(
+        measurement_of(
+            step.fit, locked_motion(device, step.configuration.free_joints, step.configuration.posture).coefficients
+        )
+        for step in steps
+    )

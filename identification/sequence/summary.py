@@ -1,0 +1,82 @@
+"""What the command prints: one line per configuration, what needs attention, how the whole model did."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from identification.sequence.step import Step
+
+HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "seconds", "outcome")
+
+
+def table_text(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return left-aligned columns."""
+    widths = [max(len(row[k]) for row in (header, *rows)) for k in range(len(header))]
+    lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in (header, *rows)]
+    return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
+
+
+def step_row(step: Step) -> tuple[str, ...]:
+    """Return the cells of one configuration."""
+    fit = step.fit
+    return (
+        step.configuration.name + (" (torque)" if step.torque_scored else ""),
+        _worst(step, "fit"),
+        _worst(step, "validate"),
+        str(fit.starts),
+        f"{len(fit.basins[0].starts)} of {fit.starts}",
+        f"{fit.wall_s:.1f}",
+        fit.outcome.label,
+    )
+
+
+def _worst(step: Step, use: str) -> str:
+    ratios = [score.over_noise for score in step.fit.runs if score.use == use]
+    return f"{max(ratios):.3f}" if ratios else "-"
+
+
+def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
+    """Return the table and what is worth a second look."""
+    parts = [table_text(HEADER, [step_row(step) for step in steps])]
+    parts += [f"{step.configuration.name}: {sentence}" for step in steps for sentence in attention(step)]
+    runs = verification.get("runs", [])
+    if runs:
+        parts.append(
+            "Whole model (all joints free), RMS over noise by joint; in brackets over what noise and the spread of the "
+            "parameters explain:"
+        )
+        rows = [
+            (
+                run["file"],
+                run["mode"].replace("_", " "),
+                *(_whole(one) for one in run["joints"]),
+            )
+            for run in runs
+        ]
+        numbers = [f"joint {one['joint']}" for one in runs[0]["joints"]]
+        parts.append(table_text(("run", "simulated in", *numbers), rows))
+    return "\n".join(parts)
+
+
+def _whole(joint: Mapping[str, Any]) -> str:
+    noise, expected = joint["rmse_over_noise"], joint.get("rmse_over_expected")
+    if noise is None:
+        return "diverged"
+    return f"{noise:.2f}" if expected is None else f"{noise:.2f} ({expected:.2f})"
+
+
+def attention(step: Step) -> list[str]:
+    """Return sentences on what did not go as it should."""
+    fit = step.fit
+    said = [] if fit.outcome.label == "converged" else [fit.outcome.value]
+    for status, words in (
+        ("at_bound", "at a bound"),
+        ("unidentifiable", "not identifiable from these runs"),
+        ("prior", "known from the prior more than from these runs"),
+    ):
+        ids = [id for id, s in fit.statuses.items() if s == status]
+        if ids:
+            said.append(f"{words}: {', '.join(ids)}")
+    said += [f"contradicts an earlier test: {a.name} (p = {a.p:.1e})" for a in step.agreements if a.contradicts]
+    return said + list(fit.warnings)

@@ -1,0 +1,84 @@
+"""From the fitted configurations to the whole device: consistent links, the full model's values, how sure they are.
+
+Springs and friction follow the links: where consistent links move a coefficient by Δc from its fitted value, the other
+parameters p of that fit move by C_pc·C_cc⁻¹·Δc, and vary around that with C_pp − C_pc·C_cc⁻¹·C_cp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.links.consistent_links import LinkEstimates, consistent_links
+from identification.links.physical_draws import physical_draws
+from identification.sequence.sequence import joint_values, links_of
+from identification.sequence.step import Step
+from measurement.values.run import Array
+from model.device.device import Device
+from model.planning.inertial_belief import LinkBelief, Measurement
+from model.rigid_body.inertial_parameters import standard_ids, to_standard
+
+DRAWS = 20
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Whole:
+    """Values of the full model by id, draws of them from their uncertainty, and the links."""
+
+    values: Mapping[str, float]
+    draws: tuple[Mapping[str, float], ...]
+    links: LinkEstimates
+
+
+def whole_device(device: Device, steps: Sequence[Step], *, seed: int = 0, draws: int = DRAWS) -> Whole:
+    """Combine all steps: links by semidefinite least squares, joint parameters from the last test that had them."""
+    measured = links_of(tuple(steps), device)
+    links = consistent_links(device, [one for one in measured if one.coefficients])
+    belief = LinkBelief.from_device(device)
+    for one in measured:
+        if one.coefficients:
+            belief = belief.update(one.coefficients, one.values, one.covariance)
+    rng = np.random.default_rng([seed, 23])
+    drawn = [
+        _inertial(device, pi) | _joints(steps, measured, pi, rng)
+        for pi in physical_draws(device, belief, links.pi, draws, rng)
+    ]
+    values = dict(links.standard) | _joints(steps, measured, links.pi, None)
+    return Whole(values=values, draws=tuple(drawn), links=links)
+
+
+def _inertial(device: Device, pi: Array) -> dict[str, float]:
+    return dict(zip(standard_ids(device), to_standard(device, pi).tolist(), strict=True))
+
+
+def _joints(
+    steps: Sequence[Step], measured: Sequence[Measurement], pi: Array, rng: np.random.Generator | None
+) -> dict[str, float]:
+    """Return springs and friction by id with the joint's number, given π; drawn where rng is given."""
+    result: dict[str, float] = {}
+    for step, one in zip(steps, measured, strict=True):
+        result |= joint_values(step.configuration.free_joints, _given(step, one, pi, rng))
+    return result
+
+
+def _given(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | None) -> dict[str, float]:
+    fit = step.fit
+    known = [fit.free.index(c.id) for c in one.coefficients]
+    rest = [k for k in range(len(fit.free)) if k not in known]
+    std = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
+    C = fit.covariance / np.outer(std, std)
+    shift, left = np.zeros(len(rest)), C[np.ix_(rest, rest)]
+    if known:
+        change = (one.rows @ pi - [fit.values[c.id] for c in one.coefficients]) / std[known]
+        gain = C[np.ix_(rest, known)] @ np.linalg.pinv(C[np.ix_(known, known)], rcond=1e-10, hermitian=True)
+        shift, left = gain @ change, left - gain @ C[np.ix_(known, rest)]
+    if rng is not None:
+        values, vectors = np.linalg.eigh(left)
+        shift = shift + vectors @ (np.sqrt(np.maximum(values, 0.0)) * rng.standard_normal(len(rest)))
+    moved = {}
+    for k, d in zip(rest, shift, strict=True):
+        q = fit.equations.parameter(fit.free[k])
+        moved[q.id] = float(np.clip(fit.values[q.id] + std[k] * d, q.lower, q.upper))
+    return fit.values | moved

@@ -1,0 +1,1 @@
+"""The `Simulator` protocol and what satisfies it: FMU, kernel, observer, inverse dynamics, closed loop."""

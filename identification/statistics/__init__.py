@@ -1,0 +1,1 @@
+"""Fit in, figures out: covariance, scores, identifiability, profiles, jackknife."""

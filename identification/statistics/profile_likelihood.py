@@ -1,0 +1,112 @@
+"""Profile likelihoods: how far one parameter may move when all others adapt to it.
+
+With C(v) = min ‖r‖² over the other unknowns at p_k = v, the 95 % interval is where C(v) − C(p̂) ≤ f·χ²₁(0.95). The
+factor f = V_kk/(H⁻¹)_kk, sandwich over plain curvature, puts time weights and correlation of the residuals in (Pace,
+Salvan & Sartori 2011), so that on a quadratic valley the interval is ±1.96 standard
+deviations. On a bent one it is not.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import chi2
+
+from identification.optimise.levenberg_marquardt import cost_of
+from identification.problem.bounded_lsq import step_within, triangle
+from identification.problem.residuals import Blocks, Problem
+from identification.result.fit import Interval
+from identification.statistics.covariance import Curvature
+from measurement.values.run import Array
+
+LEVEL = float(chi2.ppf(0.95, 1))
+ITERATIONS, HALVINGS, TRIALS = 12, 6, 10
+CLOSE = 0.01
+"""Relative error of √(C − Ĉ) at which the end of an interval is found."""
+RIDGE = 1e-9
+
+
+def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]:
+    """Return the interval of every free parameter; ``x`` is the minimum and ``bent`` the curvature there."""
+    plain = np.linalg.inv(bent.hessian + np.diag(1e-12 * np.diag(bent.hessian) + 1e-300))
+    walk = _Walk(problem=problem, x=x, cost=cost_of(problem.blocks(x)))
+    made = {}
+    for k, id in enumerate(problem.scaling.ids):
+        width, direction = float(np.sqrt(max(bent.covariance[k, k], 1e-300))), plain[:, k] / plain[k, k]
+        target = LEVEL * bent.covariance[k, k] / plain[k, k]
+        ends = [walk.end(k, direction, sign * width, float(target)) for sign in (-1.0, 1.0)]
+        made[id] = Interval(lower=ends[0], upper=ends[1])
+    return made
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Walk:
+    """From the minimum outwards, one unknown pinned."""
+
+    problem: Problem
+    x: Array
+    cost: float
+
+    def end(self, k: int, direction: Array, width: float, target: float) -> float | None:
+        """Return the value of parameter ``k`` at which the cost has risen by ``target``; ``width`` has the sign."""
+        low, high = (float(b[k]) for b in self.problem.scaling.bounds)
+        room = (high if width > 0 else low) - float(self.x[k])
+        distance, at, start = np.sqrt(LEVEL) * width, 0.0, self.x
+        for _ in range(TRIALS):
+            distance = np.sign(width) * min(abs(distance), abs(room))
+            moved, cost = pinned(self.problem, start + direction * (distance - at), k)
+            if not np.isfinite(cost):
+                return None
+            share = float(np.sqrt(max(cost - self.cost, 0.0) / target))
+            if abs(share - 1.0) < CLOSE:
+                return float(self.problem.theta(moved)[self.problem.scaling.free[k]])
+            if share < 1.0 and abs(distance) >= abs(room):
+                return None
+            start, at = moved, distance
+            distance /= float(np.clip(share, 0.4, 2.5))
+        return None
+
+
+def pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
+    """Minimise ‖r‖² from ``x`` over all unknowns but ``k``; return the minimum and its cost.
+
+    By Gauss-Newton steps that are halved until the cost falls.
+    """
+    others = np.delete(np.arange(x.size), k)
+    A, b = problem.constraints()
+    x = _within(problem, x, k)
+    blocks = problem.blocks(x)
+    cost = cost_of(blocks)
+    for _ in range(ITERATIONS):
+        if not np.isfinite(cost):
+            return x, cost
+        J = blocks.jacobian[:, others]
+        ridge = RIDGE * np.diag(np.maximum(np.linalg.norm(J, axis=0), 1e-12))
+        R, c = triangle(np.vstack((J, ridge)), np.concatenate((blocks.residual, np.zeros(others.size))))
+        step = np.zeros(x.size)
+        step[others] = step_within(R, c, A[:, others], b - A @ x)
+        x, blocks, new = _halved(problem, x, step, cost)
+        gained, cost = cost - new, new
+        if gained < 1e-3:
+            break
+    return x, cost
+
+
+def _halved(problem: Problem, x: Array, step: Array, cost: float) -> tuple[Array, Blocks, float]:
+    for n in range(HALVINGS):
+        blocks = problem.blocks(x + step / 2**n)
+        new = cost_of(blocks)
+        if new < cost:
+            return x + step / 2**n, blocks, new
+    return x, problem.blocks(x), cost
+
+
+def _within(problem: Problem, x: Array, k: int) -> Array:
+    """Move the other parameters into their bounds."""
+    low, high = problem.scaling.bounds
+    n, kept = problem.n_parameters, x[k]
+    moved = x.copy()
+    moved[:n] = np.clip(x[:n], low, high)
+    moved[k] = kept
+    return moved

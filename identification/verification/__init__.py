@@ -1,0 +1,1 @@
+"""Identified device and runs with all joints free in, what it misses out."""

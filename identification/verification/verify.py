@@ -1,0 +1,109 @@
+"""Verification of the whole model on runs with all joints free, in closed loop and from the recorded torques."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop, simulate_recorded
+from identification.verification.result import JointCheck, Mode, RunCheck, Verification
+from measurement.values.run import Array, Run
+from model.device.device import Device
+from model.joint.joint_in_device import Effects
+from model.joint.whole_device import full_equations
+from model.kernel.compiled import CompiledKernel
+from support.errors import InputError
+
+
+def verify(
+    device: Device,
+    values: Mapping[str, float],
+    runs: Sequence[Run],
+    controller: Controller | Mapping[str, Any] | None,
+    *,
+    draws: Sequence[Mapping[str, float]] | None = None,
+    effects: Effects | None = None,
+) -> Verification:
+    """Simulate the runs with all joints free by the whole model.
+
+    Parameters
+    ----------
+    values
+        Parameters of `model.joint.whole_device.full_equations` by id; those left out keep the device's first guess and
+        are listed as assumed.
+    runs
+        Runs of any configuration; those with all joints free and not excluded are used.
+    controller
+        The controller, or the ``[controller]`` table of the campaign; None where there is none.
+    draws
+        Values by id that say how well the parameters are known; what a draw leaves out is as in ``values``.
+    effects
+        Effects that are added to the model, by joint.
+
+    Raises
+    ------
+    InputError
+        For an id that the model does not have, or a controller table that does not fit the device.
+    """
+    equations = full_equations(device, effects)
+    wanted = [run for run in runs if run.free_joints == equations.joints and run.use != "excluded"]
+    if isinstance(controller, Mapping):
+        controller = Controller.from_table(controller, len(equations.joints)) if controller else None
+    ids = [q.id for q in equations.parameters]
+    theta = _theta({q.id: q.initial for q in equations.parameters}, values)
+    drawn = [_theta(dict(zip(ids, theta, strict=True)), draw) for draw in draws or ()]
+    kernel = CompiledKernel.of(equations) if wanted else None
+    checks = [check for run in wanted if kernel for check in _check_run(kernel, theta, drawn, run, controller)]
+    assumed = tuple(q.id for q in equations.parameters if q.id not in values and not q.fixed)
+    return Verification(runs=tuple(checks), law=controller.law if controller else "", assumed=assumed)
+
+
+def _theta(base: Mapping[str, float], values: Mapping[str, float]) -> Array:
+    unknown = sorted(set(values) - set(base))
+    if unknown:
+        raise InputError("values of the whole model", expected="ids of its parameters", got=", ".join(unknown))
+    return np.array([values.get(id, value) for id, value in base.items()])
+
+
+def _check_run(
+    kernel: CompiledKernel, theta: Array, draws: Sequence[Array], run: Run, controller: Controller | None
+) -> list[RunCheck]:
+    checks, reference = [], reference_of(run)
+    if controller is not None and reference is not None:
+        made = [simulate_closed_loop(kernel, p, run, controller, reference) for p in (theta, *draws)]
+        checks.append(_check(run, "closed_loop", [y for y, _ in made], made[0][1]))
+    checks.append(_check(run, "open_loop", [simulate_recorded(kernel, p, run) for p in (theta, *draws)], run.u))
+    return checks
+
+
+def _check(run: Run, mode: Mode, positions: Sequence[Array], torque: Array) -> RunCheck:
+    simulated, drawn = positions[0], [y for y in positions[1:] if np.isfinite(y).all()]
+    spread = np.std(drawn, axis=0, ddof=1) if len(drawn) > 1 else np.full_like(run.y, np.nan)
+    rms = np.sqrt(np.mean((run.y - simulated) ** 2, axis=0))
+    torque_rms = np.sqrt(np.mean((run.u - torque) ** 2, axis=0))
+    joints = tuple(
+        JointCheck(
+            joint=joint,
+            prismatic=run.prismatic[i],
+            rmse_rad=float(rms[i]),
+            rmse_over_noise=float(rms[i] / run.sensor_std[i]),
+            nrmse=float(rms[i] / max(float(np.ptp(run.y[:, i])), 1e-300)),
+            torque_difference_Nm=float(torque_rms[i]),
+            torque_rms_Nm=float(np.sqrt(np.mean(run.u[:, i] ** 2))),
+            spread_rad=float(np.sqrt(np.mean(spread[:, i] ** 2))),
+        )
+        for i, joint in enumerate(run.free_joints)
+    )
+    return RunCheck(
+        file=run.file,
+        use=run.use,
+        mode=mode,
+        joints=joints,
+        draws=len(drawn),
+        t=run.t,
+        measured=run.y,
+        simulated=simulated,
+        spread=spread,
+    )

@@ -1,0 +1,82 @@
+"""From the columns of a table to the arrays of a run."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.format.table import Table
+from measurement.values.run import Array
+from support.errors import InputError
+
+KNOWN = re.compile(
+    r"time_s|(torque|torque_command|torque_measured)_\d+_Nm|(force|force_command|force_measured)_\d+_N|current_\d+_A"
+    r"|(position|reference)_\d+_(rad|m)|(velocity|reference_velocity)_\d+_(rad_s|m_s)"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Signals:
+    """Time (n_t,), inputs, positions and velocities (n_t, n_joints), and whatever else the table holds."""
+
+    t: Array
+    u: Array
+    y: Array
+    v: Array | None
+    prismatic: tuple[bool, ...]
+    extra: Mapping[str, Array]
+
+    @property
+    def unknown(self) -> tuple[str, ...]:
+        """Names of the columns that the format does not know."""
+        return tuple(name for name in self.extra if not KNOWN.fullmatch(name))
+
+
+def read_signals(table: Table, joints: tuple[int, ...], constants: Mapping[int, float]) -> Signals:
+    """Pick the columns of the free joints.
+
+    Parameters
+    ----------
+    constants
+        Torque per ampere (force per ampere) of the joints whose drive is recorded in amperes [N m/A] ([N/A]);
+        u = constant · current where the table has no torque.
+    """
+    t = table.time()
+    prismatic = tuple(_slides(table, joint) for joint in joints)
+    inputs = [_input(table, joint, slides, constants) for joint, slides in zip(joints, prismatic, strict=True)]
+    units = ["m" if slides else "rad" for slides in prismatic]
+    positions = [f"position_{joint}_{unit}" for joint, unit in zip(joints, units, strict=True)]
+    velocities = [f"velocity_{joint}_{unit}_s" for joint, unit in zip(joints, units, strict=True)]
+    measured = all(name in table.columns for name in velocities)
+    used = {"time_s", *positions, *(velocities if measured else ()), *(name for name, _ in inputs)}
+    return Signals(
+        t=t,
+        u=np.stack([values for _, values in inputs], axis=1),
+        y=np.stack([table.numbers(name) for name in positions], axis=1),
+        v=np.stack([table.numbers(name) for name in velocities], axis=1) if measured else None,
+        prismatic=prismatic,
+        extra={name: table.loosely(name) for name in table.columns if name not in used},
+    )
+
+
+def _slides(table: Table, joint: int) -> bool:
+    turns, slides = f"position_{joint}_rad" in table.columns, f"position_{joint}_m" in table.columns
+    if turns and slides:
+        got = f"position_{joint}_rad and position_{joint}_m"
+        raise InputError(table.header, expected=f"one position of joint {joint}", got=got)
+    return slides
+
+
+def _input(table: Table, joint: int, slides: bool, constants: Mapping[int, float]) -> tuple[str, Array]:
+    name = f"force_{joint}_N" if slides else f"torque_{joint}_Nm"
+    current = f"current_{joint}_A"
+    if name in table.columns or current not in table.columns:
+        return name, table.numbers(name)
+    if joint not in constants:
+        key = "force_constant_N_per_A" if slides else "torque_constant_Nm_per_A"
+        todo = f"give {key} under [joint.{joint}] in campaign.toml"
+        raise InputError(table.header, expected=f"a column {name}", got=current, todo=todo)
+    return current, constants[joint] * table.numbers(current)

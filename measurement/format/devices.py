@@ -1,0 +1,69 @@
+"""Which device a campaign names: a built-in one, ``single_joint``, or a file beside the campaign."""
+
+from __future__ import annotations
+
+import tomllib
+from importlib.resources import files
+from pathlib import Path
+from xml.etree import ElementTree
+
+from measurement.format.places import check_inside
+from measurement.values.warning import warn
+from support.errors import InputError
+from support.files.files import is_file
+from support.suggestion import did_you_mean
+
+SINGLE_JOINT = "single_joint"
+SUFFIXES = (".toml", ".urdf")
+
+
+def device_names() -> tuple[str, ...]:
+    """Names of the built-in devices: the TOML files of ``model/devices``, and ``single_joint``."""
+    folder = files("model.device") / "built_in"
+    found = {item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")}
+    return tuple(sorted(found | {SINGLE_JOINT}))
+
+
+def resolve_device(device: str, folder: Path, where: str) -> str:
+    """Return a built-in name, or the path of the device file.
+
+    A file that does not exist, but bears the name of a built-in device, stands for that device, with a warning.
+    """
+    if device in device_names():
+        return device
+    if not device.endswith(SUFFIXES):
+        todo = did_you_mean(device, device_names())
+        raise InputError(where, expected="a built-in device or a file *.toml, *.urdf", got=repr(device), todo=todo)
+    path = folder / device
+    if is_file(path):
+        check_inside(folder, device, where)
+        return str(path)
+    if path.stem in device_names():
+        warn(f"{where}: no file {device} in {folder}; the built-in device {path.stem} is used")
+        return path.stem
+    todo = did_you_mean(path.stem, device_names())
+    raise InputError(where, expected="a device file, or a built-in name", got=f"no file {path.name} there", todo=todo)
+
+
+def joint_count(device: str) -> int | None:
+    """Return the number of joints; None for ``single_joint`` and where the device file does not list its joints."""
+    if device == SINGLE_JOINT:
+        return None
+    is_file = device.endswith(SUFFIXES)
+    source = Path(device) if is_file else files("model.device") / "built_in" / f"{device}.toml"
+    try:
+        text = source.read_text(encoding="utf-8")
+        return _urdf_joints(text) if device.endswith(".urdf") else _toml_joints(text)
+    except (OSError, ValueError, RecursionError, ElementTree.ParseError):
+        return None
+
+
+def _toml_joints(text: str) -> int | None:
+    joints = tomllib.loads(text).get("joints")
+    return len(joints) if isinstance(joints, list) else None
+
+
+def _urdf_joints(text: str) -> int:
+    joints = ElementTree.fromstring(text).findall("joint")
+    moving = ("revolute", "continuous", "prismatic")
+    return sum(joint.get("type") in moving and joint.find("mimic") is None for joint in joints)

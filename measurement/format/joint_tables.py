@@ -1,0 +1,84 @@
+"""What ``[joint.J]`` tables say: parameters, sensor and drive of single joints."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+from measurement.format import schema
+from measurement.format.toml_source import TomlSource
+from measurement.values.run import Array
+from support.errors import InputError
+from support.suggestion import did_you_mean
+
+Overrides = dict[int, dict[str, dict[str, Any]]]
+
+
+def joint_tables(source: TomlSource) -> dict[int, dict[str, Any]]:
+    """Return the checked ``[joint.J]`` tables by joint number."""
+    tables = source.data.get("joint", {})
+    if not isinstance(tables, dict):
+        raise InputError(source.where("", "joint"), expected="tables [joint.J]", got=repr(tables))
+    for name in tables:
+        if not re.fullmatch(r"0|[1-9][0-9]{0,3}", name):
+            got = repr(name)
+            raise InputError(source.where(f"joint.{name}"), expected="a joint number, as in [joint.4]", got=got)
+    return {int(name): schema.check_table(source, tables[name], schema.JOINT, f"joint.{name}") for name in tables}
+
+
+def read_overrides(source: TomlSource, tables: dict[int, dict[str, Any]]) -> Overrides:
+    """Return the checked ``[joint.J.parameters]`` by joint number."""
+    return {j: _parameters(source, table["parameters"], j) for j, table in tables.items() if "parameters" in table}
+
+
+def _parameters(source: TomlSource, table: dict[str, Any], joint: int) -> dict[str, dict[str, Any]]:
+    section = f"joint.{joint}.parameters"
+    for name, value in table.items():
+        if name not in schema.PARAMETER_IDS:
+            todo = did_you_mean(name, schema.PARAMETER_IDS)
+            raise InputError(source.where(section, name), expected="a parameter of a joint", got=repr(name), todo=todo)
+        if not isinstance(value, dict):
+            todo = f"write {name} = {{ initial = {value} }} or {name} = {{ fixed = {value} }}"
+            raise InputError(source.where(section, name), expected="a table", got=repr(value), todo=todo)
+        _check_parameter(source, value, section, name)
+    return {name: dict(value) for name, value in table.items()}
+
+
+def _check_parameter(source: TomlSource, value: dict[str, Any], section: str, name: str) -> None:
+    where = source.where(section, name)
+    for key, entry in value.items():
+        place = f"{where}.{key}"
+        if key not in schema.PARAMETER:
+            todo = did_you_mean(key, schema.PARAMETER)
+            raise InputError(place, expected="a known key", got=repr(key), todo=todo)
+        if not schema.PARAMETER[key].accepts(entry):
+            raise InputError(place, expected=schema.PARAMETER[key].words, got=repr(entry))
+    lower, upper = value.get("lower", -np.inf), value.get("upper", np.inf)
+    if not lower < upper:
+        raise InputError(where, expected="lower < upper", got=f"lower {lower}, upper {upper}")
+    if not lower <= value.get("initial", lower) <= upper:
+        got = f"initial {value['initial']} outside [{lower}, {upper}]"
+        raise InputError(where, expected="an initial value within the bounds", got=got)
+
+
+def sensor_of(
+    source: TomlSource, tables: dict[int, dict[str, Any]], joints: tuple[int, ...], prismatic: tuple[bool, ...]
+) -> tuple[Array, Array]:
+    """Return noise and resolution of the joints [rad] ([m]), NaN where nothing is said, each of shape (n_joints,).
+
+    ``[joint.J.sensor]`` overrules ``[sensor]``.
+    """
+    common = source.data.get("sensor", {})
+    own = [{**common, **tables.get(joint, {}).get("sensor", {})} for joint in joints]
+    units = ["m" if slides else "rad" for slides in prismatic]
+    noise = [table.get(f"noise_{unit}", np.nan) for table, unit in zip(own, units, strict=True)]
+    step = [table.get(f"resolution_{unit}", np.nan) for table, unit in zip(own, units, strict=True)]
+    return np.array(noise, dtype=np.float64), np.array(step, dtype=np.float64)
+
+
+def drive_constants(tables: dict[int, dict[str, Any]]) -> dict[int, float]:
+    """Return torque (force) per ampere by joint [N m/A] ([N/A]), where given."""
+    keys = ("torque_constant_Nm_per_A", "force_constant_N_per_A")
+    return {joint: float(table[key]) for joint, table in tables.items() for key in keys if key in table}

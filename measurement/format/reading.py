@@ -1,0 +1,98 @@
+"""Read a campaign: ``campaign.toml`` and one table per run (INTERFACES, section 2), checked to the last cell."""
+
+from __future__ import annotations
+
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from measurement.format import schema
+from measurement.format.devices import joint_count, resolve_device
+from measurement.format.joint_tables import joint_tables, read_overrides
+from measurement.format.run_entries import read_runs
+from measurement.format.toml_source import TomlSource
+from measurement.values.campaign import Campaign
+from measurement.values.warning import warn
+from support.errors import InputError, one_line
+from support.suggestion import did_you_mean
+
+TABLES = ("campaign", "sensor", "joint", "runs")
+
+
+def embedded_campaign() -> Path:
+    """Folder of the campaign that comes with the package."""
+    return Path(str(files("measurement") / "campaigns" / "freedom6s"))
+
+
+def read_campaign(folder: Path | str | None = None) -> Campaign:
+    """Read and check a campaign.
+
+    Parameters
+    ----------
+    folder
+        The folder with ``campaign.toml``; None for the embedded Freedom 6S campaign.
+
+    Raises
+    ------
+    InputError
+        With file, line or key, what was expected and what came, at the first fault.
+
+    Warns
+    -----
+    CampaignWarning
+        Once for unknown extra columns; once for a device file that is missing and has a built-in namesake.
+    """
+    folder = embedded_campaign() if folder is None else Path(folder)
+    source = _open(folder)
+    head = schema.check_table(source, source.data.get("campaign"), schema.CAMPAIGN, "campaign")
+    device = resolve_device(head["device"], folder, source.where("campaign", "device"))
+    tables = _joint_tables(source, device)
+    runs, unknown = read_runs(source, device, head.get("hold", "zero"), tables)
+    if unknown:
+        warn(f"{folder}: columns that the format does not know are kept and not used: {', '.join(unknown)}")
+    named = {"title", "device", "measured", "hold"}
+    return Campaign(
+        folder=folder,
+        title=one_line(head.get("title", folder.resolve().name)),
+        device=device,
+        measured=head["measured"],
+        hold=head.get("hold", "zero"),
+        runs=runs,
+        parameter_overrides=read_overrides(source, tables),
+        noise_given=all(bool(np.isfinite(run.noise).all()) for run in runs),
+        extra={
+            **{name: value for name, value in source.data.items() if name not in TABLES},
+            **{name: value for name, value in head.items() if name not in named},
+        },
+    )
+
+
+def _open(folder: Path) -> TomlSource:
+    if not folder.is_dir():
+        got = "a file" if folder.exists() else "no such folder"
+        raise InputError(str(folder), expected="the folder of a campaign", got=got)
+    path = folder / "campaign.toml"
+    if not path.is_file():
+        todo = f"make it with python -m measurement.new {folder} --out NEW_FOLDER"
+        raise InputError(str(path), expected="the file that describes the campaign", got="no such file", todo=todo)
+    source = TomlSource.read(path)
+    for name in source.data:
+        todo = did_you_mean(name, TABLES)
+        mistyped = todo.startswith("did") or not isinstance(source.data[name], dict)
+        if name not in (*TABLES, "source") and mistyped:
+            raise InputError(source.where("", name), expected="a known table", got=repr(name), todo=todo)
+    schema.check_table(source, source.data.get("sensor", {}), schema.SENSOR, "sensor")
+    return source
+
+
+def _joint_tables(source: TomlSource, device: str) -> dict[int, dict[str, Any]]:
+    tables = joint_tables(source)
+    count = joint_count(device)
+    for joint, table in tables.items():
+        schema.check_table(source, table.get("sensor", {}), schema.SENSOR, f"joint.{joint}.sensor")
+        if count is not None and joint >= count:
+            expected = f"a joint of {device}, 0 to {count - 1}"
+            raise InputError(source.where(f"joint.{joint}"), expected=expected, got=str(joint))
+    return tables

@@ -1,0 +1,123 @@
+"""The ``[[runs]]`` of a campaign: each entry checked, its table read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from measurement.format import schema
+from measurement.format.columns import Signals, read_signals
+from measurement.format.devices import SINGLE_JOINT, joint_count
+from measurement.format.joint_tables import drive_constants, sensor_of
+from measurement.format.places import check_inside
+from measurement.format.table import read_table
+from measurement.format.toml_source import TomlSource
+from measurement.values.run import Array, Run
+from support.errors import InputError, one_line
+
+
+def read_runs(
+    source: TomlSource, device: str, hold: str, tables: dict[int, dict[str, Any]]
+) -> tuple[tuple[Run, ...], tuple[str, ...]]:
+    """Read every table that ``[[runs]]`` lists.
+
+    Parameters
+    ----------
+    device
+        A built-in name or the path of a device file.
+    hold
+        How torque runs between rows, for the runs that do not say.
+    tables
+        The checked ``[joint.J]`` tables by joint number.
+
+    Returns
+    -------
+    runs
+        In the order of the file.
+    unknown
+        Names of columns that the format does not know.
+    """
+    listed = source.data.get("runs")
+    if not isinstance(listed, list) or not listed:
+        raise InputError(source.where("runs"), expected="at least one [[runs]]", got=repr(listed))
+    runs: list[Run] = []
+    unknown: dict[str, None] = {}
+    seen: set[str] = set()
+    count = joint_count(device)
+    for index, entry in enumerate(listed):
+        schema.check_table(source, entry, schema.RUN, "runs", index)
+        _check_entry(source, entry, index, device, count, seen)
+        seen.add(entry["file"])
+        check_inside(source.path.parent, entry["file"], f"{source.path}, runs[{index}].file")
+        table = read_table(source.path.parent / entry["file"])
+        joints = tuple(sorted(entry["free_joints"]))
+        signals = read_signals(table, joints, drive_constants(tables))
+        noise, resolution = sensor_of(source, tables, joints, signals.prismatic)
+        unknown.update(dict.fromkeys(signals.unknown))
+        run = _run({"hold": hold, **entry}, signals, _posture(entry, device, count))
+        runs.append(run.but(noise=noise, resolution=resolution))
+    _check_fit_runs(source, runs)
+    return tuple(runs), tuple(unknown)
+
+
+def _run(entry: dict[str, Any], signals: Signals, posture: Array) -> Run:
+    joints = tuple(sorted(entry["free_joints"]))
+    return Run(
+        file=entry["file"],
+        free_joints=joints,
+        t=signals.t - signals.t[0],
+        start_time=float(signals.t[0]),
+        u=signals.u,
+        y=signals.y,
+        v=signals.v,
+        prismatic=signals.prismatic,
+        extra=signals.extra,
+        posture=posture,
+        noise=np.full(len(joints), np.nan),
+        resolution=np.full(len(joints), np.nan),
+        use=entry["use"],
+        hold=entry["hold"],
+        reason=one_line(entry.get("reason", "")),
+        notes=(one_line(str(entry["note"])),) if "note" in entry else (),
+    )
+
+
+def _posture(entry: dict[str, Any], device: str, count: int | None) -> Array:
+    given = entry.get("locked_positions_rad")
+    if device == SINGLE_JOINT:
+        return np.zeros(0)
+    return np.array(given, dtype=np.float64) if given is not None else np.zeros(count or 0)
+
+
+def _check_entry(
+    source: TomlSource, entry: dict[str, Any], index: int, device: str, count: int | None, seen: set[str]
+) -> None:
+    if entry["file"] in seen:
+        where = source.where("runs", "file", index)
+        raise InputError(where, expected="each table once", got=f"{entry['file']!r} again")
+    if entry["use"] == "excluded" and not entry.get("reason"):
+        where = source.where("runs", "reason", index)
+        raise InputError(where, expected="a reason why the run is excluded", got="none", todo='add reason = "…"')
+    if device == SINGLE_JOINT and len(entry["free_joints"]) > 1:
+        todo = "list each joint's runs apart, or name a device with several joints"
+        where = source.where("runs", "free_joints", index)
+        raise InputError(where, expected="one free joint for single_joint", got=str(entry["free_joints"]), todo=todo)
+    if count is not None and max(entry["free_joints"]) >= count:
+        where = source.where("runs", "free_joints", index)
+        raise InputError(where, expected=f"joints of {device}, 0 to {count - 1}", got=str(entry["free_joints"]))
+    posture = entry.get("locked_positions_rad")
+    if count is not None and posture is not None and len(posture) != count:
+        where = source.where("runs", "locked_positions_rad", index)
+        raise InputError(where, expected=f"{count} numbers, one per joint of {device}", got=f"{len(posture)}")
+
+
+def _check_fit_runs(source: TomlSource, runs: list[Run]) -> None:
+    fitted = {run.free_joints for run in runs if run.use == "fit"}
+    if not fitted:
+        raise InputError(source.where("runs"), expected='at least one run with use = "fit"', got="none")
+    for index, run in enumerate(runs):
+        if run.use == "validate" and len(run.free_joints) == 1 and run.free_joints not in fitted:
+            where = source.where("runs", "use", index)
+            expected = f'a run with use = "fit" for joint {run.free_joints[0]}'
+            raise InputError(where, expected=expected, got='only use = "validate"')

@@ -1,0 +1,134 @@
+"""Keys of ``campaign.toml`` as data, and the check of one table against them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeGuard
+
+from measurement.format.toml_source import TomlSource
+from support.errors import InputError
+from support.suggestion import did_you_mean
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Key:
+    """What a key may hold."""
+
+    accepts: Callable[[object], bool]
+    words: str
+    required: bool = False
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Whether ``value`` is a finite number (true and false are none)."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and bool(value.strip())
+
+
+def _is_flag(value: object) -> bool:
+    return isinstance(value, bool)
+
+
+def _is_joints(value: object) -> bool:
+    if not isinstance(value, list) or not all(isinstance(j, int) and not isinstance(j, bool) for j in value):
+        return False
+    return len(value) > 0 and len(set(value)) == len(value) and min(value) >= 0
+
+
+def _is_numbers(value: object) -> bool:
+    return isinstance(value, list) and all(is_number(entry) for entry in value)
+
+
+def _one_of(*choices: str) -> Callable[[object], bool]:
+    return lambda value: isinstance(value, str) and value in choices
+
+
+def _is_prior(value: object) -> bool:
+    if not isinstance(value, dict) or set(value) != {"mean", "std"} or not all(is_number(v) for v in value.values()):
+        return False
+    return bool(value["std"] > 0)
+
+
+def _is_positive(value: object) -> bool:
+    return is_number(value) and value > 0
+
+
+LEAST, MOST = 1e-15, 1e3
+"""No sensor of positions is finer [rad] or [m], and no device's is coarser."""
+
+
+def _is_noise(value: object) -> bool:
+    return is_number(value) and LEAST <= value <= MOST
+
+
+def _is_not_negative(value: object) -> bool:
+    return is_number(value) and value >= 0
+
+
+def _is_nonzero(value: object) -> bool:
+    return is_number(value) and value != 0
+
+
+TEXT = Key(accepts=_is_text, words="a text in quotes")
+NUMBER = Key(accepts=is_number, words="a finite number")
+HOLD = Key(accepts=_one_of("zero", "linear"), words='"zero" or "linear"')
+NOISE = Key(
+    accepts=_is_noise, words=f"a positive number (standard deviation of the white noise, {LEAST:g} to {MOST:g})"
+)
+STEP = Key(accepts=_is_not_negative, words="a number, 0 or more (encoder step)")
+
+CAMPAIGN = {
+    "title": TEXT,
+    "device": Key(accepts=_is_text, words='a device name or file, as in "single_joint"', required=True),
+    "measured": Key(accepts=_is_flag, words="true (measured) or false (synthetic)", required=True),
+    "hold": HOLD,
+    **dict.fromkeys(("note", "date", "author", "licence"), Key(accepts=lambda _: True, words="anything")),
+}
+SENSOR = {"noise_rad": NOISE, "resolution_rad": STEP, "noise_m": NOISE, "resolution_m": STEP}
+RUN = {
+    "file": Key(accepts=_is_text, words='the name of a table, as in "joint4.csv"', required=True),
+    "free_joints": Key(accepts=_is_joints, words="distinct joint numbers, as in [4] or [0, 1]", required=True),
+    "locked_positions_rad": Key(accepts=_is_numbers, words="a list with one number per joint"),
+    "use": Key(accepts=_one_of("fit", "validate", "excluded"), words='"fit", "validate" or "excluded"', required=True),
+    "reason": TEXT,
+    "hold": HOLD,
+    "note": TEXT,
+}
+JOINT = {
+    "parameters": Key(accepts=lambda value: isinstance(value, dict), words="a table of parameters"),
+    "sensor": Key(accepts=lambda value: isinstance(value, dict), words="a table with noise_rad, resolution_rad"),
+    "torque_constant_Nm_per_A": Key(accepts=_is_nonzero, words="a number other than 0"),
+    "force_constant_N_per_A": Key(accepts=_is_nonzero, words="a number other than 0"),
+}
+PARAMETER = {
+    "initial": NUMBER,
+    "lower": NUMBER,
+    "upper": NUMBER,
+    "fixed": NUMBER,
+    "prior": Key(accepts=_is_prior, words="{ mean = number, std = positive number }"),
+}
+FRICTION_IDS = ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
+PARAMETER_IDS = ("inertia", "gravity_cos", "gravity_sin", "Kp", "Ks", "epos", *FRICTION_IDS)
+
+
+def check_table(
+    source: TomlSource, table: object, keys: Mapping[str, Key], section: str, occurrence: int | None = None
+) -> dict[str, Any]:
+    """Check that ``table`` holds only known keys of the right kind and all required ones; return it."""
+    if not isinstance(table, dict):
+        raise InputError(source.where("", section), expected=f"a table [{section}]", got=repr(table))
+    for name, value in table.items():
+        if name not in keys:
+            where, todo = source.where(section, name, occurrence), did_you_mean(name, keys)
+            raise InputError(where, expected="a known key", got=repr(name), todo=todo)
+        if not keys[name].accepts(value):
+            raise InputError(source.where(section, name, occurrence), expected=keys[name].words, got=repr(value))
+    for name, key in keys.items():
+        if key.required and name not in table:
+            raise InputError(source.where(section, name, occurrence), expected=key.words, got="no such key")
+    return table

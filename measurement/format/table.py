@@ -1,0 +1,169 @@
+"""One table of a run, CSV (optionally gzipped) or Parquet, whose cells are checked when they are asked for."""
+
+from __future__ import annotations
+
+import warnings
+import zlib
+from contextlib import suppress
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from measurement.format.layout import check_layout, refuse_bomb
+from measurement.format.misnamed import advice
+from measurement.values.run import Array
+from support.errors import InputError
+from support.files.files import is_file
+from support.installing.extras import need
+
+SUFFIXES = (".csv", ".csv.gz", ".parquet")
+LEAST_ROWS = 8
+LARGEST = 1e100
+"""No time, torque, position or velocity is larger, and squares of such numbers are finite."""
+EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
+"""Python's float() to the last bit, as pandas does by itself from version 3 on."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Columns by name, with places for error messages."""
+
+    path: Path
+    frame: pd.DataFrame
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns."""
+        return tuple(self.frame.columns)
+
+    @property
+    def header(self) -> str:
+        """Name the header for an error message."""
+        return f"{self.path}, line 1" if self.path.suffix != ".parquet" else f"{self.path}, columns"
+
+    def row(self, index: int) -> str:
+        """Name a row for an error message: the line of the text file, or the row of a Parquet table, from 1."""
+        is_text = self.path.suffix != ".parquet"
+        return f"{self.path}, line {index + 2}" if is_text else f"{self.path}, row {index + 1}"
+
+    def numbers(self, column: str) -> Array:
+        """Return a column as finite numbers; a cell that is none is an error that names its line.
+
+        Returns
+        -------
+        ndarray, shape (n_t,)
+        """
+        if column not in self.frame:
+            todo = advice(column, self.columns) or f"it has {_some(self.columns)}"
+            raise InputError(self.header, expected=f"a column {column}", got="none", todo=todo)
+        if f"{column}.1" in self.frame:
+            raise InputError(self.header, expected=f"one column {column}", got="two")
+        values = self.loosely(column)
+        bad = np.flatnonzero(~(np.abs(values) < LARGEST))
+        if bad.size:
+            cell = self.frame[column].iloc[int(bad[0])]
+            got = "an empty or NaN cell" if pd.isna(cell) else repr(str(cell))
+            todo = "" if np.isnan(values[bad[0]]) else f"no value is above {LARGEST:g}"
+            where = f"{self.row(int(bad[0]))}, {column}"
+            raise InputError(where, expected="a finite number", got=got, todo=todo)
+        return values
+
+    def loosely(self, column: str) -> Array:
+        """Return a column as numbers, NaN where a cell holds none, shape (n_t,)."""
+        if self.frame[column].dtype == np.float64:
+            return self.frame[column].to_numpy()
+        cells = self.frame[column].to_numpy(dtype=object, na_value=np.nan)
+        try:
+            return cells.astype(np.float64)
+        except (TypeError, ValueError):
+            return np.array([_number(cell) for cell in cells], dtype=np.float64)
+
+    def time(self) -> Array:
+        """Return ``time_s``, which must increase from row to row, shape (n_t,)."""
+        t = self.numbers("time_s")
+        back = np.flatnonzero(np.diff(t) <= 0)
+        if back.size:
+            k = int(back[0]) + 1
+            got = f"{t[k]} s after {t[k - 1]} s"
+            where = f"{self.row(k)}, time_s"
+            raise InputError(where, expected="time that increases from row to row", got=got)
+        return t
+
+
+def read_table(path: Path, *, as_text: bool = False) -> Table:
+    """Read a table, ``as_text`` with every cell as it is written.
+
+    Refused are an unknown kind of file, a broken one, and one with fewer than 8 rows.
+    """
+    if not is_file(path):
+        near = get_close_matches(path.name, _neighbours(path), n=1)
+        todo = f"did you mean {near[0]}?" if near else ""
+        raise InputError(str(path), expected="a table of a run", got="no such file", todo=todo)
+    if not path.name.endswith(SUFFIXES):
+        raise InputError(str(path), expected=f"a file that ends in {', '.join(SUFFIXES)}", got=repr(path.name))
+    if path.suffix != ".parquet":
+        check_layout(path)
+    frame = _read_frame(path, as_text=as_text)
+    frame.columns = pd.Index([str(name).strip() for name in frame.columns])
+    filled = np.flatnonzero(frame.notna().any(axis=1).to_numpy())
+    frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]  # blank lines at the end of a file are no rows
+    if len(frame) < LEAST_ROWS:
+        raise InputError(str(path), expected=f"at least {LEAST_ROWS} rows", got=f"{len(frame)}")
+    return Table(path=path, frame=frame)
+
+
+def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
+    if path.suffix == ".parquet":
+        return _read_parquet(path)
+    broken: tuple[Any, ...] = (ValueError, OSError, EOFError, zlib.error, pd.errors.ParserWarning)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)
+            common: dict[str, Any] = {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
+            if not as_text:
+                with suppress(ValueError):  # a cell that is no number: read again as text, so that it can be shown
+                    return pd.read_csv(path, index_col=False, dtype=np.float64, **common, **EXACT)
+            return pd.read_csv(path, index_col=False, dtype=str, **common)
+    except pd.errors.EmptyDataError:
+        raise InputError(str(path), expected=f"a header and at least {LEAST_ROWS} rows", got="an empty file") from None
+    except broken as error:
+        got = f"a damaged file ({type(error).__name__})"
+        expected = "a table in CSV with a header line"
+        raise InputError(str(path), expected=expected, got=got, todo="export it again") from None
+
+
+def _read_parquet(path: Path) -> pd.DataFrame:
+    need("parquet", str(path))
+    import pyarrow.parquet as pq  # noqa: PLC0415 (an extra)
+
+    try:
+        about = pq.read_metadata(path)
+        refuse_bomb(path, about.num_rows * about.num_columns * 8)
+        return pq.read_table(path).to_pandas(ignore_metadata=True)
+    except InputError:
+        raise
+    except Exception as error:  # Arrow, Thrift and the codecs raise anything on a damaged file
+        got = f"a damaged file ({type(error).__name__})"
+        raise InputError(str(path), expected="a table in Parquet", got=got, todo="export it again") from None
+
+
+def _number(cell: object) -> float:
+    try:
+        return float(cell)  # type: ignore[arg-type] # whatever float() refuses is no number
+    except (TypeError, ValueError):
+        return float("nan")
+
+
+def _neighbours(path: Path) -> list[str]:
+    try:
+        return [item.name for item in path.parent.iterdir()]
+    except (OSError, ValueError):  # no such folder, or a name that no folder can have
+        return []
+
+
+def _some(names: tuple[str, ...], most: int = 12) -> str:
+    return ", ".join(names[:most]) + (", …" if len(names) > most else "")

@@ -1,0 +1,1 @@
+"""Tables of any shape in, campaign folder out."""

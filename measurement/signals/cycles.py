@@ -1,0 +1,118 @@
+"""Cut a periodic run into the cycles of its torque."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
+
+from measurement.values.run import Array, Run
+
+PERIODIC = 0.5
+"""Least share of the torque's variance on one line for a run to count as periodic."""
+FEW_TURNS = 0.95
+"""The same where the run has fewer than two cycles, so that a drift is not taken for one."""
+SLIVER = 0.1
+"""A piece at either end shorter than this share of a cycle joins its neighbour."""
+ROUNDED, ROUGH, SURE = 1e-6, 1e-4, 5.0
+"""Least and largest share of a cycle by which a boundary may be missed, and how many standard errors of the phase."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cycles:
+    """Cycles of a run.
+
+    Parameters
+    ----------
+    omega
+        Angular frequency of the strongest line of the torque [rad/s]; 0 where it has none.
+    share
+        Share of the torque's variance on that line.
+    index
+        Number of the cycle that each row lies in, from 0, shape (n_t,). All 0 where the torque is not periodic.
+    turns
+        Phase of the line in cycles, shape (n_t,), those added by which a boundary may be missed: a row that rounding
+        puts just before one lies behind it.
+    """
+
+    omega: float
+    share: float
+    index: NDArray[np.int64]
+    turns: Array
+
+    @property
+    def count(self) -> int:
+        """Number of cycles, an unfinished one at the end included."""
+        return int(self.index[-1]) + 1
+
+    @property
+    def inside(self) -> NDArray[np.bool_]:
+        """Which rows lie in each cycle, shape (n_t, n_cycles)."""
+        return np.asarray(self.index[:, None] == np.arange(self.count))
+
+
+def find_cycles(run: Run, column: int = 0) -> Cycles:
+    """Find the cycles of ``run.u[:, column]``.
+
+    The strongest line of the spectrum gives ω, refined so that a·cos(ωt) + b·sin(ωt) + c leaves the least squares on
+    the rows as they are. A cycle begins where the phase of that line passes a multiple of 2π: for u = A·cos(ωt), at
+    t = 0. Between other boundaries (an amplifier's lag, say) amplitudes differ, their scatter from cycle to cycle
+    does not.
+    """
+    t, u = run.t, run.u[:, column]
+    nothing = Cycles(omega=0.0, share=0.0, index=np.zeros(t.size, dtype=np.int64), turns=np.zeros(t.size))
+    if np.ptp(u) == 0:
+        return nothing
+    omega = _refined(t, u, _strongest_line(t, u))
+    (a, b, _), share = _line(t, u, omega)
+    turns_in_all = omega * t[-1] / (2 * np.pi)
+    if turns_in_all < 1 or share < (PERIODIC if turns_in_all > 2 else FEW_TURNS):
+        return Cycles(omega=omega, share=share, index=nothing.index, turns=nothing.turns)
+    turns = (omega * t + np.arctan2(-b, a)) / (2 * np.pi) + _missed(share, t.size)
+    return Cycles(omega=omega, share=share, index=_numbered(turns), turns=turns)
+
+
+def _missed(share: float, rows: int) -> float:
+    """Return the share of a cycle by which a boundary may be missed.
+
+    The phase at an end of the run has the standard error 2·√(2/n)·σ/A, A the line's amplitude and
+    σ² = A²/2·(1/share − 1) the power beside it, as if that were noise.
+    """
+    error = 2.0 * np.sqrt(max(1.0 / share - 1.0, 0.0) / rows) / (2 * np.pi)
+    return float(np.clip(SURE * error, ROUNDED, ROUGH))
+
+
+def _strongest_line(t: Array, u: Array) -> float:
+    """Angular frequency of the largest bin of a zero-padded, windowed spectrum on an even grid [rad/s]."""
+    even = np.linspace(0.0, t[-1], t.size)
+    centred = np.interp(even, t, u) - u.mean()
+    spectrum = np.abs(np.fft.rfft(centred * np.hanning(t.size), 8 * t.size))
+    lowest = 8  # one cycle per run
+    k = lowest + int(np.argmax(spectrum[lowest:]))
+    return 2 * np.pi * k / (8 * t.size) * (t.size - 1) / float(t[-1])
+
+
+def _refined(t: Array, u: Array, omega: float) -> float:
+    width = 2 * np.pi / float(t[-1]) / 4
+    best = minimize_scalar(lambda w: -_line(t, u, w)[1], bounds=(omega - width, omega + width), method="bounded",
+                           options={"xatol": 1e-9 * omega})  # fmt: skip
+    return float(best.x)
+
+
+def _line(t: Array, u: Array, omega: float) -> tuple[Array, float]:
+    """Fit a·cos(ωt) + b·sin(ωt) + c; return (a, b, c) and the share of variance that it explains."""
+    basis = np.stack([np.cos(omega * t), np.sin(omega * t), np.ones_like(t)], axis=1)
+    weights = np.linalg.lstsq(basis, u, rcond=None)[0]
+    return weights, 1.0 - float(np.var(u - basis @ weights) / np.var(u))
+
+
+def _numbered(turns: Array) -> NDArray[np.int64]:
+    """Count cycles from 0, slivers at both ends joined to their neighbours."""
+    index = np.floor(turns).astype(np.int64)
+    if 1.0 - turns[0] % 1.0 < SLIVER:
+        index = np.maximum(index, index[0] + 1)
+    if turns[-1] % 1.0 < SLIVER:
+        index = np.minimum(index, index[-1] - 1)
+    return np.asarray(index - index[0], dtype=np.int64)

@@ -1,0 +1,60 @@
+"""The encoder step, from the values that a reading takes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from measurement.values.run import Array
+
+NEGLIGIBLE = 1e-9
+"""Differences below this share of the range are rounding of binary numbers, not steps."""
+
+
+def estimate_resolution(y: Array) -> float:
+    """Estimate the step h of a quantised reading.
+
+    All values of a quantised reading are y₀ + k·h with integer k. The smallest difference between distinct values
+    (and its half and third, should no two neighbouring levels occur) is a first guess of h; it is refined by
+    h = Σ k·d / Σ k² over ever larger differences d = y − y₀ with k = round(d/h). The guess is accepted where
+    max |d − k·h| < h/6 and the rms stays below h/12 (a reading without steps leaves h/√12).
+
+    Parameters
+    ----------
+    y
+        Readings [rad] or [m], shape (n_t,).
+
+    Returns
+    -------
+    float
+        The step, 0 where there is none. A file rounded to decimals has that rounding as its step.
+    """
+    levels = np.unique(y)
+    steps = np.diff(levels)
+    steps = steps[steps > NEGLIGIBLE * np.ptp(levels)] if steps.size else steps
+    if steps.size < 2:
+        return 0.0
+    offsets = levels - levels[0]
+    for divisor in (1, 2, 3):
+        step = _refined(steps, offsets, float(steps.min()) / divisor)
+        if step > 0:
+            return step
+    return 0.0
+
+
+def _refined(steps: Array, offsets: Array, guess: float) -> float:
+    """Refine ``guess`` on the small steps, then on ever longer offsets; 0 where the levels do not fit it."""
+    step = _fitted(steps[steps < 10 * guess], guess)
+    reach = 10 * step
+    while reach < offsets[-1]:
+        reach = min(4 * reach, float(offsets[-1]))
+        step = _fitted(offsets[(offsets > 0) & (offsets <= reach)], step)
+    misfit = offsets - step * np.round(offsets / step)
+    misfit -= np.median(misfit)
+    fits = np.abs(misfit).max() < step / 6 and float(np.sqrt(np.mean(misfit**2))) < step / 12
+    return step if fits else 0.0
+
+
+def _fitted(differences: Array, step: float) -> float:
+    counts = np.round(differences / step)
+    total = float(counts @ counts)
+    return float(counts @ differences) / total if total > 0 else step

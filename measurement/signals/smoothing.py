@@ -1,0 +1,59 @@
+"""Position, speed and acceleration of a measured joint, smoothed by Gaussians of one width.
+
+With G a Gaussian, G′∗y and G″∗y are the exact derivatives of the smoothed position G∗y, and G∗τ is smoothed alike: an
+equation that is linear in these signals holds for them as it holds for the raw ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from measurement.values.run import Array, Run
+
+SHARE = 1.0 / 60.0
+"""Width of the Gaussian as a share of the motion's period."""
+FEWEST = 2.0
+"""Least width in rows."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Motion:
+    """Smoothed signals on an even grid t (n,): position, speed, acceleration and torque, each (n,)."""
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    torque: Array
+
+
+def dominant_period(t: Array, y: Array) -> float:
+    """Return the period of the strongest line in the position's spectrum [s], at most the length of the run."""
+    even = np.linspace(0.0, t[-1], t.size)
+    centred = np.interp(even, t, y) - np.mean(y)
+    spectrum = np.abs(np.fft.rfft(centred * np.hanning(t.size)))
+    return float(t[-1] / max(1 + int(np.argmax(spectrum[1:])), 1))
+
+
+def smoothed(run: Run, column: int = 0, *, width: float | None = None) -> Motion:
+    """Smooth one joint of a run by a Gaussian of standard deviation ``width`` [s]."""
+    n = run.t.size
+    t = np.linspace(0.0, run.t[-1], n)
+    y, u = (np.interp(t, run.t, signal[:, column]) for signal in (run.y, run.u))
+    dt = float(t[1])
+    sigma = max((SHARE * dominant_period(run.t, y) if width is None else width) / dt, FEWEST)
+    return Motion(
+        t=t,
+        q=_filtered(y, sigma, 0),
+        v=_filtered(y, sigma, 1) / dt,
+        a=_filtered(y, sigma, 2) / dt**2,
+        torque=_filtered(u, sigma, 0),
+    )
+
+
+def _filtered(signal: Array, sigma: float, order: int) -> Array:
+    """Convolve with a derivative of the Gaussian; cut at 4σ, as by default, G″ would not have the sum 0."""
+    return np.asarray(gaussian_filter1d(signal, sigma, order=order, mode="nearest", truncate=8.0))

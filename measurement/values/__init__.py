@@ -1,0 +1,1 @@
+"""`Run` and `Campaign`, the frozen values that everything downstream uses, with units and warnings."""

@@ -1,0 +1,1 @@
+"""Scalars for rigid bodies: vectors, exact trigonometric polynomials, rational rotations, numbers, expression tapes."""

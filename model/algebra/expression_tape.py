@@ -1,0 +1,194 @@
+"""A tape: formulas recorded as single operations, with constants folded and repeats shared.
+
+`Node` behaves as a scalar in the recursions; `Tape.definitions` hands back what the wanted results need, as a flat list
+of (symbol, expression) in order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import sympy as sp
+
+from model.algebra.trig_polynomials import position_symbol
+from model.algebra.vectors import Scalar
+from model.device.device import Device
+
+Key = tuple[Any, ...]
+"""(kind, operands): numbers of nodes, a constant, a symbol."""
+FUNCTIONS = {"cos": sp.cos, "sin": sp.sin}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """The result of one operation; plain ints and Fractions are constants."""
+
+    tape: Tape
+    number: int
+
+    def __add__(self, other: Scalar) -> Scalar:
+        """Return a + b."""
+        return self.tape.sum(self, other)
+
+    __radd__ = __add__
+
+    def __neg__(self) -> Scalar:
+        """Return −a."""
+        return self.tape.product(self, -1)
+
+    def __sub__(self, other: Scalar) -> Scalar:
+        """Return a − b."""
+        return self.tape.sum(self, -other)
+
+    def __rsub__(self, other: Scalar) -> Scalar:
+        """Return b − a."""
+        return self.tape.sum(-self, other)
+
+    def __mul__(self, other: Scalar) -> Scalar:
+        """Return a·b."""
+        return self.tape.product(self, other)
+
+    __rmul__ = __mul__
+
+
+class Tape:
+    """Records operations and serves as the coordinates of the recursions, with positions q<j> as symbols."""
+
+    def __init__(self, device: Device, prefix: str = "rb") -> None:
+        self.device, self.prefix = device, prefix
+        self._keys: list[Key] = []
+        self._known: dict[Key, int] = {}
+
+    def symbol(self, symbol: sp.Symbol) -> Node:
+        """Return the node of a symbol of the model."""
+        return self._node(("symbol", symbol))
+
+    def constant(self, value: Fraction | int) -> Scalar:
+        """Return a number as it is: constants fold."""
+        return int(value) if Fraction(value).denominator == 1 else value
+
+    def cos_sin(self, moved_by: Mapping[int, Fraction]) -> tuple[Scalar, Scalar]:
+        """Return cosine and sine of Σ moved_by[j]·q_j; those of −q are written by those of q."""
+        terms = {j: ratio for j, ratio in moved_by.items() if ratio}
+        if len(terms) == 1:
+            ((j, ratio),) = terms.items()
+            angle = times_symbol(abs(ratio), position_symbol(j))
+            sine = self._node(("sin", angle))
+            return self._node(("cos", angle)), sine if ratio > 0 else -sine
+        angle = sp.Add(*(times_symbol(ratio, position_symbol(j)) for j, ratio in terms.items()))
+        return (1, 0) if angle == 0 else (self._node(("cos", angle)), self._node(("sin", angle)))
+
+    def travel(self, moved_by: Mapping[int, Fraction]) -> Scalar:
+        """Return Σ moved_by[j]·q_j."""
+        return sum((self.symbol(position_symbol(j)) * self.constant(ratio) for j, ratio in moved_by.items()), 0)
+
+    def tidy(self, value: Scalar) -> Scalar:
+        """Return `value`."""
+        return value
+
+    def sum(self, a: Scalar, b: Scalar) -> Scalar:
+        """Return a + b."""
+        if not isinstance(a, Node):
+            a, b = b, a
+        if not isinstance(b, Node):
+            return a if b == 0 else self._node(("+c", a.number, Fraction(b)))
+        (factor_a, base_a), (factor_b, base_b) = self._signed(a), self._signed(b)
+        if base_a == base_b:
+            return self.product(Node(self, base_a), factor_a + factor_b)
+        if factor_a < 0 and factor_b < 0:
+            return -self.sum(Node(self, base_a), Node(self, base_b))
+        if factor_a < 0:
+            return self._node(("-", base_b, base_a))
+        if factor_b < 0:
+            return self._node(("-", base_a, base_b))
+        return self._node(("+", min(base_a, base_b), max(base_a, base_b)))
+
+    def product(self, a: Scalar, b: Scalar) -> Scalar:
+        """Return a·b."""
+        if not isinstance(a, Node):
+            a, b = b, a
+        if isinstance(b, Node):
+            (factor_a, base_a), (factor_b, base_b) = self._factored(a), self._factored(b)
+            node = self._node(("*", min(base_a, base_b), max(base_a, base_b)))
+            return self.product(node, factor_a * factor_b)
+        factor, base = self._factored(a)
+        factor = factor * Fraction(b)
+        if factor == 0:
+            return 0
+        return Node(self, base) if factor == 1 else self._node(("*c", base, factor))
+
+    def _factored(self, node: Node) -> tuple[Fraction, int]:
+        key = self._keys[node.number]
+        return (key[2], key[1]) if key[0] == "*c" else (Fraction(1), node.number)
+
+    def _signed(self, node: Node) -> tuple[Fraction, int]:
+        factor, base = self._factored(node)
+        return (factor, base) if factor in (1, -1) else (Fraction(1), node.number)
+
+    def _node(self, key: Key) -> Node:
+        number = self._known.get(key)
+        if number is None:
+            number = self._known[key] = len(self._keys)
+            self._keys.append(key)
+        return Node(self, number)
+
+    def definitions(
+        self, wanted: Iterable[Scalar]
+    ) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[sp.Expr, ...]]:
+        """Return the definitions that the wanted scalars need, and the scalars as expressions of them.
+
+        A product that is used once, in a sum, is written into that sum; everything else has a name.
+        """
+        wanted = tuple(wanted)
+        uses = self._uses(node.number for node in wanted if isinstance(node, Node))
+        expressions: dict[int, sp.Expr] = {}
+        lines: list[tuple[sp.Symbol, sp.Expr]] = []
+        for number in sorted(uses):
+            key = self._keys[number]
+            expression = _expression(key, expressions)
+            if key[0] == "symbol" or (key[0] in ("*", "*c") and uses[number] == {"+"}):
+                expressions[number] = expression
+                continue
+            symbol = sp.Symbol(f"{self.prefix}{len(lines)}", real=True)
+            lines.append((symbol, expression))
+            expressions[number] = symbol
+        results = (expressions[x.number] if isinstance(x, Node) else sp.nsimplify(x) for x in wanted)
+        return tuple(lines), tuple(results)
+
+    def _uses(self, wanted: Iterable[int]) -> dict[int, set[str]]:
+        """Return the needed numbers; value {"+"} where the only use is one sum."""
+        uses: dict[int, list[str]] = {number: ["out"] for number in wanted}
+        for number in range(len(self._keys) - 1, -1, -1):
+            if number in uses:
+                kind = str(self._keys[number][0])
+                for operand in _operands(self._keys[number]):
+                    uses.setdefault(operand, []).append("+" if kind in "+-" else kind)
+        return {number: {"+"} if kinds == ["+"] else {"many"} for number, kinds in uses.items()}
+
+
+def times_symbol(ratio: Fraction, symbol: sp.Symbol) -> sp.Expr:
+    """Return ratio·symbol."""
+    return sp.Rational(ratio.numerator, ratio.denominator) * symbol
+
+
+def _operands(key: Key) -> tuple[int, ...]:
+    if key[0] in ("+", "-", "*"):
+        return (key[1], key[2])
+    return (key[1],) if key[0] in ("+c", "*c") else ()
+
+
+def _expression(key: Key, expressions: Mapping[int, sp.Expr]) -> sp.Expr:
+    kind = key[0]
+    if kind == "symbol":
+        return key[1]
+    if kind in FUNCTIONS:
+        return FUNCTIONS[str(kind)](key[1])
+    a = expressions[key[1]]
+    if kind in ("+c", "*c"):
+        value = sp.Float(float(key[2]), 17) if key[2].denominator > 1 else sp.Integer(int(key[2]))
+        return a + value if kind == "+c" else a * value
+    b = expressions[key[2]]
+    return {"+": a + b, "-": a - b, "*": a * b}[str(kind)]

@@ -1,0 +1,38 @@
+"""Joint positions as numbers, one posture or many at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.algebra.vectors import Scalar
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Numbers:
+    """Coordinates at the positions q, shape (n_q,) or (n_q, n) for n postures at once."""
+
+    q: Array
+
+    def constant(self, value: Fraction | int) -> Scalar:
+        """Return a float."""
+        return float(value)
+
+    def cos_sin(self, moved_by: Mapping[int, Fraction]) -> tuple[Scalar, Scalar]:
+        """Return cosine and sine of Σ moved_by[j]·q_j."""
+        angle = self.travel(moved_by)
+        return np.cos(angle), np.sin(angle)
+
+    def travel(self, moved_by: Mapping[int, Fraction]) -> Scalar:
+        """Return Σ moved_by[j]·q_j."""
+        return sum((float(ratio) * self.q[j] for j, ratio in moved_by.items()), np.zeros_like(self.q[0]))
+
+    def tidy(self, value: Scalar) -> Scalar:
+        """Return `value`."""
+        return value

@@ -1,0 +1,1 @@
+"""Device TOML or URDF in, `Device` out, checked; built-in devices."""

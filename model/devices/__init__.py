@@ -1,1 +1,0 @@
-"""Devices that come with the package, as TOML files."""

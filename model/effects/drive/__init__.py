@@ -1,0 +1,1 @@
+"""Effects between torque command and joint."""

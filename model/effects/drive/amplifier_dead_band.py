@@ -1,0 +1,46 @@
+"""An amplifier that answers no torque below a threshold: with a jump beyond it, or starting from zero."""
+
+from functools import partial
+
+import sympy as sp
+
+from model.effects.effect import Effect, faded, parameter, reference, w
+from model.effects.scales import TORQUE
+
+d, least, e, edge = sp.symbols("dead_band dead_band_least dead_zone dead_band_edge", real=True)
+EDGES = (0.3, 0.1, 0.03, 0.01, 0.002, 5e-4, 1e-4)
+"""Width of the jump, as a share of the threshold: a fit needs a slope to begin with, the device has none."""
+_effect = partial(
+    Effect,
+    id="amplifier_dead_band",
+    title="amplifier that ignores small torques",
+    lives_in="torque",
+    place=2,
+    side="input",
+    rivals=("tendon_slack", "asymmetric_coulomb"),
+)
+
+EFFECTS = (
+    _effect(
+        variant="jump",
+        formula="w = 0 for |τ| < d, else τ",
+        parameters=(
+            parameter("dead_band", "N m", "threshold d", 0.03, 0.0, 0.8),
+            reference("dead_band_least", "N m", "threshold below which the effect fades linearly"),
+            reference("dead_band_edge", "1", "width of the jump over the threshold").but(initial=EDGES[0]),
+        ),
+        relative={"dead_band": TORQUE, "dead_band_least": sp.Float(5e-3) * TORQUE},
+        shapes=(("dead_band", (0.02, 0.06, 0.15, 0.3)),),
+        input=faded(d, least, w * (1 + sp.tanh((sp.Abs(w) - d) / (edge * d))) / 2, w),
+        edge="dead_band_edge",
+        edges=EDGES[1:],
+    ),
+    _effect(
+        variant="offset",
+        formula="w = 0 for |τ| < d, else τ − d·sgn τ",
+        parameters=(parameter("dead_zone", "N m", "threshold d", 0.03, 0.0, 0.8),),
+        relative={"dead_zone": TORQUE},
+        shapes=(("dead_zone", (0.005, 0.03, 0.1, 0.25)),),
+        input=sp.Max(w - e, 0) + sp.Min(w + e, 0),
+    ),
+)

@@ -1,0 +1,42 @@
+"""Dry friction that changes with position: in waves, or steadily."""
+
+from functools import partial
+
+import sympy as sp
+
+from model.effects.effect import Effect, parameter, q
+from model.effects.parts.waves import COARSE, wave, wave_number
+from model.effects.scales import CENTRE, POSITION
+
+slope = sp.Symbol("friction_slope", real=True)
+_effect = partial(
+    Effect,
+    id="position_dependent_friction",
+    title="dry friction that changes with position",
+    lives_in="position",
+    side="friction",
+    rivals=("cogging", "load_dependent_friction"),
+)
+
+EFFECTS = (
+    _effect(
+        variant="wave",
+        formula="Fc, Fs times (1 + a_s·sin(n·q) + a_c·cos(n·q))",
+        parameters=(
+            parameter("friction_wave_sin", "1", "relative wave of dry friction, sine part", 0.02, -0.7, 0.7),
+            parameter("friction_wave_cos", "1", "relative wave of dry friction, cosine part", 0.02, -0.7, 0.7),
+            wave_number("friction_wave_number", COARSE),
+        ),
+        amplitudes=2,
+        relative={"friction_wave_number": 1 / POSITION},
+        shapes=(("friction_wave_number", COARSE),),
+        coulomb_level=1 + wave("friction_wave"),
+    ),
+    _effect(
+        variant="slope",
+        formula="Fc, Fs times (1 + a·q)",
+        parameters=(parameter("friction_slope", "1/rad", "relative slope of dry friction", 0.02, -0.95, 0.95),),
+        relative={"friction_slope": 1 / (POSITION + sp.Abs(CENTRE))},
+        coulomb_level=1 + slope * q,
+    ),
+)

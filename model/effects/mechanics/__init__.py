@@ -1,0 +1,1 @@
+"""Effects in springs, contacts, loads and transmissions."""

@@ -1,0 +1,29 @@
+"""A torque with a rhythm of its own."""
+
+import numpy as np
+import sympy as sp
+
+from model.effects.effect import Effect, parameter, t
+from model.effects.scales import TORQUE
+
+s, c, omega = sp.symbols("disturbance_sin disturbance_cos disturbance_frequency", real=True)
+LINES = tuple(float(x) for x in np.arange(0.3, 30.0, 0.15))
+
+EFFECT = Effect(
+    id="periodic_disturbance",
+    title="torque with a rhythm of its own",
+    formula="+a_s·sin(ω_d·t) + a_c·cos(ω_d·t)",
+    lives_in="time",
+    side="torque",
+    parameters=(
+        parameter("disturbance_sin", "N m", "sine part", 0.01, -2.0, 2.0),
+        parameter("disturbance_cos", "N m", "cosine part", 0.01, -2.0, 2.0),
+        parameter("disturbance_frequency", "1/s", "angular frequency", 5.0, 0.2, 40.0),
+    ),
+    amplitudes=2,
+    relative={"disturbance_sin": TORQUE, "disturbance_cos": TORQUE},
+    shapes=(("disturbance_frequency", LINES),),
+    derived=(("disturbance_amplitude", "N m", sp.sqrt(s**2 + c**2)),),
+    rivals=("torque_ripple",),
+    torque=s * sp.sin(omega * t) + c * sp.cos(omega * t),
+)

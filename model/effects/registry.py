@@ -1,0 +1,85 @@
+"""The catalogue of effects: one file per entry, found by looking into the folders beside this one."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+
+from model.effects.effect import Effect
+from support.errors import InputError
+
+
+@cache
+def catalogue() -> dict[str, Effect]:
+    """Return every built-in entry by its key (``id``, or ``id:variant``), in alphabetical order of the files."""
+    here = Path(__file__).parent
+    files = sorted(here.glob("*/*.py"), key=lambda p: p.stem)
+    names = (f"{__package__}.{p.parent.name}.{p.stem}" for p in files if not p.stem.startswith("_"))
+    return _keyed(effect for name in names for effect in _entries(importlib.import_module(name)))
+
+
+def load_folder(path: Path) -> dict[str, Effect]:
+    """Return the entries of a user's folder: every ``.py`` file that defines ``EFFECT`` or ``EFFECTS``.
+
+    Raises
+    ------
+    InputError
+        Where the folder is missing, a file does not run, or none of them defines an entry.
+    """
+    if not path.is_dir():
+        raise InputError(str(path), expected="a folder with one Python file per effect", got="no such folder")
+    found = _keyed(effect for file in sorted(path.glob("*.py")) for effect in _entries(_run(file)))
+    if not found:
+        raise InputError(str(path), expected="a Python file that defines EFFECT", got="none")
+    return found
+
+
+def with_folder(path: Path | None) -> dict[str, Effect]:
+    """Return the built-in entries and those of a user's folder; the user's win where keys agree."""
+    return {**catalogue(), **(load_folder(path) if path is not None else {})}
+
+
+def named(ids: Iterable[str], entries: dict[str, Effect] | None = None) -> tuple[Effect, ...]:
+    """Return the entries with these keys; an id without variant stands for the first of its variants."""
+    known = catalogue() if entries is None else entries
+    found = []
+    for name in ids:
+        match = [e for key, e in known.items() if name in (key, e.id)]
+        if not match:
+            raise InputError("effect", expected=f"one of {', '.join(known)}", got=repr(name))
+        found.append(match[0])
+    return tuple(found)
+
+
+def _run(file: Path) -> ModuleType:
+    name = f"haptid_user_effect_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file)
+    if spec is None or spec.loader is None:
+        raise InputError(str(file), expected="a Python file", got="something that cannot be imported")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        got = f"{type(error).__name__}: {error}"
+        raise InputError(str(file), expected="a file that defines an Effect", got=got) from error
+    return module
+
+
+def _entries(module: ModuleType) -> tuple[Effect, ...]:
+    """EFFECT or EFFECTS of a module; nothing where it is a helper."""
+    single = getattr(module, "EFFECT", None)
+    return (single,) if single is not None else tuple(getattr(module, "EFFECTS", ()))
+
+
+def _keyed(effects: Iterable[Effect]) -> dict[str, Effect]:
+    found: dict[str, Effect] = {}
+    for effect in effects:
+        if effect.key in found:
+            raise InputError(effect.key, expected="one entry per key", got="two")
+        found[effect.key] = effect
+    return found

@@ -1,0 +1,1 @@
+"""Effects between joint and encoder reading."""

@@ -1,0 +1,180 @@
+"""Equations of motion as data: the one thing that kernel, FMU, parameter tables and reports are generated from."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import sympy as sp
+
+from model.equations.quantity import Quantity
+
+TIME = sp.Symbol("t", real=True)
+"""Time since the start of the run [s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class State:
+    """A state: symbol, unit, and the value it starts from (a number or an input-free expression of parameters)."""
+
+    id: str
+    unit: str
+    description: str
+    start: float = 0.0
+    nominal: float = 1.0
+    structured: str = ""
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The SymPy symbol of this state."""
+        return sp.Symbol(self.id, real=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Input:
+    """An input that runs linearly inside a step: value at its start, and a slope (0 for a zero-order hold)."""
+
+    id: str
+    unit: str
+    description: str
+    structured: str = ""
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The SymPy symbol of this input."""
+        return sp.Symbol(self.id, real=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Output:
+    """An output: an expression of time, states, inputs and parameters."""
+
+    id: str
+    unit: str
+    description: str
+    expression: sp.Expr
+    structured: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Equations:
+    """ẋ = f(t, x, u, p), y = g(t, x, u, p), or M(x, p) v̇ = h(t, x, u, p) for the states named in ``implicit``.
+
+    Parameters
+    ----------
+    name
+        Identifier, valid as a C identifier (``joint4``).
+    joints
+        The free joints, in order. Their positions are the first ``len(joints)`` states and the first outputs,
+        their velocities the next ``len(joints)`` states.
+    states, inputs, outputs, parameters
+        In the order of the arrays x (n_x,), u (n_u,), y (n_y,), p (n_p,).
+    definitions
+        Intermediate quantities, each an expression of what stands before it, for use in rhs, rates, outputs and
+        mass_matrix.
+    rhs
+        f, shape (n_x,). Where ``mass_matrix`` is given, the entries of the velocities hold h instead.
+    rates
+        Relaxation rates aᵢ ≥ 0 [1/s], shape (n_x,): an estimate of −∂fᵢ/∂xᵢ that the stepper integrates exactly.
+        Zero where the state is not stiff. The bristle's is σ0·|v|/g(v).
+    mass_matrix
+        Symmetric M, shape (n_q, n_q), or None where rhs is explicit. Sensitivities exist only for explicit equations.
+    orderings
+        Pairs (a, b) of parameter ids with a ≥ b required, as (Fs, Fc).
+    effects
+        Ids of the effects that were added to the base model.
+    """
+
+    name: str
+    title: str
+    joints: tuple[int, ...]
+    states: tuple[State, ...]
+    inputs: tuple[Input, ...]
+    outputs: tuple[Output, ...]
+    parameters: tuple[Quantity, ...]
+    rhs: tuple[sp.Expr, ...]
+    rates: tuple[sp.Expr, ...]
+    definitions: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
+    mass_matrix: tuple[tuple[sp.Expr, ...], ...] | None = None
+    orderings: tuple[tuple[str, str], ...] = ()
+    effects: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        """Check lengths, names and that nothing undefined is used."""
+        n = len(self.states)
+        if len(self.rhs) != n or len(self.rates) != n:
+            msg = f"{self.name}: {n} states, but {len(self.rhs)} right-hand sides and {len(self.rates)} rates"
+            raise ValueError(msg)
+        named: tuple[State | Input | Quantity, ...] = (*self.states, *self.inputs, *self.parameters)
+        known = {TIME, *(x.symbol for x in named)}
+        if len(known) != 1 + n + len(self.inputs) + len(self.parameters):
+            msg = f"{self.name}: two quantities share a name"
+            raise ValueError(msg)
+        for symbol, expression in self.definitions:
+            self._check(known, symbol.name, expression)
+            known.add(symbol)
+        for state, f, a in zip(self.states, self.rhs, self.rates, strict=True):
+            self._check(known, f"rhs of {state.id}", f)
+            self._check(known, f"rate of {state.id}", a)
+        for output in self.outputs:
+            self._check(known, f"output {output.id}", output.expression)
+
+    def _check(self, known: set[sp.Symbol], where: str, expression: sp.Expr) -> None:
+        unknown = sp.sympify(expression).free_symbols - known
+        if unknown:
+            msg = f"{self.name}: {where} uses undefined {sorted(s.name for s in unknown)}"
+            raise ValueError(msg)
+
+    def parameter(self, id: str) -> Quantity:
+        """Return the parameter with this id; KeyError lists the known ones."""
+        for quantity in self.parameters:
+            if quantity.id == id:
+                return quantity
+        msg = f"{self.name} has no parameter {id!r}; it has {[q.id for q in self.parameters]}"
+        raise KeyError(msg)
+
+    def with_parameters(self, changes: dict[str, dict[str, Any]]) -> Equations:
+        """Return a copy in which the named parameters have changed fields, e.g. ``{"Kp": {"fixed": True}}``."""
+        for id in changes:
+            self.parameter(id)
+        return replace(self, parameters=tuple(q.but(**changes.get(q.id, {})) for q in self.parameters))
+
+    def without_definitions(self) -> Equations:
+        """Return the same equations with the definitions put in where they are used, so that derivatives see them."""
+        if not self.definitions:
+            return self
+        inside: dict[sp.Symbol, sp.Expr] = {}
+        for symbol, expression in self.definitions:
+            inside[symbol] = sp.sympify(expression).xreplace(inside)
+
+        def put_in(expressions: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
+            return tuple(sp.sympify(e).xreplace(inside) for e in expressions)
+
+        return replace(
+            self,
+            definitions=(),
+            rhs=put_in(self.rhs),
+            rates=put_in(self.rates),
+            outputs=tuple(replace(o, expression=put_in((o.expression,))[0]) for o in self.outputs),
+            mass_matrix=None if self.mass_matrix is None else tuple(put_in(row) for row in self.mass_matrix),
+        )
+
+    @property
+    def digest(self) -> str:
+        """Sixteen hex digits that change with any formula (not with first guesses or bounds)."""
+        text = repr(
+            (
+                self.name,
+                self.joints,
+                [s.id for s in self.states],
+                [u.id for u in self.inputs],
+                [q.id for q in self.parameters],
+                [sp.srepr(d) for _, d in self.definitions],
+                [sp.srepr(sp.sympify(e)) for e in (*self.rhs, *self.rates)],
+                [(o.id, sp.srepr(sp.sympify(o.expression))) for o in self.outputs],
+                [[sp.srepr(sp.sympify(e)) for e in row] for row in self.mass_matrix or ()],
+            )
+        )
+        return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -1,0 +1,176 @@
+"""The parameters of a locked joint: ids, units, meanings and default ranges, revolute and prismatic."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from model.equations.quantity import Quantity
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Row:
+    """One row of the parameter table: unit for a revolute and for a prismatic joint, default range, structured name."""
+
+    id: str
+    unit: str
+    prismatic_unit: str
+    description: str
+    initial: float
+    lower: float
+    upper: float
+    structured: str
+    scale: str = "log"
+    fixed: bool = False
+
+
+TABLE = (
+    Row(
+        id="inertia",
+        unit="kg m^2",
+        prismatic_unit="kg",
+        description="M_ii at the locked posture",
+        initial=1e-3,
+        lower=1e-7,
+        upper=1e2,
+        structured="inertia",
+    ),
+    Row(
+        id="gravity_cos",
+        unit="N m",
+        prismatic_unit="N",
+        description="gravity torque at q = 0",
+        initial=0.0,
+        lower=-1e3,
+        upper=1e3,
+        structured="gravity_cos",
+        scale="linear",
+    ),
+    Row(
+        id="gravity_sin",
+        unit="N m",
+        prismatic_unit="N",
+        description="gravity torque at q = pi/2",
+        initial=0.0,
+        lower=-1e3,
+        upper=1e3,
+        structured="gravity_sin",
+        scale="linear",
+    ),
+    Row(
+        id="Kp",
+        unit="1",
+        prismatic_unit="1",
+        description="plant gain (gearing and amplifier)",
+        initial=1.0,
+        lower=1e-3,
+        upper=1e3,
+        structured="actuator.Kp",
+        fixed=True,
+    ),
+    Row(
+        id="Ks",
+        unit="N m/rad",
+        prismatic_unit="N/m",
+        description="cable-drag spring",
+        initial=1e-2,
+        lower=0.0,
+        upper=1e4,
+        structured="spring.Ks",
+        scale="linear",
+    ),
+    Row(
+        id="epos",
+        unit="rad",
+        prismatic_unit="m",
+        description="equilibrium position of the spring",
+        initial=0.0,
+        lower=-10.0,
+        upper=10.0,
+        structured="spring.epos",
+        scale="linear",
+    ),
+    Row(
+        id="sigma0",
+        unit="N m/rad",
+        prismatic_unit="N/m",
+        description="bristle stiffness",
+        initial=1.0,
+        lower=1e-4,
+        upper=1e7,
+        structured="friction.sigma0",
+    ),
+    Row(
+        id="sigma1",
+        unit="N m s/rad",
+        prismatic_unit="N s/m",
+        description="bristle damping",
+        initial=1e-2,
+        lower=1e-7,
+        upper=1e4,
+        structured="friction.sigma1",
+    ),
+    Row(
+        id="sigma2",
+        unit="N m s/rad",
+        prismatic_unit="N s/m",
+        description="viscous friction",
+        initial=1e-3,
+        lower=1e-8,
+        upper=1e3,
+        structured="friction.sigma2",
+    ),
+    Row(
+        id="vs",
+        unit="rad/s",
+        prismatic_unit="m/s",
+        description="Stribeck velocity",
+        initial=5e-2,
+        lower=1e-4,
+        upper=1e1,
+        structured="friction.vs",
+    ),
+    Row(
+        id="Fs",
+        unit="N m",
+        prismatic_unit="N",
+        description="stiction",
+        initial=2e-3,
+        lower=1e-7,
+        upper=1e3,
+        structured="friction.Fs",
+    ),
+    Row(
+        id="Fc",
+        unit="N m",
+        prismatic_unit="N",
+        description="Coulomb friction",
+        initial=1.5e-3,
+        lower=1e-7,
+        upper=1e3,
+        structured="friction.Fc",
+    ),
+)
+
+
+def joint_parameters(*, prismatic: bool = False) -> tuple[Quantity, ...]:
+    """Return the parameters of a locked joint with default ranges; a prismatic joint has no ``gravity_sin``."""
+    return tuple(
+        Quantity(
+            id=row.id,
+            unit=row.prismatic_unit if prismatic else row.unit,
+            description=row.description,
+            initial=row.initial,
+            lower=row.lower,
+            upper=row.upper,
+            scale=row.scale,
+            fixed=row.fixed,
+            structured=row.structured,
+        )
+        for row in TABLE
+        if not (prismatic and row.id == "gravity_sin")
+    )
+
+
+def sliding(unit: str) -> str:
+    """Return a revolute joint's unit for a joint that slides: torque becomes force, angle becomes length."""
+    return unit.replace("kg m^2", "kg").replace("N m", "N").replace("rad", "m")

@@ -1,0 +1,42 @@
+"""Output injection: the equations of an observer that the measured position pulls, for homotopy in the gain L.
+
+q̇ = v + 2L·(y_meas − y),  v̇ = f_v + L²·(y_meas − y);  both error poles of a double integrator lie at −L.
+L = 0 gives the model back.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import sympy as sp
+
+from model.equations.equations import Equations, Input
+
+GAIN = "observer_gain"
+
+
+def with_observer(equations: Equations) -> Equations:
+    """Return ``equations`` with the measured positions and the gain L [1/s] as further inputs, in that order."""
+    n = len(equations.joints)
+    gain = Input(id=GAIN, unit="1/s", description="observer gain L; 0 simulates freely", structured="observer.gain")
+    measured = tuple(
+        Input(
+            id=f"measured_{o.id}", unit=o.unit, description=f"measured {o.description}", structured=f"observer.{o.id}"
+        )
+        for o in equations.outputs[:n]
+    )
+    L = gain.symbol
+    error = [m.symbol - o.expression for m, o in zip(measured, equations.outputs, strict=False)]
+    rhs = list(equations.rhs)
+    for i in range(n):
+        rhs[i] = rhs[i] + 2 * L * error[i]
+        rhs[n + i] = rhs[n + i] + L**2 * error[i]
+    if equations.mass_matrix is not None:
+        msg = "output injection needs explicit equations"
+        raise ValueError(msg)
+    return replace(
+        equations,
+        name=f"{equations.name}_identification",
+        inputs=(*equations.inputs, *measured, gain),
+        rhs=tuple(sp.sympify(f) for f in rhs),
+    )

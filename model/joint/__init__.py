@@ -1,0 +1,1 @@
+"""Device, free joints and posture in, `Equations` out, with friction and effects."""

@@ -1,0 +1,112 @@
+"""From a device, its free joints and a posture to the equations that are simulated and fitted.
+
+One free joint: the equation of `locked_joint` with the coefficients of the locked motion as parameters. Several:
+M(q)·v̇ = Kp·τ − C·v − φ − spring − friction, solved for v̇ by Cramer's rule, with ids that end in the joint's number
+(``sigma0_0``, ``Ks_1``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from model.device.device import Device
+from model.equations.equations import Equations
+from model.equations.quantity import Normal, Quantity
+from model.joint.joint_in_device import (
+    INERTIAL,
+    Effects,
+    joint_inputs,
+    joint_outputs,
+    joint_part,
+    joint_quantities,
+    joint_rates,
+    joint_rows,
+    joint_states,
+    names_of,
+)
+from model.joint.locked_joint import joint_equations
+from model.rigid_body.locked_dynamics import Coefficient, LockedDynamics, locked_motion
+
+SPREAD = 5.0
+"""Bounds of an inertial coefficient lie this many standard deviations of its prior from its first guess."""
+RATIO = 20.0
+"""A moment of inertia is known within this factor of its first guess."""
+
+
+def configuration_equations(
+    device: Device, free_joints: Sequence[int], posture: Sequence[float] | None = None, effects: Effects | None = None
+) -> Equations:
+    """Return the equations of `free_joints` with all others locked at `posture` [rad] or [m] (default all 0).
+
+    ``effects`` are added where several joints are free, by joint (`model.joint.joint_in_device.joint_part`).
+
+    First guesses, bounds and priors are the device's: of the inertial coefficients those that its link guesses imply.
+    """
+    motion = locked_motion(device, free_joints, posture)
+    if len(motion.joints) == 1 and {c.id for c in motion.coefficients} <= set(INERTIAL):
+        return _single(device, motion)
+    return coupled_equations(device, motion, effects or {})
+
+
+def _single(device: Device, motion: LockedDynamics) -> Equations:
+    (j,) = motion.joints
+    known = {c.id: c for c in motion.coefficients}
+    first = tuple(inertial_quantity(known[id], structured=id) for id in INERTIAL if id in known)
+    return joint_equations(j, parameters=(*first, *joint_quantities(device, j)), prismatic=device.joints[j].prismatic)
+
+
+def inertial_quantity(c: Coefficient, *, structured: str = "") -> Quantity:
+    """Return a coefficient as a parameter: a moment of inertia is positive, others lie within `SPREAD` of the guess."""
+    positive = c.initial > 0 and (c.id == "inertia" or (c.id[0] == "M" and c.id[1:].endswith("_1") and _diagonal(c.id)))
+    width = SPREAD * c.prior_std + 1e-12
+    return Quantity(
+        id=c.id,
+        unit=c.unit,
+        description=c.description,
+        initial=c.initial,
+        lower=c.initial / RATIO if positive else c.initial - width,
+        upper=c.initial * RATIO if positive else c.initial + width,
+        prior=Normal(mean=c.initial, std=c.prior_std) if c.prior_std > 0 else None,
+        fixed=c.prior_std == 0,
+        scale="log" if positive else "linear",
+        structured=structured or f"coupling.{c.id}",
+    )
+
+
+def _diagonal(id: str) -> bool:
+    """Whether ``M00_1`` names a diagonal entry."""
+    digits = id[1:].partition("_")[0]
+    half = len(digits) // 2
+    return len(digits) % 2 == 0 and digits[:half] == digits[half:]
+
+
+def coupled_equations(device: Device, motion: LockedDynamics, effects: Effects) -> Equations:
+    """Return the equations of several free joints, solved for the accelerations, with ``effects`` by joint."""
+    joints = motion.joints
+    parts = {j: joint_part(device, j, effects.get(j, ())) for j in joints}
+    M = sp.Matrix(motion.mass_matrix) + sp.diag(*(part.inertia for part in parts.values()))
+    load = [sp.expand(sp.expand(c) + g) for c, g in zip(motion.christoffel_force, motion.gravity_force, strict=True)]
+    h = sp.Matrix([part.torque - bias for part, bias in zip(parts.values(), load, strict=True)])
+    inverse_det, adjugate = 1 / M.det(method="berkowitz"), M.adjugate()
+    acceleration = [(adjugate[i, :] * h)[0] * inverse_det for i in range(len(joints))]
+    damping = [part.damping * adjugate[i, i] * inverse_det for i, part in enumerate(parts.values())]
+    added = names_of(effects)
+    return Equations(
+        name="_".join((f"joints{''.join(map(str, joints))}", *added)),
+        title=f"joints {', '.join(map(str, joints))}, all others locked"
+        + (f", with {', '.join(added)}" if added else ""),
+        joints=joints,
+        states=joint_states(device, parts),
+        inputs=joint_inputs(device, joints),
+        outputs=joint_outputs(device, parts),
+        parameters=(
+            *map(inertial_quantity, motion.coefficients),
+            *(q for part in parts.values() for q in part.quantities),
+        ),
+        rhs=joint_rows(parts, acceleration),
+        rates=joint_rates(parts, damping),
+        orderings=tuple((f"Fs_{j}", f"Fc_{j}") for j in joints),
+        effects=added,
+    )

@@ -1,0 +1,227 @@
+"""What each joint brings to the equations of a device: parameters, states, inputs, outputs, friction, net torque."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import sympy as sp
+
+from model.algebra.trig_polynomials import velocity_symbol
+from model.device.device import Device, Guess
+from model.effects import effect as sym
+from model.effects.effect import Effect
+from model.equations.equations import Input, Output, State
+from model.equations.joint_parameters import TABLE, Row, sliding
+from model.equations.quantity import Normal, Quantity
+from model.joint.slots import Terms, with_effects
+
+INERTIAL = ("inertia", "gravity_cos", "gravity_sin")
+"""Parameters of a locked joint that come from the rigid bodies."""
+NUMBERED = {s.name for s in (sym.q, sym.v, sym.z, sym.tau)}
+"""Standard symbols that a joint's number follows at once; it follows an underscore in all other names."""
+Effects = Mapping[int, Sequence[Effect]]
+"""Effects by joint."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointPart:
+    """What one of several joints brings to M(q)·v̇ = torque − C·v − φ, in symbols that bear its number.
+
+    Parameters
+    ----------
+    torque
+        Kp·τ − Ks·(q − epos) − friction, and what effects add.
+    inertia
+        Added to the joint's diagonal entry of M.
+    bristle, bristle_rate, damping
+        ż, its relaxation rate, and σ1 + σ2, the joint's damping.
+    motor, reading
+        Motor-side torque, and the position that is read.
+    states, rhs, rates
+        What effects' states are, how they change, and their relaxation rates.
+    quantities
+        Parameters.
+    """
+
+    torque: sp.Expr
+    inertia: sp.Expr
+    bristle: sp.Expr
+    bristle_rate: sp.Expr
+    damping: sp.Expr
+    motor: sp.Expr
+    reading: sp.Expr
+    states: tuple[State, ...]
+    rhs: tuple[sp.Expr, ...]
+    rates: tuple[sp.Expr, ...]
+    quantities: tuple[Quantity, ...]
+
+
+def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> JointPart:
+    """Return the part of one joint, with ``effects``: those of which `of_the_test_alone` says nothing.
+
+    An effect that changes a joint's own acceleration, q̈ = α·(torque − load)/(M·m) + β, is M·m/α for M, and M·m·β/α more
+    torque, with M the joint's inertia in the test that found it.
+    """
+    slides = device.joints[joint].prismatic
+    p = {row.id: sp.Symbol(row.id, real=True) for row in TABLE}
+    terms = with_effects(effects, p["Kp"])
+    friction = terms.friction(p)
+    inertia, torque = _own_motion(terms, p["inertia"])
+    torque += terms.w + terms.torque - p["Ks"] * (sym.q - p["epos"]) - friction.force
+    own = [e.row(x, prismatic=slides) for e in effects for x in e.parameters]
+    formulas = (torque, inertia, *(s.rhs for s in terms.states), *(s.rate for s in terms.states))
+    if any(p["inertia"] in sp.sympify(e).free_symbols for e in formulas):
+        own.append(_tested(slides))
+    suffix, prefix = f"_{joint}", f"joint{joint}."
+    table = [q.but(id=q.id + suffix, structured=prefix + q.structured) for q in own]
+    return JointPart(
+        torque=_of_joint(torque, joint),
+        inertia=_of_joint(inertia, joint),
+        bristle=_of_joint(friction.bristle, joint),
+        bristle_rate=_of_joint(friction.rate, joint),
+        damping=_of_joint(p["sigma1"] + p["sigma2"] * terms.viscous_level, joint),
+        motor=_of_joint(terms.w, joint),
+        reading=_of_joint(terms.y, joint),
+        states=tuple(_numbered(s.state, joint, slides) for s in terms.states),
+        rhs=tuple(_of_joint(s.rhs, joint) for s in terms.states),
+        rates=tuple(_of_joint(s.rate, joint) for s in terms.states),
+        quantities=(*joint_quantities(device, joint, suffix=suffix, prefix=prefix), *table),
+    )
+
+
+def of_the_test_alone(effect: Effect) -> str:
+    """Say why an effect belongs to the test of one joint and to no device whose joints move together; '' if it does."""
+    if effect.random:
+        return "random: it stands beside the equations"
+    if effect.time_rate is not None:
+        return "the clock of the recording, not of the device"
+    linear = effect.acceleration is None or not sp.diff(effect.acceleration, sym.a, 2)
+    if not linear or any(sym.a in sp.sympify(s.rhs).free_symbols for s in effect.states):
+        return "driven by the acceleration of a joint that moves alone"
+    return ""
+
+
+def _own_motion(terms: Terms, inertia: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
+    """Return inertia and torque on top of the joint's own."""
+    m, share, rest = terms.inertia_factor, sp.diff(terms.a, sym.a), terms.a.subs(sym.a, 0)
+    christoffel = inertia * sp.diff(m, sym.q) * sym.v**2 / 2
+    return inertia * (m / share - 1), inertia * m * rest / share - christoffel
+
+
+def _of_joint(expression: sp.Expr, joint: int) -> sp.Expr:
+    """Return an expression with the joint's number behind every symbol but time."""
+    formula = sp.sympify(expression)
+    free = [s for s in formula.free_symbols if s != sym.t]
+    return formula.xreplace({s: _symbol(s.name + (str(joint) if s.name in NUMBERED else f"_{joint}")) for s in free})
+
+
+def _numbered(state: State, joint: int, slides: bool) -> State:
+    unit = sliding(state.unit) if slides else state.unit
+    structured = f"joint{joint}.{state.structured or state.id}"
+    return replace(state, id=f"{state.id}_{joint}", unit=unit, structured=structured)
+
+
+def _tested(slides: bool) -> Quantity:
+    """Return the inertia of the joint in the test that found an effect, a known number."""
+    (row,) = [row for row in TABLE if row.id == "inertia"]
+    return Quantity(
+        id=row.id, unit=row.prismatic_unit if slides else row.unit, description="inertia of the joint tested alone",
+        initial=row.initial, lower=row.lower, upper=row.upper, scale=row.scale, fixed=True, structured="tested.inertia",
+    )  # fmt: skip
+
+
+def joint_quantities(device: Device, joint: int, *, suffix: str = "", prefix: str = "") -> tuple[Quantity, ...]:
+    """Return drive, spring and friction parameters of one joint: the device's guesses, else the table's defaults."""
+    given, slides = device.joints[joint].parameters, device.joints[joint].prismatic
+    return tuple(_quantity(row, given.get(row.id), slides, suffix, prefix) for row in TABLE if row.id not in INERTIAL)
+
+
+def _quantity(row: Row, guess: Guess | None, slides: bool, suffix: str, prefix: str) -> Quantity:
+    if guess is None:
+        guess = Guess(initial=row.initial, lower=row.lower, upper=row.upper, fixed=row.fixed)
+    return Quantity(
+        id=row.id + suffix,
+        unit=row.prismatic_unit if slides else row.unit,
+        description=row.description,
+        initial=guess.initial,
+        lower=max(guess.lower, row.lower),
+        upper=min(guess.upper, row.upper),
+        prior=Normal(mean=guess.initial, std=guess.std) if guess.std else None,
+        fixed=guess.fixed,
+        scale=row.scale,
+        structured=prefix + row.structured,
+    )
+
+
+def joint_states(device: Device, parts: Mapping[int, JointPart]) -> tuple[State, ...]:
+    """Return positions, velocities and bristle deflections, joint by joint within each, then those of effects."""
+    units = {j: "m" if device.joints[j].prismatic else "rad" for j in parts}
+    return (
+        *(_state(f"q{j}", units[j], f"position of joint {j}", f"joint{j}.position") for j in parts),
+        *(_state(f"v{j}", f"{units[j]}/s", f"velocity of joint {j}", f"joint{j}.velocity") for j in parts),
+        *(_bristle(j, units[j]) for j in parts),
+        *(state for part in parts.values() for state in part.states),
+    )
+
+
+def _state(id: str, unit: str, description: str, structured: str) -> State:
+    return State(id=id, unit=unit, description=description, structured=structured)
+
+
+def _bristle(j: int, unit: str) -> State:
+    name = f"joint{j}.friction.bristle"
+    return State(id=f"z{j}", unit=unit, description=f"bristle deflection of joint {j}", nominal=1e-3, structured=name)
+
+
+def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
+    """Return the commanded torques (forces)."""
+    result = []
+    for j in joints:
+        what, unit = ("force", "N") if device.joints[j].prismatic else ("torque", "N m")
+        text = f"commanded {what} of joint {j}"
+        result.append(Input(id=f"tau{j}", unit=unit, description=text, structured=f"joint{j}.torque"))
+    return tuple(result)
+
+
+def joint_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Output, ...]:
+    """Return the position readings."""
+    return tuple(
+        Output(
+            id=f"y{j}",
+            unit="m" if device.joints[j].prismatic else "rad",
+            description=f"position reading of joint {j}",
+            expression=part.reading,
+            structured=f"joint{j}.reading",
+        )
+        for j, part in parts.items()
+    )
+
+
+def joint_rows(parts: Mapping[int, JointPart], motion: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+    """Return the right-hand sides in the order of `joint_states`; ``motion`` holds those of the velocities."""
+    return (
+        *(velocity_symbol(j) for j in parts),
+        *motion,
+        *(part.bristle for part in parts.values()),
+        *(rhs for part in parts.values() for rhs in part.rhs),
+    )
+
+
+def joint_rates(parts: Mapping[int, JointPart], damping: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+    """Return the relaxation rates in the order of `joint_states`; ``damping`` holds those of the velocities."""
+    return (
+        *(sp.S.Zero for _ in parts),
+        *damping,
+        *(part.bristle_rate for part in parts.values()),
+        *(rate for part in parts.values() for rate in part.rates),
+    )
+
+
+def names_of(effects: Effects) -> tuple[str, ...]:
+    """Return ``joint3_cogging`` for every effect."""
+    return tuple(f"joint{j}_{e.id}" for j, some in sorted(effects.items()) for e in some)
+
+
+def _symbol(name: str) -> sp.Symbol:
+    return sp.Symbol(name, real=True)

@@ -1,0 +1,87 @@
+"""The equation of one free joint, all others locked, with any effects added.
+
+Kp·τ = M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + σ0·z + σ1·ż + σ2·q̇ (Tam, Kubica, Wang 2005, Fig. 3)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from model.effects import effect as sym
+from model.effects.effect import Effect
+from model.equations.equations import Equations, Input, Output, State
+from model.equations.joint_parameters import joint_parameters, sliding
+from model.equations.quantity import Quantity
+from model.joint.slots import with_effects
+
+
+def _gravity(q: sp.Expr, parameters: dict[str, sp.Symbol], prismatic: bool) -> sp.Expr:
+    """g_c·cos q + g_s·sin q; a constant force on a prismatic joint."""
+    constant = parameters.get("gravity_cos", sp.S.Zero)
+    if prismatic:
+        return constant
+    return constant * sp.cos(q) + parameters.get("gravity_sin", sp.S.Zero) * sp.sin(q)
+
+
+def joint_equations(
+    joint: int,
+    *,
+    parameters: Sequence[Quantity] | None = None,
+    effects: Sequence[Effect] = (),
+    prismatic: bool = False,
+) -> Equations:
+    """Return the equations of joint ``joint``.
+
+    Parameters
+    ----------
+    parameters
+        The parameters of the locked joint, by default all of `joint_parameters.TABLE`. ``gravity_cos`` and
+        ``gravity_sin`` may be left out where gravity does no work.
+    effects
+        Deterministic effects to add, in order along the torque path. Random ones do not enter the equation.
+    """
+    quantities = tuple(parameters if parameters is not None else joint_parameters(prismatic=prismatic))
+    p = {x.id: x.symbol for x in quantities}
+    effects = [e for e in effects if not e.random]
+    terms = with_effects(effects, p["Kp"])
+    friction = terms.friction(p)
+    m = terms.inertia_factor
+    inertia = p["inertia"] * m
+    load = _gravity(sym.q, p, prismatic) + p["Ks"] * (sym.q - p["epos"]) + friction.force
+    force = terms.w + terms.torque - load - p["inertia"] * sp.diff(m, sym.q) * sym.v**2 / 2
+    acceleration = terms.a.subs(sym.a, force / inertia)
+    rhs = [sym.v, acceleration, friction.bristle, *(s.rhs.subs(sym.a, acceleration) for s in terms.states)]
+    rates = [sp.S.Zero, (p["sigma1"] + p["sigma2"]) / p["inertia"], friction.rate, *(s.rate for s in terms.states)]
+    rad, nm = ("m", "N") if prismatic else ("rad", "N m")
+    name = f"joint{joint}"
+    return Equations(
+        name="_".join((name, *(e.id for e in effects))),
+        title=f"joint {joint}, all others locked" + (f", with {', '.join(e.id for e in effects)}" if effects else ""),
+        joints=(joint,),
+        states=(
+            State(id="q", unit=rad, description="position", structured=f"{name}.position"),
+            State(id="v", unit=f"{rad}/s", description="velocity", structured=f"{name}.velocity"),
+            State(
+                id="z", unit=rad, description="bristle deflection", nominal=1e-3, structured=f"{name}.friction.bristle"
+            ),
+            *(replace(s.state, unit=sliding(s.state.unit) if prismatic else s.state.unit) for s in terms.states),
+        ),
+        inputs=(Input(id="tau", unit=nm, description="commanded torque", structured=f"{name}.torque"),),
+        outputs=(
+            Output(
+                id="y",
+                unit=rad,
+                description="position reading",
+                expression=terms.y.subs(sym.a, acceleration),
+                structured=f"{name}.reading",
+            ),
+        ),
+        parameters=(*quantities, *(e.row(x, prismatic=prismatic) for e in effects for x in e.parameters)),
+        rhs=tuple(sp.sympify(f) * terms.time_rate for f in rhs),
+        rates=tuple(sp.sympify(r) * terms.time_rate for r in rates),
+        orderings=(("Fs", "Fc"),),
+        effects=tuple(e.id for e in effects),
+    )

@@ -1,0 +1,115 @@
+"""The equations of the whole device: all joints free, friction, springs, gains, handle force in, handle pose out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from model.algebra.trig_polynomials import velocity_symbol
+from model.device.device import Device
+from model.equations.equations import Equations, Input, Output
+from model.joint.joint_in_device import (
+    Effects,
+    JointPart,
+    joint_inputs,
+    joint_outputs,
+    joint_part,
+    joint_rates,
+    joint_rows,
+    joint_states,
+    names_of,
+)
+from model.rigid_body.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, ForwardDynamics, forward_dynamics
+
+
+def full_equations(device: Device, effects: Effects | None = None) -> Equations:
+    """Return M(q)·v̇ = Kp·τ − C·v − φ − springs − friction + Jᵀ·(handle force, handle torque) of all joints.
+
+    Outputs: positions, velocities, torques at the joints Kp·τ, control point in the base frame [m], orientation of the
+    handle as a unit quaternion. Parameters: mass, centroid and inertia of each link, rotors, then those of each joint.
+    ``effects`` by joint are added as in `model.joint.joint_in_device.joint_part`.
+    """
+    joints = tuple(range(len(device.joints)))
+    parts = {j: joint_part(device, j, (effects or {}).get(j, ())) for j in joints}
+    body = forward_dynamics(device)
+    M = sp.Matrix(body.mass_matrix) + sp.diag(*(part.inertia for part in parts.values()))
+    rows = [part.torque - body.bias[j] + body.handle_torque[j] for j, part in parts.items()]
+    added = names_of(effects or {})
+    return Equations(
+        name="_".join((device.name, *added)),
+        title=f"{device.title}: all joints free" + (f", with {', '.join(added)}" if added else ""),
+        joints=joints,
+        states=joint_states(device, parts),
+        inputs=(*joint_inputs(device, joints), *_handle_inputs()),
+        outputs=(*joint_outputs(device, parts), *_motion_outputs(device, parts), *_pose_outputs(body)),
+        parameters=(*body.parameters, *(q for part in parts.values() for q in part.quantities)),
+        rhs=joint_rows(parts, rows),
+        rates=joint_rates(parts, [part.damping / M[j, j] for j, part in parts.items()]),
+        definitions=body.definitions,
+        mass_matrix=tuple(tuple(M[i, :]) for i in joints),
+        orderings=tuple((f"Fs_{j}", f"Fc_{j}") for j in joints),
+        effects=added,
+    )
+
+
+def _handle_inputs() -> tuple[Input, ...]:
+    return tuple(
+        Input(
+            id=symbol.name,
+            unit=unit,
+            description=f"{what} on the handle along {symbol.name[-1]} of the base frame",
+            structured=f"handle.{what}.{symbol.name[-1]}",
+        )
+        for what, unit, symbols in (("force", "N", HANDLE_FORCE), ("torque", "N m", HANDLE_TORQUE))
+        for symbol in symbols
+    )
+
+
+def _motion_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Output, ...]:
+    slides = [joint.prismatic for joint in device.joints]
+    velocities = [
+        Output(
+            id=f"velocity{j}",
+            unit="m/s" if slides[j] else "rad/s",
+            description=f"velocity of joint {j}",
+            expression=velocity_symbol(j),
+            structured=f"joint{j}.speed",
+        )
+        for j in range(len(slides))
+    ]
+    torques = [
+        Output(
+            id=f"motor{j}",
+            unit="N" if slides[j] else "N m",
+            description=f"motor-side {'force' if slides[j] else 'torque'} of joint {j}, Kp times the command",
+            expression=part.motor,
+            structured=f"joint{j}.actuator.torque",
+        )
+        for j, part in parts.items()
+    ]
+    return (*velocities, *torques)
+
+
+def _pose_outputs(body: ForwardDynamics) -> tuple[Output, ...]:
+    position = [
+        Output(
+            id=f"handle_{axis}",
+            unit="m",
+            description=f"control point, {axis} in the base frame",
+            expression=sp.sympify(value),
+            structured=f"handle.position.{axis}",
+        )
+        for axis, value in zip("xyz", body.position, strict=True)
+    ]
+    orientation = [
+        Output(
+            id=f"handle_q{axis}",
+            unit="1",
+            description=f"orientation of the handle, quaternion component {axis}",
+            expression=sp.sympify(value),
+            structured=f"handle.quaternion.{axis}",
+        )
+        for axis, value in zip("wxyz", body.quaternion, strict=True)
+    ]
+    return (*position, *orientation)

@@ -1,0 +1,1 @@
+"""Device in, locking plan out: order, postures, torques, what stays unidentifiable."""

@@ -1,0 +1,186 @@
+"""Lock postures as design variables: where to lock the others, so that the full model's torque becomes known.
+
+After tests with coefficient rows A and standard deviations σ the covariance of π is P = (P₀⁻¹ + Σ Aᵀ A/σ²)⁻¹. The
+design minimises the expected relative variance of the full model's torque over random motions, tr(W P) with
+W = mean of Yᵀ Y / rms(τ)² (V-optimality; Fedorov 1972), greedily over configurations and Sobol postures, then by
+exchange.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import qmc
+
+from model.device.device import Device
+from model.rigid_body.inertial_parameters import pi_prior
+from model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
+from model.rigid_body.regressor import regressor
+
+Array = NDArray[np.float64]
+REACH = 0.9
+"""Share of the position limits that postures use."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Test:
+    """One configuration at one posture, with the standard deviations its fit is expected to give."""
+
+    dynamics: LockedDynamics
+    std: Array
+
+    @property
+    def whitened(self) -> Array:
+        """A/σ, shape (n, n_pi)."""
+        return self.dynamics.linear_map / self.std[:, np.newaxis]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PosturePlan:
+    """The chosen tests beyond those at home, and the expected rms torque error over rms torque, before and after.
+
+    Parameters
+    ----------
+    accuracy
+        Relative accuracy that the fits of coefficients are taken to reach.
+    home, chosen
+        Tests with the locked joints at home, and those at the proposed postures.
+    error_prior, error_home, error_planned
+        √(tr(W P)/n_q) before any test, after the tests at home, and with the chosen ones.
+    """
+
+    home: tuple[Test, ...]
+    chosen: tuple[Test, ...]
+    accuracy: float
+    error_prior: float
+    error_home: float
+    error_planned: float
+
+
+def torque_weight(device: Device, samples: int = 400, seed: int = 0) -> Array:
+    """Return W, shape (n_pi, n_pi): mean of Yᵀ Y / rms(τ)² over random states within the limits."""
+    pi, _ = pi_prior(device)
+    q, v, a = random_motion(device, samples, seed)
+    W = np.zeros((pi.size, pi.size))
+    for Y in regressor(device, q, v, a):
+        W += Y.T @ Y / samples / max(float(np.mean((Y @ pi) ** 2)), 1e-30)
+    return W
+
+
+def random_motion(device: Device, samples: int, seed: int) -> tuple[Array, Array, Array]:
+    """Return positions within the limits, speeds and accelerations of motions at about 4 rad/s, each (n_q, samples)."""
+    rng = np.random.default_rng(seed)
+    lower, upper = _limits(device)
+    middle, half = (lower + upper) / 2, REACH * (upper - lower) / 2
+    phase = rng.uniform(0.0, 2 * np.pi, (lower.size, samples))
+    omega = rng.uniform(1.0, 7.0, (lower.size, samples))
+    column = half[:, np.newaxis]
+    return (
+        middle[:, np.newaxis] + column * np.sin(phase),
+        column * omega * np.cos(phase),
+        -column * omega**2 * np.sin(phase),
+    )
+
+
+def _limits(device: Device) -> tuple[Array, Array]:
+    limits = np.array([joint.position_limits for joint in device.joints])
+    return limits[:, 0], limits[:, 1]
+
+
+def candidate_postures(device: Device, number: int, seed: int) -> Array:
+    """Return Sobol postures within the limits, shape (number, n_q)."""
+    lower, upper = _limits(device)
+    middle, half = (lower + upper) / 2, REACH * (upper - lower) / 2
+    points = qmc.Sobol(lower.size, seed=seed).random_base2(int(np.ceil(np.log2(number))))[:number]
+    return np.asarray(middle + half * (2 * points - 1))
+
+
+def expected_std(dynamics: LockedDynamics, relative: float) -> Array:
+    """Return σ of every coefficient: `relative` times the larger of its first guess and its prior's width."""
+    return np.array([relative * max(abs(c.initial), c.prior_std) for c in dynamics.coefficients])
+
+
+def plan_postures(
+    device: Device,
+    configurations: Sequence[tuple[int, ...]],
+    *,
+    extra: int = 14,
+    relative: float = 0.005,
+    candidates: int = 48,
+    seed: int = 0,
+) -> PosturePlan:
+    """Choose up to `extra` tests at other postures, for coefficients fitted to `relative` accuracy."""
+    postures = candidate_postures(device, candidates, seed)
+    pool = [
+        _test(device, free, posture, relative)
+        for free in configurations
+        for posture in postures
+        if _matters(device, free)
+    ]
+    home = tuple(_test(device, free, np.zeros(len(device.joints)), relative) for free in configurations)
+    W = torque_weight(device, seed=seed)
+    _, prior = pi_prior(device)
+    P_home = _after(prior, home)
+    chosen: list[int] = []
+    P = P_home
+    for _ in range(extra if pool else 0):
+        best = int(np.argmax([_gain(P, W, test.whitened) for test in pool]))
+        chosen.append(best)
+        P = _updated(P, pool[best].whitened)
+    chosen = _exchanged(P_home, W, pool, chosen)
+    picked = tuple(pool[i] for i in sorted(chosen))
+    n = len(device.joints)
+
+    def error(covariance: Array) -> float:
+        return float(np.sqrt(np.sum(W * covariance) / n))
+
+    return PosturePlan(
+        home=home,
+        chosen=picked,
+        accuracy=relative,
+        error_prior=error(prior),
+        error_home=error(P_home),
+        error_planned=error(_after(P_home, picked)),
+    )
+
+
+def _matters(device: Device, free: tuple[int, ...]) -> bool:
+    return len(free) < len(device.joints)
+
+
+def _test(device: Device, free: tuple[int, ...], posture: Array, relative: float) -> Test:
+    dynamics = locked_motion(device, free, tuple(np.round(posture, 3)))
+    return Test(dynamics=dynamics, std=expected_std(dynamics, relative))
+
+
+def _gain(P: Array, W: Array, rows: Array) -> float:
+    """tr(W P) − tr(W P⁺) for the update by whitened rows."""
+    PA = P @ rows.T
+    return float(np.trace(np.linalg.solve(np.eye(len(rows)) + rows @ PA, PA.T @ W @ PA)))
+
+
+def _updated(P: Array, rows: Array) -> Array:
+    PA = P @ rows.T
+    result = P - PA @ np.linalg.solve(np.eye(len(rows)) + rows @ PA, PA.T)
+    return np.asarray((result + result.T) / 2)
+
+
+def _after(P: Array, tests: Sequence[Test]) -> Array:
+    for test in tests:
+        P = _updated(P, test.whitened)
+    return P
+
+
+def _exchanged(P_home: Array, W: Array, pool: Sequence[Test], chosen: list[int], sweeps: int = 2) -> list[int]:
+    """Replace one test at a time by the best of the pool given the others, until nothing improves."""
+    for _ in range(sweeps):
+        before = list(chosen)
+        for place in range(len(chosen)):
+            others = _after(P_home, [pool[i] for n, i in enumerate(chosen) if n != place])
+            chosen[place] = int(np.argmax([_gain(others, W, test.whitened) for test in pool]))
+        if chosen == before:
+            break
+    return chosen

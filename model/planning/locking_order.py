@@ -1,0 +1,156 @@
+"""The order in which joints are locked, derived: fewest new unknowns first, then the extra tests that the model needs.
+
+Tam, Kubica & Wang (2005), Fig. 2 and Table I, worked this out by hand for one device. Here the unknowns of a
+configuration are the standard parameters that its equation contains with the locked joints at any posture; a stage's
+new unknowns are those that no earlier stage contains.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+
+from model.algebra.echelon import Echelon, Row
+from model.device.device import Device
+from model.rigid_body.base_parameters import equation_forms, full_lagrangian, rows, span
+from model.rigid_body.lagrange import Lagrangian
+from model.rigid_body.locked_dynamics import locked_motion
+from model.rigid_body.standard_parameters import contained
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stage:
+    """One configuration of the order.
+
+    Parameters
+    ----------
+    free
+        The free joints.
+    contains
+        Ids of the standard parameters in its equation.
+    new
+        Those that no earlier stage contains.
+    coefficients
+        Number of coefficients the equation has with the locked joints at home.
+    rank_home, rank_any
+        Number of combinations it determines: with the others at home, and over all postures.
+    new_combinations
+        Number of combinations (over all postures) that the earlier stages did not determine.
+    """
+
+    free: tuple[int, ...]
+    contains: frozenset[str]
+    new: frozenset[str]
+    coefficients: tuple[str, ...]
+    rank_home: int
+    rank_any: int
+    new_combinations: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LockingOrder:
+    """Stages in order, and what the full model needs.
+
+    Parameters
+    ----------
+    needed
+        Standard parameters that the full model contains.
+    full
+        Span of the full model's rows; its rank is the number of base parameters.
+    reached_home, reached_any
+        Rank of everything the stages determine with the locked joints at home, and over all postures.
+    """
+
+    stages: tuple[Stage, ...]
+    needed: frozenset[str]
+    full: Echelon
+    reached_home: int
+    reached_any: int
+
+
+def locking_order(device: Device) -> LockingOrder:
+    """Derive the order: single joints greedily, then extra multi-joint tests while they bring something new."""
+    lagrangian = full_lagrangian(device)
+    joints = tuple(range(len(device.joints)))
+    everything = rows(equation_forms(lagrangian, joints))
+    full, needed = span(everything), contained(device, everything)
+    builder = _Builder(device, lagrangian)
+    left = list(joints)
+    while left:
+        chosen = min(left, key=lambda j: (len(builder.new((j,))), len(builder.contains((j,))), -j))
+        builder.add((chosen,))
+        left.remove(chosen)
+    for size in range(2, len(joints) + 1):
+        builder.extend(size, needed, full)
+    return LockingOrder(
+        stages=tuple(builder.stages),
+        needed=needed,
+        full=full,
+        reached_home=builder.home.rank,
+        reached_any=builder.any.rank,
+    )
+
+
+class _Builder:
+    """Stages so far, with the spans they determine."""
+
+    def __init__(self, device: Device, lagrangian: Lagrangian) -> None:
+        self.device, self.lagrangian = device, lagrangian
+        self.stages: list[Stage] = []
+        self.known: frozenset[str] = frozenset()
+        self.home, self.any = Echelon(), Echelon()
+        self._rows: dict[tuple[int, ...], list[Row]] = {}
+        self._contains: dict[tuple[int, ...], frozenset[str]] = {}
+
+    def rows(self, free: tuple[int, ...]) -> list[Row]:
+        """Return the rows of a configuration over all postures."""
+        if free not in self._rows:
+            self._rows[free] = rows(equation_forms(self.lagrangian, free))
+        return self._rows[free]
+
+    def contains(self, free: tuple[int, ...]) -> frozenset[str]:
+        """Return the standard parameters that a configuration's equation contains."""
+        if free not in self._contains:
+            self._contains[free] = contained(self.device, self.rows(free))
+        return self._contains[free]
+
+    def new(self, free: tuple[int, ...]) -> frozenset[str]:
+        """Return those that no stage so far contains."""
+        return self.contains(free) - self.known
+
+    def gain(self, free: tuple[int, ...]) -> int:
+        """Return the number of combinations that a configuration would add."""
+        trial = self.any.copy()
+        return sum(trial.add(row) is None for row in self.rows(free))
+
+    def add(self, free: tuple[int, ...]) -> None:
+        """Append a stage."""
+        dynamics = locked_motion(self.device, free)
+        gain = self.gain(free)
+        for row in self.rows(free):
+            self.any.add(row)
+        for coefficient in dynamics.coefficients:
+            self.home.add(coefficient.exact)
+        stage = Stage(
+            free=free,
+            contains=self.contains(free),
+            new=self.new(free),
+            coefficients=tuple(coefficient.id for coefficient in dynamics.coefficients),
+            rank_home=span([coefficient.exact for coefficient in dynamics.coefficients]).rank,
+            rank_any=span(self.rows(free)).rank,
+            new_combinations=gain,
+        )
+        self.stages.append(stage)
+        self.known |= stage.contains
+
+    def extend(self, size: int, needed: frozenset[str], full: Echelon) -> None:
+        """Add tests of `size` joints while something of the full model is missing and they bring some of it."""
+        while needed - self.known or self.any.rank < full.rank:
+            tests = combinations(range(len(self.device.joints)), size)
+            best = max(tests, key=self._worth)
+            if not self.new(best) and not self.gain(best):
+                return
+            self.add(best)
+
+    def _worth(self, free: tuple[int, ...]) -> tuple[int, int, int]:
+        return len(self.new(free)), self.gain(free), -len(self.contains(free))

@@ -1,0 +1,213 @@
+"""Torque amplitudes and frequencies as design variables: which cosine runs tell a locked joint's parameters best.
+
+The Fisher information of a run is F = Σ_t (∂y/∂θ)ᵀ(∂y/∂θ)/σ² from the kernel's exact sensitivities at the first
+guesses, with θ in units of its first guess; expected covariance of a set of runs: (F₀ + Σ F)⁻¹ with a weak prior F₀.
+Runs are chosen D-optimally, one at a time from a grid, then by exchange (Fedorov 1972).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.device.device import Device
+from model.equations.joint_parameters import joint_parameters
+from model.equations.quantity import Quantity
+from model.joint.locked_joint import joint_equations
+from model.kernel.compiled import CompiledKernel
+from model.rigid_body.locked_dynamics import locked_motion
+from support.errors import NumericalError
+
+Array = NDArray[np.float64]
+AMPLITUDES = (0.15, 0.3, 0.5, 0.75, 1.0)
+"""Shares of the largest torque that keeps the joint within its limits."""
+DURATION, RATE = 16.0, 200.0
+"""Length of a run [s] and its sampling rate [1/s]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CosineRun:
+    """τ = amplitude·cos(ω t): amplitude [N m], ω [rad/s], information (n, n), and what the motion is like.
+
+    `travel` is the peak-to-peak motion [rad]; `presliding` the share of samples within one bristle length of a
+    reversal.
+    """
+
+    amplitude: float
+    omega: float
+    information: Array
+    travel: float
+    presliding: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ExcitationPlan:
+    """Chosen runs of one joint, the standard errors expected of them and of the plain set, and warnings.
+
+    The plain set is as many runs of the middle amplitude at evenly spaced frequencies. Standard errors have the
+    parameters' units.
+    """
+
+    joint: int
+    parameters: tuple[Quantity, ...]
+    plain: tuple[CosineRun, ...]
+    chosen: tuple[CosineRun, ...]
+    std_plain: Array
+    std_chosen: Array
+    warnings: tuple[str, ...]
+
+
+def locked_quantities(device: Device, joint: int) -> tuple[Quantity, ...]:
+    """Return the locked joint's parameters with the device's first guesses (wide bounds), locked joints at home."""
+    rigid = {c.id: c.initial for c in locked_motion(device, (joint,)).coefficients}
+    guesses = device.joints[joint].parameters
+    result = []
+    for row in joint_parameters(prismatic=device.joints[joint].prismatic):
+        if row.id in rigid:
+            result.append(row.but(initial=rigid[row.id]))
+        elif row.id in guesses:
+            result.append(row.but(initial=guesses[row.id].initial, fixed=guesses[row.id].fixed))
+        elif not row.id.startswith("gravity"):
+            result.append(row)
+    return tuple(result)
+
+
+def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float = 2e-4) -> ExcitationPlan:
+    """Choose `runs` cosine runs for a locked joint, measured with white noise of standard deviation `noise` [rad]."""
+    quantities = locked_quantities(device, joint)
+    kernel = CompiledKernel.of(joint_equations(0, parameters=quantities, prismatic=device.joints[joint].prismatic))
+    free = [i for i, one in enumerate(quantities) if not one.fixed]
+    units = np.array([_unit(one) for one in quantities])[free]
+    largest = _largest_torque(device, joint, kernel, quantities)
+    frequencies = _frequencies(device, joint, quantities)
+    pool = [
+        _run(kernel, quantities, free, units, share * largest, omega, noise)
+        for share in AMPLITUDES
+        for omega in frequencies
+    ]
+    plain_index = [
+        len(frequencies) * (len(AMPLITUDES) // 2) + int(i) for i in np.linspace(0, len(frequencies) - 1, runs).round()
+    ]
+    chosen = tuple(pool[i] for i in sorted(_d_optimal([run.information for run in pool], runs)))
+    plain = tuple(pool[i] for i in plain_index)
+    return ExcitationPlan(
+        joint=joint,
+        parameters=tuple(quantities[i] for i in free),
+        plain=plain,
+        chosen=chosen,
+        std_plain=units * _expected(plain),
+        std_chosen=units * _expected(chosen),
+        warnings=_warnings(chosen),
+    )
+
+
+def _unit(quantity: Quantity) -> float:
+    """Return what one unit of θ is: the first guess, or 0.1 for a position or torque that starts at 0."""
+    fallback = 0.1 if quantity.unit in ("rad", "m") else 1e-3
+    return abs(quantity.initial) or fallback
+
+
+def _values(quantities: Sequence[Quantity]) -> dict[str, float]:
+    return {one.id: one.initial for one in quantities}
+
+
+def _frequencies(device: Device, joint: int, quantities: Sequence[Quantity]) -> Array:
+    """Return eight frequencies [rad/s] from 0.5 to the amplifier's limit, or to twice the joint's natural frequency."""
+    value = _values(quantities)
+    natural = np.sqrt(max(value.get("Ks", 0.0), 0.0) / value["inertia"])
+    highest = min(device.joints[joint].max_frequency, max(2 * natural, 3.0))
+    return np.linspace(min(0.5, highest / 4), highest, 8)
+
+
+def _largest_torque(device: Device, joint: int, kernel: CompiledKernel, quantities: Sequence[Quantity]) -> float:
+    """Return the largest amplitude that keeps the joint within 80 % of its limits at every planned frequency."""
+    lower, upper = device.joints[joint].position_limits
+    room = 0.8 * min(abs(lower), abs(upper))
+    value = _values(quantities)
+    start = max(value.get("Ks", 0.0) * room, 2 * value["Fs"])
+    torque = min(device.joints[joint].torque_limit, 4 * start)
+    frequencies = _frequencies(device, joint, quantities)
+    for _ in range(12):
+        reach = max(np.abs(_simulate(kernel, quantities, torque, omega)[1]).max() for omega in frequencies)
+        if np.isfinite(reach) and reach <= room:
+            return torque
+        torque *= 0.7
+    msg = f"joint {joint}: no torque keeps it within {room:.3g} rad: the first guesses make it unstable or it drifts"
+    raise NumericalError(msg)
+
+
+def _simulate(
+    kernel: CompiledKernel, quantities: Sequence[Quantity], amplitude: float, omega: float
+) -> tuple[Array, Array]:
+    t = np.arange(0.0, DURATION, 1.0 / RATE)
+    u = amplitude * np.cos(omega * t)[:, np.newaxis]
+    y = kernel.simulate(t, u, [one.initial for one in quantities], np.zeros(3))
+    return t, y[:, 0]
+
+
+def _run(
+    kernel: CompiledKernel,
+    quantities: Sequence[Quantity],
+    free: list[int],
+    units: Array,
+    amplitude: float,
+    omega: float,
+    noise: float,
+) -> CosineRun:
+    t = np.arange(0.0, DURATION, 1.0 / RATE)
+    u = amplitude * np.cos(omega * t)[:, np.newaxis]
+    y, dy = kernel.simulate_tangent(t, u, [one.initial for one in quantities], np.zeros(3))
+    scaled = dy[:, 0, free] * units / noise
+    value = _values(quantities)
+    bristle = value["Fs"] / value["sigma0"]
+    return CosineRun(
+        amplitude=float(amplitude),
+        omega=float(omega),
+        information=scaled.T @ scaled,
+        travel=float(np.ptp(y)),
+        presliding=_presliding_share(y[:, 0], bristle),
+    )
+
+
+def _presliding_share(y: Array, length: float) -> float:
+    """Return the share of samples that lie within `length` of the last reversal."""
+    speed = np.sign(np.diff(y))
+    reversal, inside = y[0], 0
+    for before, now, position in zip(speed[:-1], speed[1:], y[1:-1], strict=True):
+        if now * before < 0:
+            reversal = position
+        inside += abs(position - reversal) < length
+    return float(inside / max(len(y) - 2, 1))
+
+
+def _d_optimal(information: Sequence[Array], runs: int) -> list[int]:
+    prior = np.eye(len(information[0]))
+    chosen: list[int] = []
+
+    def worth(others: Array) -> int:
+        return int(np.argmax([np.linalg.slogdet(others + one)[1] for one in information]))
+
+    for _ in range(runs):
+        chosen.append(worth(prior + sum(information[i] for i in chosen)))
+    for place in [*range(runs)] * 2:
+        chosen[place] = worth(prior + sum(information[i] for n, i in enumerate(chosen) if n != place))
+    return chosen
+
+
+def _expected(runs: Sequence[CosineRun]) -> Array:
+    """Return expected standard errors in units of the first guesses, with a prior of 100 %."""
+    total = np.eye(len(runs[0].information)) + sum(run.information for run in runs)
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(total))))
+
+
+def _warnings(runs: Sequence[CosineRun]) -> tuple[str, ...]:
+    if all(run.presliding > 0.98 for run in runs):
+        return (
+            "The runs never leave presliding: Coulomb friction, viscous friction and the Stribeck speed stay open.",
+        )
+    if all(run.presliding * DURATION * RATE < 20 for run in runs):
+        return ("The runs hardly enter presliding: bristle stiffness and damping stay open; add a small, slow run.",)
+    return ()

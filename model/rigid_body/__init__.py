@@ -1,0 +1,1 @@
+"""Device in, rigid-body equations out: Lagrange, Newton-Euler, regressors, base parameters."""

@@ -1,0 +1,41 @@
+"""What a body weighs, over any scalar, and the coordinate that a link moves by."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from fractions import Fraction
+
+from model.algebra.vectors import Mat, Scalar, Vec, plus, times
+from model.device.device import Link
+from model.rigid_body.kinematics import Coordinates
+
+Inertials = Mapping[str, tuple[Scalar, ...]]
+"""Link → (m, mx, my, mz, L11, L22, L33, L12, L13, L23) about its origin, over the scalar; massless links are absent."""
+Rates = Mapping[int, Scalar]
+"""Joint → speed or acceleration."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """m, h and L of a link or of a composite."""
+
+    m: Scalar
+    h: Vec
+    L: Mat
+
+
+def body(values: tuple[Scalar, ...]) -> Body:
+    """Return the body of ten barycentric parameters."""
+    m, x, y, z, L11, L22, L33, L12, L13, L23 = values
+    return Body(m=m, h=(x, y, z), L=((L11, L12, L13), (L12, L22, L23), (L13, L23, L33)))
+
+
+def coordinate(link: Link, rates: Rates, coordinates: Coordinates) -> Scalar:
+    """Return Σ moved_by[j]·rates[j]."""
+    return plus(*(times(ratio_of(ratio, coordinates), rates.get(j, 0)) for j, ratio in link.moved_by.items()))
+
+
+def ratio_of(ratio: Fraction, coordinates: Coordinates) -> Scalar:
+    """Return a ratio as a scalar; a whole one stays an int."""
+    return int(ratio) if ratio.denominator == 1 else coordinates.constant(ratio)

@@ -1,0 +1,112 @@
+"""The mass matrix by composite rigid bodies (Featherstone 2008, section 6.2), over the tree and over any scalar.
+
+A unit acceleration of a link's coordinate moves everything beyond it as one body; the wrench this asks for, carried
+down to the base, gives one row. Links that share a joint are treated as if each had its own coordinate, then projected
+by `moved_by`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from model.algebra.vectors import (
+    Mat,
+    Scalar,
+    Vec,
+    add,
+    add_matrices,
+    apply,
+    cross,
+    dot,
+    minus,
+    plus,
+    scale,
+    times,
+    turn,
+)
+from model.device.device import BASE, Device, Link
+from model.rigid_body.body import Body, Inertials, body, ratio_of
+from model.rigid_body.kinematics import Coordinates, Pose, poses
+
+
+def mass_matrix(
+    device: Device, coordinates: Coordinates, inertials: Inertials, motors: tuple[Scalar, ...] = ()
+) -> tuple[tuple[Scalar, ...], ...]:
+    """Return M, shape (n_q, n_q), by composite rigid bodies; `motors` holds the rotor inertias in order."""
+    placed = poses(device, coordinates)
+    composite: dict[str, Body] = {name: body(values) for name, values in inertials.items()}
+    n = len(device.joints)
+    M: list[list[Scalar]] = [[0] * n for _ in range(n)]
+    above = {link.name: link for link in device.links}
+    for link in reversed(device.links):
+        if link.name not in composite:
+            continue
+        own = composite[link.name]
+        if link.parent != BASE:
+            moved = _moved(own, placed[link.name], coordinates)
+            composite[link.parent] = _joined(composite[link.parent], moved) if link.parent in composite else moved
+        if link.moved_by:
+            _fill(M, _along_the_path(link, own, placed, above), link, coordinates)
+    for motor, J in zip(device.motors, motors, strict=False):
+        for i, a in motor.ratios.items():
+            for j, b in motor.ratios.items():
+                M[i][j] = plus(M[i][j], times(ratio_of(a * b, coordinates), J))
+    return tuple(tuple(row) for row in M)
+
+
+def _along_the_path(
+    link: Link, own: Body, placed: Mapping[str, Pose], above: Mapping[str, Link]
+) -> list[tuple[Link, Scalar]]:
+    """Return what a unit acceleration of the link's coordinate asks of its own and of each ancestor's coordinate."""
+    axis = placed[link.name].axis
+    F, N = (
+        (cross(axis, own.h), apply(own.L, axis))
+        if link.motion == "revolute"
+        else (scale(own.m, axis), cross(own.h, axis))
+    )
+    result = []
+    here = link
+    while True:
+        frame = placed[here.name]
+        if here.moved_by:
+            result.append((here, dot(frame.axis, N if here.motion == "revolute" else F)))
+        if here.parent == BASE:
+            return result
+        F = apply(frame.R, F)
+        N = add(apply(frame.R, N), cross(frame.p, F))
+        here = above[here.parent]
+
+
+def _fill(M: list[list[Scalar]], path: list[tuple[Link, Scalar]], link: Link, coordinates: Coordinates) -> None:
+    for other, value in path:
+        for i, a in link.moved_by.items():
+            for j, b in other.moved_by.items():
+                term = times(ratio_of(a * b, coordinates), value)
+                M[i][j] = plus(M[i][j], term)
+                if other is not link:
+                    M[j][i] = plus(M[j][i], term)
+
+
+def _moved(inertial: Body, frame: Pose, coordinates: Coordinates) -> Body:
+    """Return the body seen from the parent: h' = R·h + m·p, L' = R·L·Rᵀ + terms of p (Steiner)."""
+    p, m = frame.p, inertial.m
+    turned = apply(frame.R, inertial.h)
+    shift = scale(m, p)
+    half = add(turned, scale(coordinates.constant(Fraction(1, 2)), shift))
+    return Body(m=m, h=add(turned, shift), L=add_matrices(turn(frame.R, inertial.L), _steiner(p, half)))
+
+
+def _steiner(p: Vec, b: Vec) -> Mat:
+    """2(p·b)·1 − p bᵀ − b pᵀ."""
+    twice = [times(2, times(x, y)) for x, y in zip(p, b, strict=True)]
+    off = {(i, j): minus(plus(times(p[i], b[j]), times(p[j], b[i]))) for i, j in ((0, 1), (0, 2), (1, 2))}
+    return (
+        (plus(twice[1], twice[2]), off[0, 1], off[0, 2]),
+        (off[0, 1], plus(twice[0], twice[2]), off[1, 2]),
+        (off[0, 2], off[1, 2], plus(twice[0], twice[1])),
+    )
+
+
+def _joined(first: Body, second: Body) -> Body:
+    return Body(m=plus(first.m, second.m), h=add(first.h, second.h), L=add_matrices(first.L, second.L))

@@ -1,0 +1,100 @@
+"""The inertial parameters π in which the energy is linear, and how they follow from masses, centroids and inertias.
+
+π of a massive link, about the origin of its own frame: m; h = m·c (mx, my, mz); L = I + m(cᵀc·1 − c cᵀ) (L11 … L23);
+then one rotor inertia per motor. n_pi = 10·n_links + n_motors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.algebra.vectors import Scalar, plus, times
+from model.device.device import STANDARD, Device
+
+Array = NDArray[np.float64]
+BARYCENTRIC = ("m", "mx", "my", "mz", "L11", "L22", "L33", "L12", "L13", "L23")
+UNITS = ("kg", "kg m", "kg m", "kg m", *("kg m^2",) * 6)
+
+
+def pi_ids(device: Device) -> tuple[str, ...]:
+    """Return the names of π: ``link4_mx``, …, ``motor_elbow_J``."""
+    links = tuple(f"link{link.name}_{key}" for link in device.massive for key in BARYCENTRIC)
+    return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
+
+
+def standard_ids(device: Device) -> tuple[str, ...]:
+    """Return the names of the standard parameters: ``link4_m``, ``link4_x``, …, ``link4_I11``, …, ``motor_elbow_J``."""
+    links = tuple(f"link{link.name}_{key}" for link in device.massive for key in STANDARD)
+    return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
+
+
+def barycentric(standard: Sequence[Scalar]) -> tuple[Scalar, ...]:
+    """Return (m, h, L) of one link from (m, c, I), over any scalar."""
+    m, x, y, z, I11, I22, I33, I12, I13, I23 = standard
+    hx, hy, hz = times(m, x), times(m, y), times(m, z)
+    xx, yy, zz = times(hx, x), times(hy, y), times(hz, z)
+    products = (plus(I12, -times(hx, y)), plus(I13, -times(hx, z)), plus(I23, -times(hy, z)))
+    return (m, hx, hy, hz, plus(I11, yy, zz), plus(I22, xx, zz), plus(I33, xx, yy), *products)
+
+
+def standard_initial(device: Device) -> Array:
+    """Return the first guesses of the standard parameters, shape (n_pi,)."""
+    links = [value for link in device.massive for value in link.inertial.initial]  # type: ignore[union-attr]  # massive
+    return np.array([*links, *(motor.inertia.initial for motor in device.motors)])
+
+
+def standard_std(device: Device) -> Array:
+    """Return the prior standard deviations of the standard parameters, shape (n_pi,); a fixed one has 0."""
+    links = [guess for link in device.massive for guess in link.inertial.guesses]  # type: ignore[union-attr]  # massive
+    return np.array([guess.std or 0.0 for guess in (*links, *(motor.inertia for motor in device.motors))])
+
+
+def to_pi(device: Device, standard: Array) -> Array:
+    """Return π, shape (n_pi,), from the standard parameters, shape (n_pi,)."""
+    n = 10 * len(device.massive)
+    links = [barycentric(tuple(standard[i : i + 10])) for i in range(0, n, 10)]
+    return np.array([*(value for link in links for value in link), *standard[n:]])
+
+
+def to_standard(device: Device, pi: Array) -> Array:
+    """Return the standard parameters from π (masses must not be zero)."""
+    n = 10 * len(device.massive)
+    result = pi.copy()
+    for i in range(0, n, 10):
+        m, h, L = pi[i], pi[i + 1 : i + 4], pi[i + 4 : i + 10]
+        c = h / m
+        shift = barycentric((m, *c, 0, 0, 0, 0, 0, 0))[4:]
+        result[i : i + 10] = m, *c, *(L - np.array(shift))
+    return result
+
+
+def pi_jacobian(device: Device, standard: Array) -> Array:
+    """Return ∂π/∂(standard parameters), shape (n_pi, n_pi), by the closed form of `barycentric`."""
+    result = np.eye(standard.size)
+    for i in range(0, 10 * len(device.massive), 10):
+        m, c = standard[i], standard[i + 1 : i + 4]
+        result[i + 1 : i + 4, i] = c
+        result[i + 1 : i + 4, i + 1 : i + 4] = m * np.eye(3)
+        x, y, z = c
+        result[i + 4 : i + 10, i] = y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z
+        result[i + 4 : i + 10, i + 1 : i + 4] = m * np.array(
+            [
+                [0, 2 * y, 2 * z],
+                [2 * x, 0, 2 * z],
+                [2 * x, 2 * y, 0],
+                [-y, -x, 0],
+                [-z, 0, -x],
+                [0, -z, -y],
+            ]
+        )
+    return result
+
+
+def pi_prior(device: Device) -> tuple[Array, Array]:
+    """Return mean (n_pi,) and covariance (n_pi, n_pi) of π at the first guesses, to first order."""
+    standard = standard_initial(device)
+    jacobian = pi_jacobian(device, standard) * standard_std(device)
+    return to_pi(device, standard), jacobian @ jacobian.T

@@ -1,0 +1,221 @@
+"""The equation of motion of a few free joints with all others locked, and the coefficients it is written in.
+
+M(q)·q̈ + C(q, q̇)·q̇ + φ(q) = torques, where M and φ are sums of coefficients times products of cos q_j and sin q_j.
+Each coefficient is an exact linear function of the inertial parameters π. Where one is a combination of others, it is
+written as that combination: the coefficients are linearly independent, the base parameters of this configuration.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from model.algebra.echelon import Echelon, Row
+from model.algebra.trig_polynomials import Monomial, TrigRing, position_symbol, velocity_symbol
+from model.device.device import Device
+from model.rigid_body.inertial_parameters import pi_ids, pi_prior
+from model.rigid_body.lagrange import Lagrangian, LinearForm, derive
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coefficient:
+    """One coefficient of a locked equation.
+
+    Parameters
+    ----------
+    id, unit, description
+        ``inertia``, ``gravity_cos``, ``gravity_sin`` for one joint; ``M01_c1`` (of cos q1 in M01), ``V_s1`` (of sin q1
+        in the potential) for several.
+    exact
+        Linear map from π, sparse and rational: index into `pi_ids` → factor.
+    linear_map
+        The same, shape (n_pi,).
+    initial
+        Value at the device's first guesses.
+    prior_std
+        Standard deviation at the device's stated uncertainty, to first order; the prior's mean is `initial`.
+    """
+
+    id: str
+    unit: str
+    description: str
+    exact: Row
+    linear_map: Array
+    initial: float
+    prior_std: float
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The SymPy symbol of the same name."""
+        return sp.Symbol(self.id, real=True)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LockedDynamics:
+    """Equation of motion of the free joints (symbols q<j>, v<j> and the coefficients').
+
+    Parameters
+    ----------
+    joints
+        The n free joints, ascending.
+    posture
+        Positions of all joints [rad], shape (n_q,); entries of free joints are 0.
+    mass_matrix, christoffel_force, gravity_force
+        M (n, n), C·q̇ (n,) and φ (n,).
+    coefficients
+        In the order in which the equation needs them.
+    """
+
+    joints: tuple[int, ...]
+    posture: tuple[float, ...]
+    mass_matrix: sp.ImmutableMatrix
+    christoffel_force: sp.ImmutableMatrix
+    gravity_force: sp.ImmutableMatrix
+    coefficients: tuple[Coefficient, ...]
+
+    @property
+    def linear_map(self) -> Array:
+        """Rows of all coefficients, shape (n_coefficients, n_pi)."""
+        return np.array([coefficient.linear_map for coefficient in self.coefficients])
+
+
+def locked_motion(device: Device, free_joints: Sequence[int], posture: Sequence[float] | None = None) -> LockedDynamics:
+    """Return the equation of motion of `free_joints`, the others locked at `posture` [rad] or [m] (default all 0)."""
+    free = tuple(sorted(free_joints))
+    given = posture if posture is not None and len(posture) else (0.0,) * len(device.joints)
+    where = tuple(0.0 if j in free else float(x) for j, x in enumerate(given))
+    table = _Table(device, derive(device, free, where))
+    n = range(len(free))
+    for i in n:
+        table.read(f"M{free[i]}{free[i]}", table.lagrangian.entry(i, i), (i, i))
+    for i in n:
+        for j in n[i + 1 :]:
+            table.read(f"M{free[i]}{free[j]}", table.lagrangian.entry(i, j), (i, j))
+    M = sp.Matrix(len(free), len(free), lambda i, j: table.expressions[f"M{free[min(i, j)]}{free[max(i, j)]}"])
+    phi = table.gravity_force()
+    return LockedDynamics(
+        joints=free,
+        posture=where,
+        mass_matrix=sp.ImmutableMatrix(M),
+        christoffel_force=sp.ImmutableMatrix(christoffel_force(M, free)),
+        gravity_force=sp.ImmutableMatrix(phi),
+        coefficients=tuple(table.coefficients),
+    )
+
+
+def christoffel_force(M: sp.Matrix, joints: tuple[int, ...]) -> sp.Matrix:
+    """Return C·q̇ with c_i = Σ_jk (∂M_ij/∂q_k − ½ ∂M_jk/∂q_i) q̇_j q̇_k, shape (n,)."""
+    q, v = [position_symbol(j) for j in joints], sp.Matrix([velocity_symbol(j) for j in joints])
+    return sp.Matrix(
+        [
+            sum(((M[i, :] * v)[0].diff(qk) * vk for qk, vk in zip(q, v, strict=True)), sp.S.Zero)
+            - (v.T * M.diff(q[i]) * v)[0] / 2
+            for i in range(len(joints))
+        ]
+    )
+
+
+def rows_of(form: LinearForm) -> dict[Monomial, Row]:
+    """Return the linear form sorted by monomial: monomial → row over π."""
+    rows: dict[Monomial, Row] = {}
+    for k, polynomial in form.items():
+        for monomial, value in polynomial.items():
+            rows.setdefault(monomial, {})[k] = Fraction(int(value.numerator), int(value.denominator))
+    return dict(sorted(rows.items(), key=lambda item: (sum(item[0]), tuple(-power for power in item[0]))))
+
+
+class _Table:
+    """Collects coefficients: a new one for each independent row, a combination of the old ones for the rest."""
+
+    def __init__(self, device: Device, lagrangian: Lagrangian) -> None:
+        self.device, self.lagrangian = device, lagrangian
+        self.ring: TrigRing = lagrangian.ring
+        self.coefficients: list[Coefficient] = []
+        self.expressions: dict[str, sp.Expr] = {}
+        self._ids = pi_ids(device)
+        self._mean, self._covariance = pi_prior(device)
+        self._echelon, self._first = Echelon(), 0
+        self._single = len(self.ring.free) == 1
+
+    def read(self, name: str, form: LinearForm, entry: tuple[int, ...]) -> None:
+        """Express one entry of M or one component of φ in coefficients."""
+        total = sp.S.Zero
+        for monomial, row in rows_of(form).items():
+            total += self._factor(name, monomial, row, entry) * self.ring.expression(monomial)
+        self.expressions[name] = total
+
+    def gravity_force(self) -> sp.Matrix:
+        """Return φ: of one joint by its own coefficients, of several by those of the potential."""
+        n = len(self.ring.free)
+        if self._single:
+            self._echelon = Echelon()  # a slide's constant force is a multiple of its mass, and still has its own name
+            self._first = len(self.coefficients)
+            self.read("gravity", self.lagrangian.gravity(0), (0,))
+            return sp.Matrix([self.expressions["gravity"]])
+        self.read("V", self.lagrangian.potential, ())
+        return sp.Matrix([self.expressions["V"].diff(position_symbol(self.ring.free[i])) for i in range(n)])
+
+    def _factor(self, name: str, monomial: Monomial, row: Row, entry: tuple[int, ...]) -> sp.Expr:
+        combination = self._echelon.add(row)
+        if combination is None:
+            self.coefficients.append(self._coefficient(name, monomial, row, entry))
+            return self.coefficients[-1].symbol
+        return sp.Add(
+            *(
+                sp.Rational(factor.numerator, factor.denominator) * self.coefficients[self._first + number].symbol
+                for number, factor in combination.items()
+            )
+        )
+
+    def _coefficient(self, name: str, monomial: Monomial, row: Row, entry: tuple[int, ...]) -> Coefficient:
+        linear_map = np.zeros(len(self._ids))
+        for k, value in row.items():
+            linear_map[k] = float(value)
+        linear_map.flags.writeable = False
+        term = self.ring.expression(monomial)
+        return Coefficient(
+            id=self._id(name, monomial),
+            unit=self._unit(monomial, entry),
+            description=self._description(name, term),
+            exact=row,
+            linear_map=linear_map,
+            initial=float(linear_map @ self._mean),
+            prior_std=float(np.sqrt(linear_map @ self._covariance @ linear_map)),
+        )
+
+    def _id(self, name: str, monomial: Monomial) -> str:
+        label = self.ring.label(monomial)
+        if not self._single:
+            return f"{name}_{label}"
+        if name == "gravity":
+            joint = self.ring.free[0]
+            return {"1": "gravity_cos", f"c{joint}": "gravity_cos", f"s{joint}": "gravity_sin"}.get(
+                label, f"gravity_{label}"
+            )
+        return "inertia" if label == "1" else f"inertia_{label}"
+
+    def _description(self, name: str, term: sp.Expr) -> str:
+        kind = {"g": "Gravity", "V": "Potential energy"}.get(name[0], f"Mass matrix entry {name}")
+        posture = {f"q{j}": x for j, x in enumerate(self.ring.posture) if x}
+        locked = f", locked at {posture}" if posture else ""
+        return f"{kind}: coefficient of {term}{locked}" if term != 1 else f"{kind}: constant part{locked}"
+
+    def _unit(self, monomial: Monomial, entry: tuple[int, ...]) -> str:
+        slides = [self.device.joints[self.ring.free[i]].prismatic for i in entry]
+        powers = sum(power for name, power in zip(self.ring.names, monomial, strict=False) if name[0] == "q")
+        if len(entry) == 2:
+            return _unit("kg", 2 - sum(slides) - powers)
+        return _unit("N", 1 - sum(slides) - powers)
+
+
+def _unit(stem: str, power: int) -> str:
+    if power < 0:
+        return f"{stem}/m" if power == -1 else f"{stem}/m^{-power}"
+    return {0: stem, 1: f"{stem} m"}.get(power, f"{stem} m^{power}")

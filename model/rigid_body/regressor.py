@@ -1,0 +1,32 @@
+"""The regressor Y of the torques, τ = Y(q, v, a)·π, by Newton-Euler with one parameter at a time, in numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from model.algebra.numeric_coordinates import Numbers
+from model.device.device import Device
+from model.rigid_body.inertial_parameters import pi_ids
+from model.rigid_body.newton_euler import inverse_dynamics
+
+Array = NDArray[np.float64]
+
+
+def regressor(device: Device, q: Array, v: Array, a: Array) -> Array:
+    """Return Y, shape (n_q, n, n_pi), at n states q, v, a, each of shape (n_q, n).
+
+    Rotors add J·(Σ ratio·a)·ratio.
+    """
+    n_q, n = q.shape
+    Y = np.zeros((n_q, n, len(pi_ids(device))))
+    speeds, accelerations = dict(enumerate(v)), dict(enumerate(a))
+    for number, link in enumerate(device.massive):
+        for k in range(10):
+            unit = tuple(np.array(float(k == other)) for other in range(10))
+            torques = inverse_dynamics(device, Numbers(q), {link.name: unit}, speeds, accelerations)
+            Y[:, :, 10 * number + k] = np.array([np.broadcast_to(torque, n) for torque in torques])
+    for number, motor in enumerate(device.motors, start=10 * len(device.massive)):
+        ratios = np.array([float(motor.ratios.get(j, 0)) for j in range(n_q)])
+        Y[:, :, number] = np.outer(ratios, ratios @ a)
+    return Y

@@ -1,0 +1,1 @@
+"""Residuals of runs in, noise models out: correlation, amplitude scatter, whitening, restricted likelihood."""

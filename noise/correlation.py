@@ -1,0 +1,157 @@
+"""What is known of the noise of a run: its correlation in time, and amplitudes that scatter from cycle to cycle.
+
+The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ: A is that of the
+sensor noise (an ARMA(1,1) process: white noise plus a first-order autoregressive one), and column c of M is the change
+of the readings with the relative amplitude of cycle c. Where several joints move together, each has cycles and a
+scatter of its own, and a cycle of one moves the readings of all.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+import numpy as np
+from scipy.signal import lfilter
+
+from measurement.values.run import Array
+
+Path = Literal["reading", "torque"]
+SMALL = 1e-6
+"""Singular value over the largest below which a direction counts as none."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Colour:
+    """Sensor noise (1 − φB)·r = (1 − θB)·σ·ε with white ε of variance 1; r is in units of the stated noise.
+
+    ``freedom`` is the number of degrees of freedom to which its power at low frequency is known: 2 over its squared
+    relative standard error.
+    """
+
+    phi: float = 0.0
+    theta: float = 0.0
+    sigma: float = 1.0
+    freedom: float = field(default=np.inf, compare=False)
+
+    @property
+    def white(self) -> bool:
+        """Whether neighbouring rows are uncorrelated."""
+        return self.phi == self.theta
+
+    def whiten(self, x: Array) -> Array:
+        """Apply the inverse filter along axis 0."""
+        if self.white:
+            return np.asarray(x / self.sigma)
+        return np.asarray(lfilter([1.0, -self.phi], [1.0, -self.theta], x, axis=0) / self.sigma)
+
+    def gain(self, angle: Array) -> Array:
+        """Return the noise's amplitude at ``angle`` [rad per row] over that of the stated white noise."""
+        turn = np.exp(-1j * angle)
+        return np.asarray(self.sigma * np.abs((1.0 - self.theta * turn) / (1.0 - self.phi * turn)))
+
+    @property
+    def low_frequency_gain(self) -> float:
+        """Return `gain` at frequency 0."""
+        return float(self.gain(np.zeros(1))[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scatter:
+    """Amplitudes of one joint that scatter from cycle to cycle of its torque.
+
+    Parameters
+    ----------
+    size
+        Standard deviation s of the relative amplitude of a cycle.
+    path
+        Whether the scatter acts on the torque or on the reading.
+    centre
+        Position about which the reading's amplitude is taken [rad].
+    column
+        Which of the run's joints it is.
+    """
+
+    size: float = 0.0
+    path: Path = "reading"
+    centre: float = 0.0
+    column: int = 0
+
+    def but(self, **changes: Any) -> Scatter:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Noise:
+    """Noise of all runs: the correlation of the sensor noise, and what scatters, at most one of each joint."""
+
+    colour: Colour = field(default_factory=Colour)
+    scatters: tuple[Scatter, ...] = ()
+
+    @property
+    def terms(self) -> int:
+        """How many kinds of noise it has beside white noise: correlation, and the scatter of each joint."""
+        return len(self.scatters) + (not self.colour.white)
+
+    @property
+    def on_torque(self) -> bool:
+        """Whether the amplitude of a torque scatters."""
+        return any(scatter.path == "torque" for scatter in self.scatters)
+
+    def but(self, **changes: Any) -> Noise:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)
+
+
+def directions(M: Array) -> tuple[Array, Array]:
+    """Return left singular vectors (n, K) and singular values (K,) of M, those that matter, by its Gram matrix.
+
+    LAPACK's divide and conquer (gesdd) does not converge on some matrices with equal columns; an eigenproblem does.
+    """
+    values, vectors = np.linalg.eigh(M.T @ M)
+    keep = values > SMALL**2 * max(float(values.max(initial=0.0)), 1e-300)
+    d = np.sqrt(values[keep])
+    return np.asarray(M @ (vectors[:, keep] / d)), d
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Whitener:
+    """Square root of the inverse covariance of one run: (I − Q·diag(1 − 1/√(1 + λ))·Qᵀ)·filter.
+
+    Parameters
+    ----------
+    colour
+        Inverse filter that is applied first.
+    Q, growth
+        Orthonormal directions (n_t·n_joints, K) in which the variance is 1 + λ, and λ (K,).
+    """
+
+    colour: Colour = field(default_factory=Colour)
+    Q: Array | None = None
+    growth: Array | None = None
+
+    @classmethod
+    def of(cls, colour: Colour, S: Array | None = None) -> Whitener:
+        """Build from S = s·M (n_t, n_joints, n_cycles), over the sensor's standard deviation.
+
+        Where the simulation behind S left the finite numbers there are no directions; the residual there is infinite.
+        """
+        if S is None or not np.isfinite(S).all():
+            return cls(colour=colour)
+        Q, d = directions(colour.whiten(S).reshape(-1, S.shape[-1]))
+        return cls(colour=colour, Q=Q, growth=d**2)
+
+    def __call__(self, x: Array) -> Array:
+        """Whiten x (n_t, n_joints) or (n_t, n_joints, k), given over the sensor's standard deviation."""
+        flat = self.colour.whiten(x)
+        if self.Q is None or self.growth is None:
+            return flat
+        rows = flat.reshape(len(self.Q), -1)
+        shrink = 1.0 - 1.0 / np.sqrt(1.0 + self.growth)
+        return np.asarray(rows - self.Q @ (shrink[:, None] * (self.Q.T @ rows))).reshape(x.shape)
+
+    def log_determinant(self, rows: int) -> float:
+        """Return ln det C."""
+        scattered = 0.0 if self.growth is None else float(np.log1p(self.growth).sum())
+        return 2.0 * rows * float(np.log(self.colour.sigma)) + scattered

@@ -1,0 +1,94 @@
+"""Gram matrices of [residual, random columns] under the inverse covariance of a run's noise."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from measurement.values.run import Array
+from noise.noise_model import NoiseModel
+from noise.terms import Terms
+from noise.whitening import gram as inner
+from noise.whitening import whiten
+
+
+def white_gram(
+    terms: Terms, model: NoiseModel, residual: Array, motion: Array, noise: Array, keep: NDArray[np.bool_]
+) -> tuple[Array, Array]:
+    """G under white noise, built from sums over cycles: each cycle's scatter column is ``motion`` on its own rows.
+
+    Parameters
+    ----------
+    residual, motion
+        Measured minus simulated, and simulated minus equilibrium [rad], shape (n_sets, n_t) each.
+    noise
+        Standard deviation [rad], shape (n_sets,).
+    keep
+        Rows that count, shape (n_t,).
+
+    Returns
+    -------
+    gram
+        Shape (n_sets, 1 + k, 1 + k), the columns in the order of `column_scales`.
+    logdet
+        log det of the noise covariance, shape (n_sets,).
+    """
+    fixed = terms.fixed * keep
+    n_fixed, sets = fixed.shape[0], residual.shape[0]
+    moving = model.scatter == "reading"
+    n_moving = terms.cycles + model.runs if moving else 0
+    gram = np.zeros((sets, 1 + n_fixed + n_moving, 1 + n_fixed + n_moving))
+    r = residual * keep
+    gram[:, 0, 0] = np.einsum("wi,wi->w", r, r)
+    gram[:, 0, 1 : 1 + n_fixed] = np.einsum("wi,ki->wk", r, fixed)
+    gram[:, 1 : 1 + n_fixed, 1 : 1 + n_fixed] = inner(fixed)
+    if moving:
+        _add_motion(gram, terms, motion * keep, r, fixed, with_run=model.runs)
+    lower = np.tril_indices(gram.shape[-1], -1)
+    gram[:, lower[0], lower[1]] = gram[:, lower[1], lower[0]]
+    return gram / noise[:, None, None] ** 2, 2 * np.log(noise) * int(keep.sum())
+
+
+def _add_motion(gram: Array, terms: Terms, m: Array, r: Array, fixed: Array, *, with_run: bool) -> None:
+    """Fill the upper triangle of the columns that follow the motion, cycle by cycle."""
+    first = 1 + fixed.shape[0]
+    for c, rows in enumerate(terms.slices):
+        part = m[:, rows]
+        gram[:, 0, first + c] = np.einsum("wi,wi->w", r[:, rows], part)
+        gram[:, 1:first, first + c] = np.einsum("wi,ki->wk", part, fixed[:, rows])
+        gram[:, first + c, first + c] = np.einsum("wi,wi->w", part, part)
+    if with_run:
+        last = gram.shape[-1] - 1
+        gram[:, :first, last] = gram[:, :first, first:last].sum(axis=-1)
+        diagonal = np.einsum("wii->wi", gram)[:, first:last]
+        gram[:, first:last, last] = diagonal
+        gram[:, last, last] = diagonal.sum(axis=-1)
+
+
+def dense_columns(terms: Terms, model: NoiseModel, residual: Array, motion: Array) -> Array:
+    """[residual, random columns] of one parameter set written out, shape (1 + k, n_t)."""
+    columns = [residual, *terms.fixed]
+    if model.scatter == "reading":
+        columns += [motion * (terms.cycle == c) for c in range(terms.cycles)]
+        columns += [motion] if model.runs else []
+    return np.array(columns)
+
+
+def correlated_gram(
+    terms: Terms,
+    model: NoiseModel,
+    residual: Array,
+    motion: Array,
+    noise: Array,
+    error: tuple[Array, Array],
+    keep: NDArray[np.bool_],
+) -> tuple[Array, Array]:
+    """As `white_gram`, with an Ornstein–Uhlenbeck error of standard deviation and correlation time ``error``."""
+    grams, logdets = [], []
+    for r, m, sigma, a, time in zip(residual, motion, noise, *error, strict=True):
+        columns, logdet = whiten(
+            dense_columns(terms, model, r, m), terms.run.t, noise=sigma, error=a, time=time, keep=keep
+        )
+        grams.append(inner(columns))
+        logdets.append(logdet)
+    return np.array(grams), np.array(logdets)

@@ -1,0 +1,108 @@
+"""What is random in the data beside the sensor: the parameters of the noise model, with their priors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.values.run import Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HalfNormal:
+    """Half-normal prior of a standard deviation x ≥ 0: p(x) ∝ exp(−x²/(2·scale²)), sampled in log x."""
+
+    scale: float
+
+    def widened(self, factor: float) -> HalfNormal:
+        """Return the prior ``factor`` times as wide."""
+        return HalfNormal(scale=factor * self.scale)
+
+    def log_density(self, log_x: Array) -> Array:
+        """Density of log x: log p(x) + log x."""
+        x = np.exp(np.minimum(log_x, 300.0))
+        return np.asarray(0.5 * np.log(2 / np.pi) - np.log(self.scale) - 0.5 * (x / self.scale) ** 2 + log_x)
+
+    def draw(self, rng: np.random.Generator, size: int) -> Array:
+        """Draws of log x, shape (size,)."""
+        return np.asarray(np.log(np.abs(self.scale * rng.standard_normal(size))))
+
+    @property
+    def words(self) -> str:
+        """The prior as a report writes it."""
+        return f"half-normal, scale {self.scale:.3g}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LogNormal:
+    """Log-normal prior: log x ~ N(log median, width²)."""
+
+    median: float
+    width: float
+
+    def widened(self, factor: float) -> LogNormal:
+        """Return the prior ``factor`` times as wide."""
+        return LogNormal(median=self.median, width=factor * self.width)
+
+    def log_density(self, log_x: Array) -> Array:
+        """Density of log x."""
+        z = (log_x - np.log(self.median)) / self.width
+        return np.asarray(-0.5 * z**2 - np.log(self.width) - 0.5 * np.log(2 * np.pi))
+
+    def draw(self, rng: np.random.Generator, size: int) -> Array:
+        """Draws of log x, shape (size,)."""
+        return np.asarray(np.log(self.median) + self.width * rng.standard_normal(size))
+
+    @property
+    def words(self) -> str:
+        """The prior as a report writes it."""
+        return f"log-normal, median {self.median:.3g}, factor {np.exp(self.width):.3g}"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Hyper:
+    """A parameter of the noise model: id, unit, meaning, prior, and a start for the optimiser."""
+
+    id: str
+    unit: str
+    description: str
+    prior: HalfNormal | LogNormal
+    start: float
+
+
+NOISE_KNOWN, NOISE_ESTIMATED = 0.05, 0.5
+"""Width of the noise factor's prior where the sensor's noise is given, and where it was estimated from the data."""
+
+
+def noise_factor(width: float) -> Hyper:
+    """Return the factor on the sensor's standard deviation √(noise² + resolution²/12)."""
+    text = "sensor noise over its stated standard deviation"
+    return Hyper(id="noise_factor", unit="1", description=text, prior=LogNormal(median=1.0, width=width), start=1.0)
+
+
+def cycle_scatter() -> Hyper:
+    """Scatter s of a cycle's amplitude factor 1 + s·ξ."""
+    text = "relative scatter of the amplitude from cycle to cycle"
+    return Hyper(id="cycle_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
+
+
+def run_scatter() -> Hyper:
+    """Scatter s of a run's amplitude factor 1 + s·ξ."""
+    text = "relative scatter of the amplitude from run to run"
+    return Hyper(id="run_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
+
+
+def model_error(travel: float) -> tuple[Hyper, Hyper]:
+    """Return standard deviation [rad] and correlation time [s] of a correlated model error, for this travel [rad]."""
+    size = HalfNormal(scale=0.05 * travel)
+    return (
+        Hyper(id="model_error", unit="rad", description="correlated model error", prior=size, start=1e-3 * travel),
+        Hyper(
+            id="error_time",
+            unit="s",
+            description="correlation time of the model error",
+            prior=LogNormal(median=0.3, width=1.0),
+            start=0.3,
+        ),
+    )

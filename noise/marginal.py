@@ -1,0 +1,79 @@
+"""Gaussian likelihoods with a few random columns, marginalised analytically.
+
+For r ~ N(0, S + U·diag(λ²)·Uᵀ) with few columns U, everything follows from the Gram matrix G of [r, U] under S⁻¹:
+
+log p = −½ (rᵀS⁻¹r − wᵀw + log det S + log det K + n·log 2π),  K = I + Λ·UᵀS⁻¹U·Λ = L·Lᵀ,  w = L⁻¹·Λ·UᵀS⁻¹r
+
+by Woodbury's identity and the matrix determinant lemma (Sherman and Morrison 1950 where U is one column).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from measurement.values.run import Array
+
+LARGEST = 1e24
+"""Entry of K from which the simulation behind it is taken to have run away."""
+
+
+def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
+    """Cholesky factor L (…, k, k) of K, and L⁻¹·Λ·G[first:, :first] (…, k, first), NaN where K is beyond `LARGEST`."""
+    inner = scales[..., :, None] * gram[..., first:, first:] * scales[..., None, :]
+    finite = (np.abs(inner) < LARGEST).all(axis=(-1, -2), keepdims=True)
+    lower = _factor(np.eye(inner.shape[-1]) + np.where(finite, inner, 0.0))
+    right = np.where(finite, scales[..., :, None] * gram[..., first:, :first], np.nan)
+    return lower, np.asarray(np.linalg.solve(lower, right), dtype=np.float64)
+
+
+def _factor(K: Array) -> Array:
+    """Cholesky factor of K = I + (positive semidefinite); rounding may hide its ones beside very large entries.
+
+    Then it is made from the eigenvalues, none of them below 1.
+    """
+    try:
+        return np.asarray(np.linalg.cholesky(K), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        values, vectors = np.linalg.eigh(K)
+        root = vectors * np.sqrt(np.maximum(values, 1.0))[..., None, :]
+        upper = np.linalg.qr(np.swapaxes(root, -1, -2), mode="r")
+        signs = np.where(np.diagonal(upper, axis1=-2, axis2=-1) < 0.0, -1.0, 1.0)
+        return np.asarray(np.swapaxes(signs[..., :, None] * upper, -1, -2), dtype=np.float64)
+
+
+def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array) -> Array:
+    """Log density of the data.
+
+    Parameters
+    ----------
+    gram
+        G, shape (…, 1 + k, 1 + k), the residual first.
+    scales
+        λ, standard deviations of the k coefficients, shape (…, k).
+    logdet
+        log det S, shape (…,).
+    count
+        Number n of rows that were seen.
+
+    Returns
+    -------
+    ndarray, shape (…,)
+    """
+    lower, w = _capacitance(gram, scales, 1)
+    quadratic = gram[..., 0, 0] - np.sum(w[..., 0] ** 2, axis=-1)
+    log_k = 2 * np.sum(np.log(np.diagonal(lower, axis1=-2, axis2=-1)), axis=-1)
+    return np.asarray(-0.5 * (quadratic + logdet + log_k + count * np.log(2 * np.pi)))
+
+
+def eliminate(gram: Array, scales: Array, kept: int) -> Array:
+    """Gram matrix of the first ``kept`` columns under (S + U·diag(λ²)·Uᵀ)⁻¹, shape (kept, kept): a Schur complement."""
+    _, w = _capacitance(gram, scales, kept)
+    return np.asarray(gram[..., :kept, :kept] - np.swapaxes(w, -1, -2) @ w)
+
+
+def coefficients(gram: Array, scales: Array) -> tuple[Array, Array]:
+    """Mean (…, k) and covariance (…, k, k) of the coefficients given the residual: Λ·K⁻¹·Λ·UᵀS⁻¹r and Λ·K⁻¹·Λ."""
+    lower, w = _capacitance(gram, scales, 1)
+    half = np.linalg.solve(lower, np.eye(lower.shape[-1]) * scales[..., None, :])
+    half_t = np.swapaxes(half, -1, -2)
+    return np.asarray((half_t @ w)[..., 0]), np.asarray(half_t @ half)

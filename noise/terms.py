@@ -1,0 +1,141 @@
+"""What a run's likelihood needs beside its data: cycles, a start, and columns linearised once at the mode."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.problem.initial_states import start_of
+from identification.simulators.protocol import Simulator, Trajectory
+from measurement.signals.cycle_index import cycle_index
+from measurement.values.run import Array, Run
+from model.equations.equations import Equations
+from noise.noise_model import NoiseModel
+
+START_SHARE = 0.05
+"""Prior standard deviation of the initial position around the first sample, as a share of the travel: wide against
+what the run itself tells, so that the first sample's own noise counts once, as data."""
+NUDGE = 1e-3
+"""Relative change of a cycle's torque in the finite difference of its column."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Terms:
+    """A run made ready for its likelihood.
+
+    Parameters
+    ----------
+    run
+        The run of one free joint.
+    cycle
+        Number of the cycle of every row, shape (n_t,).
+    x0
+        Initial state around which the model is linear in the initial position, shape (n_x,).
+    fixed
+        Columns of the data's random part that are taken once, at the mode: ∂y/∂x₀, and with scatter on the torque
+        ∂y/∂ξ of every cycle, and their sum where runs scatter too; shape (n_fixed, n_t).
+    states
+        The initial states that are random: the position, and the velocity where the run starts in motion.
+    start_std
+        Prior standard deviation of each of them [rad], [rad/s].
+    start_shift
+        Centre of their prior minus ``x0``: the prior mean of the column's coefficient.
+    correction
+        What a fine inner step adds to the simulated positions at the mode [rad], shape (n_t,).
+    """
+
+    run: Run
+    cycle: NDArray[np.int64]
+    x0: Array
+    fixed: Array
+    states: tuple[int, ...]
+    start_std: Array
+    start_shift: Array
+    correction: Array
+
+    @property
+    def cycles(self) -> int:
+        """Number of cycles."""
+        return int(self.cycle[-1]) + 1
+
+    @property
+    def slices(self) -> list[slice]:
+        """Rows of each cycle."""
+        edges = [0, *(np.flatnonzero(np.diff(self.cycle)) + 1).tolist(), self.cycle.size]
+        return [slice(a, b) for a, b in pairwise(edges)]
+
+    @property
+    def sensor_std(self) -> float:
+        """Standard deviation of the white noise [rad]."""
+        return float(self.run.sensor_std[0])
+
+    @property
+    def data(self) -> Array:
+        """Measured positions less ``correction`` [rad], shape (n_t,): what the simulation in use should give."""
+        return np.asarray(self.run.y[:, 0] - self.correction)
+
+    def but(self, **changes: Any) -> Terms:
+        """Return a copy with ``changes``."""
+        return replace(self, **changes)
+
+
+def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
+    """Terms of ``run``, not yet linearised, around the start ``x0`` (the first sample where None)."""
+    start = start_of(equations, run)
+    travel = float(np.ptp(run.y[:, 0]))
+    std = start.unit.copy()
+    std[0] = max(START_SHARE * travel, 10 * float(run.sensor_std[0]))
+    at = start.base.copy() if x0 is None else np.array(x0)
+    return Terms(
+        run=run,
+        cycle=cycle_index(run),
+        x0=at,
+        fixed=np.empty((0, run.t.size)),
+        states=start.states,
+        start_std=std,
+        start_shift=(start.base - at)[list(start.states)],
+        correction=np.zeros(run.t.size),
+    )
+
+
+def linearise(terms: Terms, trajectory: Trajectory) -> Terms:
+    """Take the columns of the initial states from a trajectory with sensitivities; the others stay."""
+    if trajectory.dy_dx0 is None:
+        msg = "a trajectory with sensitivities is needed"
+        raise ValueError(msg)
+    start = [trajectory.dy_dx0[:, 0, i] for i in terms.states]
+    return terms.but(fixed=np.array([*start, *terms.fixed[len(start) :]]))
+
+
+def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: NoiseModel) -> Terms:
+    """Take the columns of a scatter on the torque at ``theta``: ∂y/∂ξ of every cycle, and their sum for the run."""
+    if model.scatter != "torque":
+        return terms
+    rows = [terms.cycle == c for c in range(terms.cycles)]
+    cycles = [_torque_column(simulator, theta, terms.x0, terms.run, row) for row in rows]
+    n = len(terms.states)
+    start = terms.fixed[:n] if len(terms.fixed) >= n else np.zeros((n, terms.run.t.size))
+    return terms.but(fixed=np.array([*start, *cycles, *([np.sum(cycles, axis=0)] if model.runs else [])]))
+
+
+def _torque_column(simulator: Simulator, theta: Array, x0: Array, run: Run, rows: NDArray[np.bool_]) -> Array:
+    """∂y/∂ξ of the cycle in ``rows``: central difference over its torque times 1 ± δ."""
+    change = NUDGE * run.u * rows[:, None]
+    up = simulator.simulate(theta, run.but(u=run.u + change), x0=x0).y[:, 0]
+    down = simulator.simulate(theta, run.but(u=run.u - change), x0=x0).y[:, 0]
+    return np.asarray((up - down) / (2 * NUDGE))
+
+
+def column_scales(terms: Terms, model: NoiseModel, hyper: dict[str, Array]) -> Array:
+    """Return the standard deviations λ of the random columns (n_sets, k): start, one per cycle, run."""
+    sets = hyper["noise_factor"].shape[0]
+    parts = [np.broadcast_to(terms.start_std, (sets, terms.start_std.size))]
+    if model.scatter != "none":
+        parts.append(np.repeat(hyper["cycle_scatter"][:, None], terms.cycles, axis=1))
+    if model.runs:
+        parts.append(hyper["run_scatter"][:, None])
+    return np.concatenate(parts, axis=1)

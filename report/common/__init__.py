@@ -1,0 +1,1 @@
+"""The page, the style and the numbers that all reports share."""

@@ -1,0 +1,79 @@
+"""A picture for every stage of the search for missing physics."""
+
+from __future__ import annotations
+
+from base64 import b64decode
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from discrepancy.candidate.candidate import FAMILY
+from discrepancy.detect.score_tests import Scan
+from discrepancy.finding.finding import Curve, Finding
+from discrepancy.finding.stages import Staged
+from measurement.values.units import unit_for
+from report.common.page import Picture
+from report.common.style import ACCENT, BAND, RESIDUAL, data_uri, figure, style
+from report.discrepancy.page import before_after_picture, where_picture
+from support.files.files import write_bytes
+
+SHOWN = 15
+"""Entries in the picture of the scores."""
+FLOOR = 1e-16
+"""Least p that is drawn."""
+
+
+def gap_picture(curves: Sequence[Curve]) -> Picture:
+    """Draw what the base model misses on up to two runs, over time, with the sensor's noise."""
+    shown = list(curves)[:2]
+    with style():
+        made = figure(8.5, 2.8)
+        for axis, curve in zip(made.subplots(1, len(shown), squeeze=False, sharey=True)[0], shown, strict=True):
+            axis.plot(curve.run.t, 1e3 * (curve.run.y[:, 0] - curve.before), color=ACCENT, lw=0.7)
+            band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
+            axis.axhspan(*band, color=BAND, alpha=0.5, lw=0)
+            axis.set_title(f"{curve.run.file}, joint {curve.run.free_joints[0]}", fontsize=8)
+            axis.set_xlabel("time [s]")
+        unit = unit_for("mrad", [p for curve in shown for p in curve.run.prismatic])
+        made.axes[0].set_ylabel(f"measured − simulated [{unit}]")
+    caption = "What the base model misses; the band is ±2σ of the sensor."
+    return Picture(uri=data_uri(made), caption=caption, alt="residual of the base model over time")
+
+
+def scores_picture(scan: Scan) -> Picture:
+    """Draw p of the best entries over the whole catalogue, before any refit."""
+    shown = scan.scores[:SHOWN][::-1]
+    with style():
+        made = figure(6.5, 0.6 + 0.22 * len(shown))
+        axis = made.subplots()
+        axis.barh([s.key for s in shown], [-np.log10(max(s.family_p, FLOOR)) for s in shown], color=RESIDUAL)
+        axis.axvline(-np.log10(FAMILY), color=ACCENT, ls="--")
+        axis.tick_params(axis="y", labelsize=7)
+        axis.set_xlabel("−log₁₀ p over the whole catalogue")
+    caption = "How unlikely noise alone would look this much like each entry; beyond the line it counts."
+    return Picture(uri=data_uri(made), caption=caption, alt="scores of the catalogue")
+
+
+def stage_picture(staged: Staged) -> Picture:
+    """Return the picture of one stage."""
+    if staged.scan is not None:
+        return scores_picture(staged.scan)
+    return where_picture(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_picture(staged.curves)
+
+
+def write_pictures(finding: Finding, folder: Path) -> None:
+    """Write the pictures of all stages beside the page."""
+    pictures = {
+        "gap": gap_picture(finding.curves),
+        "where": where_picture(finding.maps, finding.search.study.fitted[0].prismatic),
+        "what": scores_picture(finding.search.scan),
+        "after": before_after_picture(finding.curves),
+    }
+    for stage, picture in pictures.items():
+        save(picture, folder / f"{finding.search.study.name}_{stage}.png")
+
+
+def save(picture: Picture, path: Path) -> Path:
+    """Write a picture as a PNG."""
+    return write_bytes(path, b64decode(picture.uri.partition(",")[2]))

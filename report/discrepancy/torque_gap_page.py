@@ -1,0 +1,139 @@
+"""The page of a search for missing physics in a joint whose torque was scored: verdict, picture, names, remainder."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from discrepancy.finding.torque_finding import TorqueFinding
+from measurement.values.units import unit_for
+from report.common.numbers import with_error
+from report.common.page import Picture, Section, Table, render_page
+from report.common.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
+from report.discrepancy.page import where_picture
+
+
+def torque_picture(finding: TorqueFinding) -> Picture:
+    """Torque over position, measured and modelled, and what is left of it on stretches that no fit saw."""
+    found = finding.search
+    with style():
+        made = figure(8.5, 4.6)
+        top, low = made.subplots(2, 1, sharex=True, height_ratios=(1.3, 1))
+        for k, (run, before, after) in enumerate(
+            zip(found.study.runs, found.base.residual, found.final.residual, strict=True)
+        ):
+            q, tau, unseen = run.u[:, 0], run.y[:, 0], ~found.study.seen[k]
+            hide = "_" if k else ""
+            top.plot(q, 1e3 * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
+            top.plot(q, 1e3 * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")
+            top.plot(q, 1e3 * (tau - after), color=SIMULATED, label=f"{hide}model after")
+            low.plot(q[unseen], 1e3 * before[unseen], ".", ms=2, color=ACCENT, label=f"{hide}left before")
+            low.plot(q[unseen], 1e3 * after[unseen], ".", ms=2, color=SIMULATED, label=f"{hide}left after")
+        low.axhspan(*(2e3 * s * finding.gaps["validate"].noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
+        top.set_ylabel(f"torque [{_unit(finding, 'mN m')}]")
+        low.set_ylabel(f"held out, left [{_unit(finding, 'mN m')}]")
+        low.set_xlabel(f"position [{_unit(finding, 'rad')}]")
+        for axis in (top, low):
+            axis.legend(fontsize=7)
+    caption = (
+        "Above: torque over position, all rows. Below: measured minus modelled torque on stretches that no fit saw; "
+        "the band is ±2σ of the torque's white noise."
+    )
+    return Picture(uri=data_uri(made), caption=caption, alt="torque over position, measured and modelled")
+
+
+def remaining_picture(finding: TorqueFinding) -> Picture:
+    """Mean of the remaining torque over position, for each direction."""
+    left = finding.remaining
+    with style():
+        made = figure(8.5, 2.4)
+        axis = made.subplots()
+        for values, name, colour in ((left.up, "position grows", SIMULATED), (left.down, "position falls", ACCENT)):
+            axis.errorbar(left.position, 1e3 * values, 1e3 * left.std, fmt="o-", ms=3, label=name, color=colour)
+        axis.axhline(0.0, color=MEASURED, lw=0.6)
+        axis.set_xlabel(f"position [{_unit(finding, 'rad')}]")
+        axis.set_ylabel(f"left [{_unit(finding, 'mN m')}]")
+        axis.legend(fontsize=7)
+    text = "Mean torque that the final model leaves, by position and direction, with standard errors."
+    return Picture(uri=data_uri(made), caption=text, alt="remaining torque over position")
+
+
+def _gaps(finding: TorqueFinding) -> Table:
+    names = {"fit": "fitted stretches", "validate": "stretches that no fit saw"}
+    rows = [
+        (
+            names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
+            "–" if g.closed is None else f"{100 * g.closed:.0f} %",
+        )
+        for name, g in finding.gaps.items()
+    ]  # fmt: skip
+    unit = f"[{_unit(finding, 'mN m')}]"
+    return Table(
+        header=("", f"left before {unit}", f"left after {unit}", f"white noise {unit}", "gap closed"), rows=rows
+    )
+
+
+def _effects(finding: TorqueFinding) -> Table:
+    final = finding.search.final
+    std = final.std
+    rows = [
+        (e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}")
+        for e in final.effects
+        for x in e.parameters
+        if not x.fixed
+    ]
+    return Table(header=("effect", "formula", "parameter", "value ± std"), rows=rows)
+
+
+def _rounds(finding: TorqueFinding) -> list[Table]:
+    left = f"left there [{_unit(finding, 'mN m')}]"
+    return [
+        Table(
+            header=("entry", "gain in BIC", "evidence on held-out stretches", left, "taken"),
+            rows=[
+                (
+                    c.key, f"{c.bic:.0f}", f"{c.evidence:.0f}",
+                    f"{1e3 * float(np.sqrt(np.mean(c.model.unseen**2))):.2f}", "yes" if c is step.taken else "",
+                )
+                for c in step.candidates
+            ],
+            caption=f"Round {number}",
+        )
+        for number, step in enumerate(finding.search.steps, start=1)
+    ]  # fmt: skip
+
+
+def _unit(finding: TorqueFinding, unit: str) -> str:
+    return unit_for(unit, [finding.search.study.prismatic])
+
+
+def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> str:
+    """Render the page."""
+    found = finding.search
+    tried = (
+        f"{finding.considered} entries of the catalogue can be read from motion to torque"
+        + ("" if found.study.repeats else " and told apart in a single sweep (those that live in time cannot)")
+        + "; each round refits the most promising with all parameters. Evidence is twice the gain in log predictive "
+        "score on stretches that no fit saw; BIC charges each parameter ln n."
+    )
+    settle = (
+        "The torque of a position controller holds the joint where it is told to be, so the measured motion goes in "
+        "and the torque is scored. One sweep at one speed does not tell viscous from dry friction, nor a torque bound "
+        "to position from friction bound to position but by their signs: sweeps at two more speeds, and one with "
+        "reversals in the middle of the travel, would."
+    )
+    where = where_picture(finding.maps, [found.study.prismatic])
+    sections = [
+        Section(title="Before and after", anchor="gap", pictures=[torque_picture(finding)], tables=[_gaps(finding)]),
+        Section(title="What is missing", anchor="what", tables=[_effects(finding)]),
+        Section(title="Where the gap was", anchor="where", pictures=[where]),
+        Section(title="What is left", anchor="left", pictures=[remaining_picture(finding)]),
+        Section(title="What would settle it", anchor="settle", paragraphs=[settle]),
+        Section(title="What was tried", anchor="tried", paragraphs=[tried], tables=_rounds(finding)),
+    ]
+    return render_page(
+        title=f"Joint {found.study.joint}: {title}",
+        lead=finding.sentence,
+        sections=[s for s in sections if s.anchor != "what" or found.final.effects],
+        synthetic=not measured,
+        footer=[f"{found.simulations} simulations in {finding.wall_s:.0f} s."],
+    )

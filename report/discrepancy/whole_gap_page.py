@@ -1,0 +1,63 @@
+"""The page of the runs with all joints free: the verdict, and what every joint misses before and after."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from discrepancy.finding.full_model import Missed, WholeFinding
+from measurement.values.units import unit_for
+from report.common.page import Picture, Section, Table, render_page
+from report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
+
+
+def missed_picture(finding: WholeFinding) -> Picture:
+    """Bars of what every joint misses before and after, with what is expected."""
+    with style():
+        made = figure(8.5, 2.8)
+        axis = made.subplots()
+        x = np.arange(len(finding.rows))
+        axis.bar(x - 0.2, [1e3 * r.before for r in finding.rows], 0.4, color=ACCENT, label="before")
+        axis.bar(x + 0.2, [1e3 * r.after for r in finding.rows], 0.4, color=SIMULATED, label="after")
+        axis.plot(x, [1e3 * r.expected for r in finding.rows], "_", ms=14, color=MEASURED, label="expected")
+        axis.set_yscale("log")
+        axis.set_xticks(x, [str(r.joint) for r in finding.rows], fontsize=7)
+        axis.set_xlabel("joint, run after run")
+        axis.set_ylabel(f"missed [{_unit(finding)}]")
+        axis.legend(fontsize=7, ncols=3)
+    caption = (
+        "RMS of measured − simulated of every joint on runs that no fit saw, and what noise and the parameters' "
+        "uncertainty give together."
+    )
+    return Picture(uri=data_uri(made), caption=caption, alt="what every joint misses before and after")
+
+
+def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
+    """Render the page."""
+    rows = [
+        (r.file, r.mode.replace("_", " "), f"{r.joint}", *(f"{1e3 * x:.3g}" for x in _numbers(r))) for r in finding.rows
+    ]
+    unit = f"[{_unit(finding)}]"
+    numbers = (f"{what} {unit}" for what in ("missed before", "after", "expected", "noise"))
+    header = ("run", "simulated", "joint", *numbers)
+    none = "No effect was named in a joint: before and after agree."
+    with_names = f"After: with {', '.join(finding.names)}." if finding.names else none
+    return render_page(
+        title=f"All joints: {title}",
+        lead=finding.sentence,
+        sections=[
+            Section(
+                title="Before and after", anchor="gap", paragraphs=[with_names], pictures=[missed_picture(finding)],
+                tables=[Table(header=header, rows=rows)],
+            )
+        ],
+        synthetic=not measured,
+        footer=["Nothing was fitted to these runs."],
+    )  # fmt: skip
+
+
+def _unit(finding: WholeFinding) -> str:
+    return unit_for("mrad", [r.prismatic for r in finding.rows])
+
+
+def _numbers(row: Missed) -> tuple[float, float, float, float]:
+    return row.before, row.after, row.expected, row.noise

@@ -1,0 +1,102 @@
+"""Figures of an identification: measured against simulated, residuals, the whole model."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from identification.sequence.traces import Trace
+from identification.verification.result import RunCheck
+from measurement.values.run import Array
+from measurement.values.units import unit_for
+from report.common.page import Picture
+from report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+
+MOST_POINTS = 2500
+
+
+def run_picture(traces: Sequence[Trace], title: str) -> Picture:
+    """Draw each run in a column: signal above, residual with the noise's ±2σ below."""
+    rows = 2 * traces[0].measured.shape[1]
+    with style():
+        made = figure(3.0 * max(len(traces), 2) + 1.0, 1.7 * rows)
+        axes = made.subplots(rows, len(traces), sharex="col", squeeze=False, height_ratios=[2, 1] * (rows // 2))
+        for column, trace in enumerate(traces):
+            for k, joint in enumerate(trace.joints):
+                _signal(axes[2 * k][column], trace, k, joint, first=column == 0)
+                _residual(axes[2 * k + 1][column], trace, k, first=column == 0)
+            axes[0][column].set_title(_title(trace), fontsize=8)
+            axes[-1][column].set_xlabel("time [s]")
+        _legend(made, axes[0][0])
+        uri = data_uri(made)
+    files = ", ".join(f"{t.score.file} ({t.score.use})" for t in traces)
+    caption = (
+        f"{title}: measured (black) and simulated (blue) above, measured minus simulated (red) with the "
+        f"sensor's ±2σ (shaded) below. Runs: {files}."
+    )
+    return Picture(uri=uri, caption=caption, alt=f"{title}, measured against simulated, with residuals")
+
+
+def _legend(made: Figure, axis: Axes) -> None:
+    handles, labels = axis.get_legend_handles_labels()
+    made.legend(handles, labels, loc="outside lower center", ncols=2)
+
+
+def _title(trace: Trace) -> str:
+    return f"{trace.score.file}\n{trace.score.use}: RMS = {trace.score.over_noise:.2f} × noise"
+
+
+def _thin(trace: Trace) -> slice:
+    return slice(None, None, max(trace.t.size // MOST_POINTS, 1))
+
+
+def _signal(axis: Axes, trace: Trace, k: int, joint: int, *, first: bool) -> None:
+    rows = _thin(trace)
+    axis.plot(trace.t[rows], trace.measured[rows, k], color=MEASURED, label="measured", linewidth=1.6)
+    axis.plot(trace.t[rows], trace.simulated[rows, k], color=SIMULATED, label="simulated", linestyle="--")
+    if first:
+        what = "torque" if trace.unit.startswith("N") else "position"
+        axis.set_ylabel(f"{what} {joint} [{trace.unit}]")
+
+
+def _residual(axis: Axes, trace: Trace, k: int, *, first: bool) -> None:
+    rows, unit, factor = _thin(trace), f"m{trace.unit}", 1e3
+    axis.axhspan(-2 * factor * trace.sigma[k], 2 * factor * trace.sigma[k], color=BAND, linewidth=0)
+    r = factor * (trace.measured[:, k] - trace.simulated[:, k])
+    axis.plot(trace.t[rows], r[rows], color=RESIDUAL, linewidth=0.5)
+    _limits(axis, r)
+    if trace.scored_from > 0:
+        axis.axvline(trace.scored_from, color=MEASURED, linewidth=0.8, linestyle=":")
+    if first:
+        axis.set_ylabel(f"residual [{unit}]")
+
+
+def _limits(axis: Axes, r: Array) -> None:
+    reach = float(np.nanmax(np.abs(r))) if np.isfinite(r).any() else 1.0
+    axis.set_ylim(-1.1 * reach, 1.1 * reach)
+
+
+def whole_picture(check: RunCheck) -> Picture:
+    """Draw all joints of one run of the whole model."""
+    n = check.measured.shape[1]
+    with style():
+        made = figure(9.0, 1.6 * ((n + 1) // 2) + 0.6)
+        axes = made.subplots((n + 1) // 2, 2, sharex=True, squeeze=False)
+        for k, one in enumerate(check.joints):
+            axis: Axes = axes[k // 2][k % 2]
+            unit = unit_for("rad", [one.prismatic])
+            axis.plot(check.t, check.measured[:, k], color=MEASURED, label="measured", linewidth=1.6)
+            axis.plot(check.t, check.simulated[:, k], color=SIMULATED, linestyle="--", label="simulated")
+            axis.set_title(f"joint {one.joint}: RMS = {one.rmse_rad:.2g} {unit}", fontsize=8)
+            axis.set_ylabel(f"position [{unit}]")
+        for axis in axes[-1]:
+            axis.set_xlabel("time [s]")
+        _legend(made, axes[0][0])
+        uri = data_uri(made)
+    kind = check.mode.replace("_", " ")
+    return Picture(
+        uri=uri, caption=f"{check.file}, {kind}: {check.sentence}.", alt=f"all joints of {check.file}, {kind}"
+    )

@@ -1,0 +1,246 @@
+"""The report of ``identification.run``: per joint measured against simulated, parameters, what to make of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from identification.links.consistency import summary as consistency_summary
+from identification.sequence.step import Step
+from identification.sequence.summary import HEADER, attention, step_row
+from identification.sequence.traces import Trace
+from identification.verification.result import Verification
+from measurement.values.units import unit_for
+from report.common.numbers import with_error
+from report.common.page import Picture, Section, Table, render_page
+from report.identification.figures import run_picture, whole_picture
+
+METHOD = (
+    "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
+    "noise. The initial position of every run, validation runs included, is fitted with the prior N(first sample, "
+    "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
+    "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
+)
+AT_NOISE = 1.05
+"""RMS over noise on runs that no fit saw, up to which only the sensor's noise is left."""
+EXPLAINED = 2.0
+"""RMS over √(noise² + spread²) that one draw of the parameters reaches by chance: |N(0, 1)| is below 2 in 95 %."""
+
+
+def identification_page(
+    title: str,
+    steps: Sequence[Step],
+    traces: Sequence[Sequence[Trace]],
+    data: Mapping[str, Any],
+    verification: Verification,
+) -> str:
+    """Return the page; ``data`` is the content of identification.json."""
+    sections = [_overview(steps)]
+    sections += [_configuration(step, own) for step, own in zip(steps, traces, strict=True)]
+    if verification.runs:
+        sections.append(_whole(verification))
+    if data["links"]:
+        sections.append(_links(data["links"]))
+    sections.append(_consistency(steps))
+    footer = (
+        f"Command: {data['command']}",
+        "Software: " + ", ".join(f"{name} {number}" for name, number in data["software"].items()),
+    )
+    return render_page(
+        title=title,
+        lead=_lead(steps, verification),
+        sections=sections,
+        synthetic=not data["measured"],
+        footer=footer,
+    )
+
+
+def _lead(steps: Sequence[Step], verification: Verification) -> str:
+    scored = [(s, _worst(s)) for s in steps]
+    good = [s.configuration.name for s, ratio in scored if ratio is not None and ratio <= AT_NOISE]
+    poor = [
+        f"{s.configuration.name} ({ratio:.3g} × noise)" for s, ratio in scored if ratio is not None and ratio > AT_NOISE
+    ]
+    words = []
+    if good:
+        words.append(f"On runs that no fit saw, what is left is the sensor's noise: {'; '.join(good)}.")
+    if poor:
+        words.append(f"The residual stays above the noise: {'; '.join(poor)}.")
+    if verification.runs:
+        words.append(_whole_sentence(verification))
+    return " ".join(words)
+
+
+def _whole_sentence(verification: Verification) -> str:
+    """Say how far the whole model is off, and whether what the tests left open explains it."""
+    joints = [j for run in verification.runs for j in run.joints]
+    worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
+    said = f"The whole model predicts runs with all joints free within {worst:.3g} × noise on the worst joint"
+    if worst <= AT_NOISE:
+        return f"{said}."
+    if not excess > EXPLAINED:
+        return (
+            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): tests in the "
+            "lock postures that python -m model.plan proposes would close it."
+        )
+    return f"{said}, {excess:.3g} × what noise and the spread of the parameters explain: something is missing in it."
+
+
+def _worst(step: Step) -> float | None:
+    ratios = [s.over_noise for s in step.fit.runs if s.use == "validate"]
+    return max(ratios) if ratios else None
+
+
+def _overview(steps: Sequence[Step]) -> Section:
+    table = Table(header=HEADER, rows=[step_row(step) for step in steps])
+    look = [f"{step.configuration.name.capitalize()}: {sentence}." for step in steps for sentence in attention(step)]
+    rows = [(sentence.replace("..", "."),) for sentence in look]
+    tables = (table, Table(header=("worth a second look",), rows=rows)) if rows else (table,)
+    return Section(title="Overview", anchor="overview", paragraphs=(METHOD,), tables=tables)
+
+
+def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
+    fit = step.fit
+    said = [f"Outcome: {fit.outcome.value}.", *attention(step)[(fit.outcome.label != "converged") :], *fit.notes]
+    return Section(
+        title=step.configuration.name.capitalize(),
+        anchor=step.configuration.anchor,
+        paragraphs=tuple(s for s in (step.configuration.locked, *said) if s),
+        pictures=_pictures(step, traces),
+        tables=tuple(
+            t for t in (_parameters(step), _profiles(step), _combinations(step), _runs(step), _basins(step)) if t.rows
+        ),
+    )
+
+
+def _pictures(step: Step, traces: Sequence[Trace]) -> tuple[Picture, ...]:
+    fitted = [t for t in traces if t.score.use == "fit"]
+    others = [t for t in traces if t.score.use == "validate"]
+    shown = (fitted[len(fitted) // 2 :][:1] + others)[:3]
+    return (run_picture(shown, step.configuration.name),) if shown else ()
+
+
+def _parameters(step: Step) -> Table:
+    fit = step.fit
+    rows = [
+        (
+            q.id,
+            with_error(value, std) if not q.fixed else f"{value:.4g}",
+            q.unit,
+            fit.statuses[q.id],
+            f"{q.initial:.3g}",
+            f"[{q.lower:.3g}, {q.upper:.3g}]" if not q.fixed else "",
+            q.description,
+        )
+        for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
+    ]
+    header = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
+    return Table(header=header, rows=rows, caption="Parameters")
+
+
+def _profiles(step: Step) -> Table:
+    fit, rows = step.fit, []
+    for id, one in fit.profiles.items():
+        value, std, unit = fit.values[id], fit.std[fit.index(id)], fit.equations.parameter(id).unit
+        ends = ["open" if end is None else f"{end:.6g}" for end in (one.lower, one.upper)]
+        rows.append((id, *ends, f"{value - 1.96 * std:.6g} to {value + 1.96 * std:.6g}", unit))
+    return Table(
+        header=("parameter", "from", "to", "value ± 1.96 std", "unit"),
+        rows=rows,
+        caption="95 % intervals of the profile likelihood: all other parameters adapt to each end",
+    )
+
+
+def _combinations(step: Step) -> Table:
+    rows = [
+        (" + ".join(f"{c:.4g}·{id}" for id, c in one.coefficients.items()), with_error(one.value, one.std))
+        for one in step.fit.combinations
+    ]
+    return Table(
+        header=("combination", "value ± std"), rows=rows, caption="What the data alone know of open parameters"
+    )
+
+
+def _runs(step: Step) -> Table:
+    unit = unit_for("N m" if step.torque_scored else "rad", step.configuration.runs[0].prismatic)
+    rows = [
+        (s.file, s.use, ", ".join(f"{x:.3g}" for x in s.rmse), f"{s.over_noise:.3f}", f"{s.nrmse:.2e}")
+        for s in step.fit.runs
+    ]
+    excluded = [(r.file, "excluded", "", "", r.reason) for r in step.configuration.runs if r.use == "excluded"]
+    header = ("run", "use", f"RMS [{unit}]", "RMS / noise", "RMS / range")
+    return Table(header=header, rows=[*rows, *excluded], caption="Runs")
+
+
+def _basins(step: Step) -> Table:
+    rows = [
+        (f"{k + 1}", f"{b.over_noise:.4f}", ", ".join(map(str, b.starts)), str(b.simulations))
+        for k, b in enumerate(step.fit.basins)
+    ]
+    header = ("minimum", "RMS / noise", "reached by starts", "simulations")
+    return Table(header=header, rows=rows, caption="Minima that the starts reached")
+
+
+def _whole(verification: Verification) -> Section:
+    rows = [
+        (
+            run.file,
+            run.mode.replace("_", " "),
+            str(j.joint),
+            f"{j.rmse_rad:.3g}",
+            f"{j.rmse_over_noise:.2f}",
+            f"{j.spread_rad:.2g}",
+            f"{j.over_expected:.2f}",
+        )
+        for run in verification.runs
+        for j in run.joints
+    ]
+    unit = unit_for("rad", [j.prismatic for run in verification.runs for j in run.joints])
+    spread = f"parameter spread [{unit}]"
+    header = ("run", "simulated in", "joint", f"RMS [{unit}]", "RMS / noise", spread, "RMS / expected")
+    closed = [run for run in verification.runs if run.mode == "closed_loop"] or list(verification.runs)
+    text = [f"Controller: {verification.law}."] if verification.law else []
+    text.append("Expected is √(noise² + parameter spread²).")
+    return Section(
+        title="Whole model",
+        anchor="whole",
+        paragraphs=tuple(text),
+        pictures=tuple(whole_picture(run) for run in closed),
+        tables=(Table(header=header, rows=rows),),
+    )
+
+
+def _links(links: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> Section:
+    rows = [
+        (link, id, with_error(one["value"], one["std"]), one["unit"], one["status"])
+        for link, table in links.items()
+        for id, one in table.items()
+    ]
+    text = (
+        "Masses, centroids and inertias that agree with every test, are those of some distribution of mass, and lie "
+        "nearest to the first guesses. Single link parameters often stay open where their combinations are known."
+    )
+    header = ("link", "parameter", "value ± std", "unit", "status")
+    return Section(
+        title="Links", anchor="links", paragraphs=(text,), tables=(Table(header=header, rows=rows),), folded=True
+    )
+
+
+def _consistency(steps: Sequence[Step]) -> Section:
+    agreements = [a for step in steps for a in step.agreements]
+    rows = [
+        (
+            a.name,
+            with_error(*a.earlier) if a.earlier else "",
+            with_error(*a.later) if a.later else "",
+            with_error(*a.pooled) if a.pooled else "",
+            f"{a.chi2:.2f} ({a.dof})",
+            f"{a.p:.2g}",
+            "yes" if a.contradicts else "no",
+        )
+        for a in agreements
+    ]
+    header = ("quantity", "earlier test", "later test", "pooled", "χ² (degrees)", "p", "contradicts")
+    tables = (Table(header=header, rows=rows),) if rows else ()
+    text = consistency_summary(agreements)
+    return Section(title="Agreement between tests", anchor="agreement", paragraphs=(text,), tables=tables)

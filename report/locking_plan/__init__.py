@@ -1,0 +1,1 @@
+"""Locking plan in, page and text out."""

@@ -1,0 +1,140 @@
+"""The locking plan as a page: the table of ones, the order, what stays unidentifiable and what would reach it."""
+
+from __future__ import annotations
+
+from report.common.page import Section, Table, render_page
+from report.locking_plan.tables import (
+    COUNTS_HEADER,
+    ERRORS_HEADER,
+    POSTURES_HEADER,
+    Data,
+    configuration,
+    counts,
+    error_rows,
+    locking_table,
+    ones,
+    posture_rows,
+    posture_sentence,
+    run_rows,
+)
+
+
+def plan_page(plan: Data) -> str:
+    """Return the plan as a self-contained page."""
+    base = plan["base_parameters"]
+    order = ", ".join(configuration(joints) for joints in plan["locking_order"])
+    joints = sorted({j for stage in plan["stages"] for j in stage["free_joints"]})
+    header = ["parameter", *(configuration(stage["free_joints"]) for stage in plan["stages"])]
+    sections = [
+        Section(
+            title="Order",
+            anchor="order",
+            tables=[
+                Table(
+                    header=["configuration", *(f"joint {j}" for j in joints)],
+                    rows=locking_table(plan),
+                    caption="L locked, U unlocked",
+                ),
+                Table(
+                    header=COUNTS_HEADER,
+                    rows=counts(plan),
+                    caption="A new parameter is one that no earlier configuration contains.",
+                ),
+            ],
+        ),
+        Section(
+            title="Table of ones",
+            anchor="ones",
+            tables=[
+                Table(header=header, rows=ones(plan), caption="1: the parameter is first met in this configuration."),
+            ],
+        ),
+        Section(title="Equations", anchor="equations", tables=[_equations(plan)]),
+        Section(
+            title="What stays unidentifiable",
+            anchor="unidentifiable",
+            tables=[
+                Table(header=["what", "why"], rows=[[", ".join(e["what"]), e["why"]] for e in plan["unidentifiable"]])
+            ],
+        ),
+        Section(
+            title="Base parameters of the full model",
+            anchor="base",
+            folded=True,
+            tables=[
+                Table(
+                    header=["", "combination"],
+                    rows=[[str(n), text] for n, text in enumerate(base["formulas"], start=1)],
+                )
+            ],
+        ),
+        *_design_sections(plan),
+        Section(title="Assumptions of the device file", anchor="assumptions", paragraphs=plan["assumptions"]),
+    ]
+    lead = (
+        f"Lock the joints in the order {order}. The full model has {base['count']} base parameters; these tests reach "
+        f"{base['reached_with_locked_joints_at_home']} with the locked joints at home and "
+        f"{base['reached_with_locked_joints_anywhere']} over other lock postures."
+    )
+    footer = [f"{name} {number}" for name, number in plan["software"].items()]
+    return render_page(
+        title=f"Locking plan: {plan['title']}", lead=lead, sections=sections, synthetic=None, footer=footer
+    )
+
+
+def _design_sections(plan: Data) -> list[Section]:
+    if "postures" not in plan:
+        return []
+    warnings = [f"Joint {one['joint']}: {text}" for one in plan["excitation"] for text in one.get("warnings", [])]
+    return [
+        Section(
+            title="Proposed postures",
+            anchor="postures",
+            paragraphs=[posture_sentence(plan)],
+            tables=[Table(header=POSTURES_HEADER, rows=posture_rows(plan))],
+        ),
+        Section(
+            title="Proposed runs",
+            anchor="runs",
+            paragraphs=warnings,
+            tables=[
+                Table(
+                    header=["joint", "amplitude [N m or N] at frequency [rad/s]"],
+                    rows=run_rows(plan),
+                    caption="Cosine torques that shrink the expected standard errors most (D-optimal).",
+                ),
+                Table(
+                    header=ERRORS_HEADER,
+                    rows=error_rows(plan),
+                    caption="Standard errors expected of as many runs of one amplitude (before) and of these (after).",
+                ),
+            ],
+        ),
+    ]
+
+
+def _equations(plan: Data) -> Table:
+    rows = [
+        [
+            configuration(stage["free_joints"]),
+            one["id"],
+            f"{one['initial']:.4g} ± {one['prior_std']:.2g}",
+            one["unit"],
+            _formula(one["of"]),
+        ]
+        for stage in plan["stages"]
+        for one in stage["coefficients"]
+    ]
+    return Table(
+        header=["free joints", "coefficient", "first guess", "unit", "of the links"],
+        rows=rows,
+        caption="Coefficients of each equation, locked joints at home; m, m·c and L about the link's own frame.",
+    )
+
+
+def _formula(factors: dict[str, float]) -> str:
+    parts = [
+        f"{'−' if factor < 0 else '+'} {'' if abs(factor) == 1 else f'{abs(factor):.4g} '}{name}"
+        for name, factor in factors.items()
+    ]
+    return " ".join(parts).removeprefix("+ ")

@@ -1,0 +1,174 @@
+"""Figures of a posterior: corner, rank plots, predictive bands, cycles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from measurement.values.run import Array
+from measurement.values.units import unit_for
+from report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
+from uq.prediction.predict import Bands
+
+
+def corner(values: Array, names: Sequence[str], logarithmic: Sequence[bool]) -> Figure:
+    """Scatter and histograms of every pair of parameters.
+
+    Parameters
+    ----------
+    values
+        Draws, shape (n_draws, n). Logarithmic ones are shown relative to their median, in percent.
+    """
+    shown, labels = _relative(values, names, logarithmic)
+    n = len(names)
+    with style():
+        made = figure(1.05 * n + 1.0, 1.05 * n + 0.6)
+        axes = made.subplots(n, n, squeeze=False)
+        limits = np.quantile(shown, [0.001, 0.999], axis=0).T
+        limits[:, 1] += 1e-12
+        for i in range(n):
+            for j in range(n):
+                _corner_cell(axes[i][j], shown, i, j, limits)
+        for i in range(n):
+            axes[-1][i].set_xlabel(labels[i], fontsize=6, rotation=20)
+            if i:
+                axes[i][0].set_ylabel(labels[i], fontsize=6, rotation=60, labelpad=12)
+    return made
+
+
+def _relative(values: Array, names: Sequence[str], logarithmic: Sequence[bool]) -> tuple[Array, list[str]]:
+    shown, labels = values.copy(), list(names)
+    for i, flag in enumerate(logarithmic):
+        if flag and not names[i].endswith(("_scatter", "model_error", "error_time")):
+            shown[:, i] = 100 * (values[:, i] / np.median(values[:, i]) - 1)
+            labels[i] = f"{names[i]} [%]"
+    return shown, labels
+
+
+def _corner_cell(ax: Axes, shown: Array, i: int, j: int, limits: Array) -> None:
+    ax.tick_params(labelsize=4, length=2, labelleft=False, labelbottom=False)
+    ax.grid(visible=False)
+    if j > i:
+        ax.set_visible(False)
+        return
+    if i == j:
+        ax.hist(shown[:, i], bins=40, range=tuple(limits[i]), color=SIMULATED, histtype="stepfilled")
+        ax.set_yticks([])
+    else:
+        ax.plot(shown[:, j], shown[:, i], ",", color=SIMULATED, alpha=0.6)
+        ax.set_ylim(*limits[i])
+    ax.set_xlim(*limits[j])
+
+
+def widths(names: Sequence[str], posterior: Array, prior: Array) -> Figure:
+    """Half-width of each parameter's 95 % interval in percent of its value, within that of its prior.
+
+    Parameters
+    ----------
+    posterior, prior
+        Shape (n,) each; a prior wider than the axis is cut.
+    """
+    order = np.argsort(posterior)
+    low = 10 ** np.floor(np.log10(max(float(np.min(posterior)), 1e-6)))
+    with style():
+        made = figure(9.0, 0.24 * len(names) + 0.9)
+        ax = made.subplots()
+        for row, i in enumerate(order):
+            ax.barh(row, min(prior[i], 1000.0) - low, left=low, color=BAND, height=0.75)
+            ax.barh(row, min(posterior[i], 1000.0) - low, left=low, color=SIMULATED, height=0.75)
+            ax.text(1050.0, row, f"± {posterior[i]:.2g} %", va="center", fontsize=7)
+        ax.set_xscale("log")
+        ax.set_xlim(low, 1000.0)
+        ax.set_yticks(range(len(names)), [names[i] for i in order], fontsize=7)
+        ax.set_xlabel("95 % half-width in percent of the value (dark: with the data, pale: prior alone)")
+        ax.grid(visible=False, axis="y")
+    return made
+
+
+def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
+    """Rank plots (Vehtari et al. 2021, §5): each ensemble's share of every range of ranks; level bars mean agreement.
+
+    Parameters
+    ----------
+    chains
+        Shape (n_chains, n_draws, n).
+    """
+    count, draws, n = chains.shape
+    columns = min(n, 5)
+    rows = -(-n // columns)
+    with style():
+        made = figure(1.9 * columns, 1.3 * rows)
+        axes = made.subplots(rows, columns, squeeze=False).ravel()
+        for i, ax in enumerate(axes):
+            ax.set_visible(i < n)
+            if i >= n:
+                continue
+            order = np.argsort(np.argsort(chains[..., i].ravel(), kind="stable"), kind="stable").reshape(count, draws)
+            for c in range(count):
+                share, edges = np.histogram(order[c], bins=bins, range=(0, count * draws))
+                ax.stairs(share * bins / draws, edges, lw=0.9)
+            ax.axhline(1.0, color=MEASURED, lw=0.6, ls=":")
+            ax.set_title(names[i], fontsize=7)
+            ax.set_ylim(0, 2.5)
+            ax.set_xticks([])
+            ax.tick_params(labelsize=5)
+    return made
+
+
+def bands(parts: Sequence[Bands]) -> Figure:
+    """Measured curves with the predictive band, and what is left of them after the median."""
+    with style():
+        made = figure(9.0, 1.9 * len(parts))
+        axes = made.subplots(len(parts), 2, squeeze=False)
+        for row, part in zip(axes, parts, strict=True):
+            run = part.run
+            t, y = run.t, run.y[:, 0]
+            row[0].fill_between(t, part.lower[-1], part.upper[-1], color=BAND, label="95 % band")
+            row[0].plot(t, y, color=MEASURED, lw=0.8, label="measured")
+            row[0].set_ylabel(unit_for("rad", run.prismatic))
+            row[0].set_title(f"{run.file} ({run.use})", fontsize=7, loc="left")
+            for k in (2, 1, 0):
+                low, high = 1e3 * (part.lower[k] - part.median), 1e3 * (part.upper[k] - part.median)
+                row[1].fill_between(t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
+            row[1].plot(t, 1e3 * (y - part.median), ",", color=RESIDUAL)
+            row[1].set_ylabel(unit_for("mrad", run.prismatic))
+            shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
+            row[1].set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")
+        axes[0][0].legend(fontsize=6, loc="upper right")
+        for ax in axes[-1]:
+            ax.set_xlabel("time [s]")
+    return made
+
+
+def cycles(parts: Sequence[Bands], scatter: Array) -> Figure | None:
+    """Amplitude factor of every cycle with its 95 % interval beside the scatter's posterior; None without scatter.
+
+    Parameters
+    ----------
+    scatter
+        Draws of s, shape (n_draws,).
+    """
+    parts = [part for part in parts if len(part.cycle_factors)]
+    if not parts:
+        return None
+    with style():
+        made = figure(9.0, 2.6)
+        left, right = made.subplots(1, 2, width_ratios=(3, 1))
+        place = 0
+        for part in parts:
+            mean, std = part.cycle_factors.T
+            at = place + np.arange(len(mean))
+            colour = SIMULATED if part.run.use == "fit" else ACCENT
+            left.errorbar(at, 100 * (mean - 1), 196 * std, fmt="o", ms=3, lw=1, color=colour)
+            left.text(place, 1.0, part.run.file, fontsize=5, rotation=20, transform=left.get_xaxis_transform())
+            place += len(mean) + 1
+        left.axhline(0, color=MEASURED, lw=0.6)
+        left.set_xlabel("cycle, run after run")
+        left.set_ylabel("amplitude − 1 [%]")
+        right.hist(100 * scatter, bins=40, color=SIMULATED)
+        right.set_xlabel("scatter s [%]")
+        right.set_yticks([])
+    return made

@@ -1,0 +1,60 @@
+"""The first screen of ``posterior.html``: what is known, what is not, and whether the sampler can be believed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from report.common.page import Section, Table
+from uq.result.posterior import Posterior
+from uq.result.summary import PRIOR_BOUND, ParameterSummary
+
+AGREE = 1.01
+"""R̂ from which ensembles count as disagreeing."""
+
+
+def lead(posteriors: Sequence[Posterior]) -> str:
+    """Say what holds for all joints: how much is known, what is not, whether the sampler can be believed."""
+    every = [(p.joint, s) for p in posteriors for s in physical(p)]
+    open_ = [f"{s.id} of joint {j}" for j, s in every if s.contraction > PRIOR_BOUND]
+    known = sum(width(s) < 0.1 for _, s in every if s.contraction <= PRIOR_BOUND)
+    text = f"{known} of {len(every)} parameters are known to better than ±10 % (95 %)."
+    text += f" Set by their priors: {', '.join(open_)}." if open_ else " None is set by its prior."
+    apart = [p.joint for p in posteriors if p.modes > 1 or p.worst_rhat >= AGREE]
+    short = [p.joint for p in posteriors if not p.sample.reached and p.joint not in apart]
+    if apart:
+        text += f" Do not use joint {_listed(apart)}: independent ensembles disagree."
+    if short:
+        text += (
+            f" The chains of joint {_listed(short)} agree but are short: ends of intervals may move by a few percent."
+        )
+    return text
+
+
+def _listed(joints: Sequence[int]) -> str:
+    return ", ".join(map(str, joints))
+
+
+def physical(p: Posterior) -> list[ParameterSummary]:
+    """Return the summaries of the equations' parameters, without those of the noise model."""
+    ids = {q.id for q in p.mode.density.coordinates.free}
+    return [s for s in p.parameters if s.id in ids]
+
+
+def width(s: ParameterSummary) -> float:
+    """Half-width of the 95 % interval relative to the median."""
+    low, high = s.intervals[0.95]
+    return (high - low) / 2 / max(abs(s.median), 1e-300)
+
+
+def overview(posteriors: Sequence[Posterior]) -> Section:
+    """One row per joint: what is known best and least, its scatter, what to measure next, whether to believe it."""
+    rows = []
+    for p in posteriors:
+        ordered = sorted(physical(p), key=width)
+        scatter = [s.verdict for s in p.parameters if s.id.endswith("_scatter")] or ["none needed by the data"]
+        sampler = "sound" if p.sound else "short" if p.modes == 1 and p.worst_rhat < AGREE else "ensembles disagree"
+        ends = [f"{s.id} ±{100 * width(s):.2g} %" for s in (ordered[0], ordered[-1])] if ordered else ["–", "–"]
+        wanted = f"A = {p.next_run.amplitude:.3g}, ω = {p.next_run.omega:.3g} rad/s" if p.next_run else "–"
+        rows.append([f"{p.joint}", *ends, " ".join(scatter), wanted, sampler])
+    header = ["joint", "best known", "least known", "amplitude scatter", "run to make next", "sampler"]
+    return Section(title="All joints", anchor="overview", tables=[Table(header=header, rows=rows)])

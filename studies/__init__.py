@@ -1,0 +1,1 @@
+"""Long studies of the product's claims; not part of the wheel."""

@@ -1,0 +1,178 @@
+"""Blind study of the search for missing effects: make cases, work through them, score: ``python -m studies.blind.run``.
+
+Only the scoring opens the labels. It also decides which entry to leave out of the catalogue in the second pass, where
+the right answer is that something unlisted is missing, and adds the proposed run to the cases that were ambiguous.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import click
+import numpy as np
+
+from model.effects.effect import renamed
+from model.effects.registry import catalogue
+from studies.blind.outcome import MEANING, Outcome, score_case
+from studies.blind.score import summary
+from studies.blind.settle import with_run
+from studies.blind.study import ROOT, Job, digest, make, work_all
+from support.command import exit_codes, progress
+from support.errors import InputError
+from support.files.files import write_json
+
+SCHEMA = "blind/1"
+WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}
+"""Shares of the time within which jobs of the passes are begun; a pass that is not asked for leaves its to the rest."""
+
+
+@click.command(help=__doc__)
+@click.option(
+    "--out", type=click.Path(path_type=Path, file_okay=False), default=Path("artifacts/blind"), show_default=True
+)
+@click.option("--cases", type=click.IntRange(min=1), default=400, show_default=True)
+@click.option("--seed", type=int, default=0, show_default=True)
+@click.option("--kinds", default="", metavar="KIND,KIND", help="none, single, pair, scatter, scatter_with, unlisted.")
+@click.option("--sizes", default="", metavar="SIZE,SIZE", help="nominal, small, threshold.")
+@click.option("--inputs", type=click.Choice(["rich", "table3", "mixed"]), default="mixed", show_default=True)
+@click.option("--effects", default="", metavar="ID,ID", help="Hide no others than these.")
+@click.option("--without", default="", metavar="ID,ID", help="Entries that the catalogue lacks in every case.")
+@click.option(
+    "--whole/--no-whole", default=True, show_default=True, help="Work through all cases with the whole catalogue."
+)
+@click.option(
+    "--leave-out/--no-leave-out", default=True, show_default=True, help="Single effects without their true entry."
+)
+@click.option(
+    "--settle/--no-settle", default=True, show_default=True, help="Make the proposed runs of ambiguous cases."
+)
+@click.option("--minutes", type=float, default=None, help="Begin no case later than this; score what was finished.")
+@click.option("--limit", type=float, default=1800.0, show_default=True, help="Longest time for one case [s].")
+@click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+@exit_codes
+def main(
+    out: Path, *, whole: bool, leave_out: bool, settle: bool, minutes: float | None, workers: int, **choices: Any
+) -> None:
+    """Make, work through, score."""
+    out, began, date = out.resolve(), time.monotonic(), time.strftime("%Y-%m-%d")
+    asked = {name: choices[name] for name in ("cases", "seed", "kinds", "sizes", "inputs", "effects")}
+    bar: Any
+    with progress(total=choices["cases"], title="cases made", quiet=choices["quiet"]) as bar:
+        names = make(out, asked, workers, lambda made: bar.update(made - bar.n))
+    lacks = tuple(part for part in choices["without"].split(",") if part)
+    jobs = [Job(case=name, campaign=out / "cases" / name, out=out / "found" / name, without=lacks) for name in names]
+    asked_for = {"found": whole, "without": leave_out, "settled": settle and whole}
+    study = _Passes(out, began, minutes, workers, choices, asked_for)
+    first = study.scored(jobs, "found") if whole else []
+    done = {o.case for o in first}
+    left = [job for job in jobs if job.case in done or not whole]
+    second = study.scored(_without(out, left, study.labels), "without") if leave_out else []
+    if not first and not second:
+        raise InputError("--minutes", expected="time for one case at least", got=f"{minutes}")
+    third = study.scored(with_run(out, first), "settled") if asked_for["settled"] else []
+    figures = summary(first, second, third)
+    write_json(
+        out / "blind.json",
+        {
+            "schema": SCHEMA, "command": _command(), "date": date, "git": git_version(), "code": digest(),
+            "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
+            "wall_s": time.monotonic() - began, "workers": workers, "asked": asked,
+            "worked_through": len(first) or len(second),
+            "meaning": MEANING, **figures, "cases": [o.as_json() for o in first],
+            "leave_one_out_cases": [o.as_json() for o in second], "settled_cases": [o.as_json() for o in third],
+        },
+    )  # fmt: skip
+    page = subprocess.run([sys.executable, "-m", "studies.blind.page", str(out / "blind.json")], cwd=ROOT, check=False)
+    sys.exit(page.returncode)
+
+
+class _Passes:
+    """The three passes over the cases share labels, time and workers."""
+
+    def __init__(
+        self,
+        out: Path,
+        began: float,
+        minutes: float | None,
+        workers: int,
+        choices: dict[str, Any],
+        asked_for: dict[str, bool],
+    ) -> None:
+        read = json.loads((out / "labels.json").read_text(encoding="utf-8"))["labels"]
+        self.labels = {label["case"]: label for label in read}
+        self.began, self.minutes, self.workers, self.choices = began, minutes, workers, choices
+        self.shares = shares([name for name, wanted in asked_for.items() if wanted])
+
+    def scored(self, jobs: Sequence[Job], name: str) -> list[Outcome]:
+        """Work through the jobs of one pass and score those that were begun in time."""
+        until = float("inf") if self.minutes is None else self.began + 60.0 * self.minutes * self.shares[name]
+        bar: Any
+        with progress(total=len(jobs), title=name, quiet=self.choices["quiet"]) as bar:
+            done = work_all(
+                jobs, seed=self.choices["seed"], workers=self.workers, limit=self.choices["limit"], until=until,
+                tell=bar.update,
+            )  # fmt: skip
+        return [
+            score_case(self.labels[job.case], job.result(), left_out=job.without, reason=job.failure() or "")
+            for job in done
+        ]
+
+
+def shares(passes: Sequence[str]) -> dict[str, float]:
+    """Return by which share of the time the last job of each pass is begun.
+
+    >>> shares(["without"])
+    {'without': 1.0}
+    """
+    ends = np.cumsum([WEIGHTS[name] for name in passes])
+    return {name: float(end / ends[-1]) for name, end in zip(passes, ends, strict=True)}
+
+
+def _without(out: Path, jobs: Sequence[Job], labels: Mapping[str, Any]) -> list[Job]:
+    """Return the second pass: single effects well above the threshold, their entry left out of the catalogue, too."""
+    chosen = [j for j in jobs if labels[j.case]["kind"] in ("single", "scatter")]
+    return [
+        replace(j, out=out / "without" / j.case, without=(*j.without, *with_twins(labels[j.case]["effects"])))
+        for j in chosen
+        if labels[j.case]["size"] != "threshold"
+    ]
+
+
+def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
+    """Return ids of entries, and of those that have the same equations under other names.
+
+    >>> with_twins(["tendon_slack"])
+    ('tendon_slack', 'backlash')
+    """
+    entries = catalogue().values()
+    hidden = [e for e in entries if e.id in ids]
+    alike = (other.id for other in entries for e in hidden if renamed(e, other) is not None)
+    return tuple(dict.fromkeys((*ids, *alike)))
+
+
+def git_version() -> str:
+    """Return the version of the code, ``unknown`` outside a repository."""
+    command = ["git", "describe", "--always", "--dirty"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    return done.stdout.strip() or "unknown"
+
+
+def _command() -> str:
+    """Return the command as typed, folders that only say where left out."""
+    told = [a for a in sys.argv[1:] if not a.startswith("--out")]
+    places = {sys.argv[k + 1] for k, a in enumerate(sys.argv[:-1]) if a == "--out"}
+    return " ".join(["python -m studies.blind.run", *(a for a in told if a not in places)])
+
+
+if __name__ == "__main__":
+    main()

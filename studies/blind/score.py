@@ -1,0 +1,150 @@
+"""Many scored cases in figures: rates with Wilson intervals, the confusion matrix, coverage, cost."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.stats import binomtest
+
+from studies.blind.outcome import Outcome, Result
+
+Row = dict[str, Any]
+NOTHING, SEVERAL = "nothing", "several"
+
+
+def rate(hits: int, n: int) -> Row:
+    """Return hits, n, their share and its 95 % interval (Wilson 1927).
+
+    >>> rate(9, 10)["low"] < 0.9 < rate(9, 10)["high"]
+    True
+    """
+    if n == 0:
+        return {"hits": 0, "n": 0, "share": None, "low": None, "high": None}
+    interval = binomtest(hits, n).proportion_ci(0.95, "wilson")
+    return {"hits": hits, "n": n, "share": hits / n, "low": float(interval.low), "high": float(interval.high)}
+
+
+def share_of(outcomes: Sequence[Outcome], test: Callable[[Outcome], bool]) -> Row:
+    """Return the `rate` at which outcomes pass a test."""
+    return rate(sum(map(test, outcomes)), len(outcomes))
+
+
+def confusion(outcomes: Iterable[Outcome]) -> dict[str, dict[str, int]]:
+    """Count verdicts by what was hidden: rows are truths, columns names or verdicts."""
+    counts: dict[str, Counter[str]] = {}
+    for o in outcomes:
+        counts.setdefault(_truth(o), Counter())[_told(o)] += 1
+    return {row: dict(sorted(counts[row].items())) for row in sorted(counts)}
+
+
+def _truth(o: Outcome) -> str:
+    if not o.truth:
+        return NOTHING
+    if len(o.truth) > 1:
+        return f"{SEVERAL}: {o.kind}"
+    return f"outside: {o.truth[0]}" if o.kind == "unlisted" else o.truth[0]
+
+
+def _told(o: Outcome) -> str:
+    """One word for a verdict; sets of several names count as right, in part or wrong."""
+    if o.verdict == "nothing_missing":
+        return NOTHING
+    if o.verdict != "named":
+        return o.verdict if o.result != "among_alternatives" else "ambiguous, truth among"
+    if len(o.truth) < 2 and len(o.names) == 1:
+        return o.names[0]
+    told: dict[Result, str] = {"named": f"{SEVERAL}, exact", "named_in_part": f"{SEVERAL}, in part"}
+    return told.get(o.result, f"{SEVERAL}, wrong")
+
+
+def by_kind_and_size(outcomes: Sequence[Outcome]) -> list[Row]:
+    """Right verdicts, and effects named exactly, for every kind and size."""
+    rows = []
+    for kind, size in sorted({(o.kind, o.size) for o in outcomes}):
+        group = [o for o in outcomes if (o.kind, o.size) == (kind, size)]
+        exact = share_of(group, lambda o: o.result in ("named", "nothing_rightly"))
+        rows.append({"kind": kind, "size": size, "right": share_of(group, lambda o: o.right), "exact": exact})
+    return rows
+
+
+def false_alarms(outcomes: Sequence[Outcome]) -> Row:
+    """Something found where nothing was hidden, by colour of the noise, and a name beside scatter that is alone."""
+    clean = [o for o in outcomes if o.kind == "none"]
+    scatter = [o for o in outcomes if o.kind == "scatter"]
+
+    def alarm(o: Outcome) -> bool:
+        return o.result == "false_alarm"
+
+    def beside(o: Outcome) -> bool:
+        return o.verdict == "unlisted" or bool(set(o.names) - set(o.truth))
+
+    return {
+        "all": share_of(clean, alarm),
+        "white_noise": share_of([o for o in clean if not o.coloured], alarm),
+        "correlated_noise": share_of([o for o in clean if o.coloured], alarm),
+        "beside_scatter": share_of(scatter, beside),
+    }
+
+
+def outside(outcomes: Sequence[Outcome]) -> Row:
+    """Count what was flagged as outside the catalogue, named confidently, or not found."""
+    return {
+        "flagged": share_of(outcomes, lambda o: o.result == "flagged"),
+        "confident_wrong_name": share_of(outcomes, lambda o: o.verdict == "named"),
+        "missed": share_of(outcomes, lambda o: o.result == "missed"),
+    }
+
+
+def spread(values: Iterable[float | None]) -> Row:
+    """Return the number, median, ninth decile and maximum of what is there."""
+    known = np.array([v for v in values if v is not None], dtype=float)
+    if known.size == 0:
+        return {"n": 0, "median": None, "p90": None, "max": None}
+    p90 = float(np.quantile(known, 0.9))
+    return {"n": int(known.size), "median": float(np.median(known)), "p90": p90, "max": float(known.max())}
+
+
+def coverage(outcomes: Sequence[Outcome]) -> Row:
+    """Share of 95 % intervals of the effects' own parameters that hold the truth: all together, and per parameter."""
+    checked = [p for o in outcomes for p in o.parameters]
+    names = sorted({(p.effect, p.parameter) for p in checked})
+    each = {
+        f"{effect}.{id}": rate(sum(p.inside for p in group), len(group))
+        for effect, id in names
+        for group in [[p for p in checked if (p.effect, p.parameter) == (effect, id)]]
+    }
+    return {"all": rate(sum(p.inside for p in checked), len(checked)), "parameters": each}
+
+
+def settled(first: Sequence[Outcome], again: Sequence[Outcome]) -> Row:
+    """Ambiguous verdicts with a proposed run, and how many are named exactly once that run was made."""
+    proposed = [o for o in first if o.verdict == "ambiguous" and o.proposed]
+    return {
+        "ambiguous": sum(o.verdict == "ambiguous" for o in first),
+        "proposed": len(proposed),
+        "settled": share_of(again, lambda o: o.result == "named"),
+        "settled_wrongly": share_of(again, lambda o: o.result in ("wrong_name", "named_in_part")),
+    }
+
+
+def summary(cases: Sequence[Outcome], left_out: Sequence[Outcome], again: Sequence[Outcome]) -> Row:
+    """Return all figures: of the cases, of those without their true entry, of those with one run more."""
+    named = [o for o in cases if o.result == "named"]
+    return {
+        "results": dict(Counter(o.result for o in cases)),
+        "right": share_of(cases, lambda o: o.right),
+        "by_kind_and_size": by_kind_and_size(cases),
+        "false_alarms": false_alarms(cases),
+        "outside_the_catalogue": outside([o for o in cases if o.kind == "unlisted"]),
+        "leave_one_out": outside(left_out),
+        "settled_by_one_run": settled(cases, again),
+        "gap_closed_on_unseen_runs": spread(o.closed for o in named),
+        "coverage": coverage(cases),
+        "wall_s_per_joint": spread(o.wall_s for o in cases),
+        "simulations_per_joint": spread(o.simulations for o in cases),
+        "confusion": confusion(cases),
+        "confusion_leave_one_out": confusion(left_out),
+    }

@@ -1,0 +1,186 @@
+"""The cases of a blind study on disk: made by one program, worked through by another, both behind their command lines.
+
+``OUT/study.json`` says what was asked for, ``OUT/cases`` holds the campaigns, ``OUT/labels.json`` the answers, which
+nothing here opens, and ``OUT/found/<case>`` what ``python -m discrepancy.run`` made of a campaign.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed, wait
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from support.command import INTERRUPTED, TERMINATED
+from support.errors import InputError, NumericalError
+from support.files.files import write_json
+from support.processes.running import Running
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("discrepancy", "fmu_build", "identification", "measurement", "model", "noise", "report", "support")
+MAKER = ("virtual_device", "studies", "support")
+STAMP, FAILED = "stamp.json", "failed.json"
+EVERY = 0.5
+"""Time [s] between two looks at how many cases are made."""
+STOPPED = (INTERRUPTED, TERMINATED, -signal.SIGINT, -signal.SIGTERM)
+"""Exit codes of a workflow that somebody stopped."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Job:
+    """One campaign to be worked through, what is left out of the catalogue, and where the result goes."""
+
+    case: str
+    campaign: Path
+    out: Path
+    without: tuple[str, ...] = ()
+
+    def command(self, seed: int, threads: int) -> list[str]:
+        """Return the command line of the workflow: it gets the campaign, and no more."""
+        left_out = ["--without", ",".join(self.without)] if self.without else []
+        return [
+            sys.executable, "-m", "discrepancy.run", str(self.campaign), "--out", str(self.out), "--seed", str(seed),
+            "--workers", str(threads), "--quiet", *left_out,
+        ]  # fmt: skip
+
+    def result(self) -> dict[str, Any] | None:
+        """Return the finding, or None where there is none."""
+        for path in sorted((self.out / "discrepancy").glob("joint*.json")):
+            return dict(json.loads(path.read_text(encoding="utf-8")))
+        return None
+
+    def failure(self) -> str | None:
+        """Return why there is no finding, in one line; None where the job was not tried."""
+        path = self.out / FAILED
+        return str(json.loads(path.read_text(encoding="utf-8"))["reason"]) if path.exists() else None
+
+
+def digest(packages: Sequence[str] = PACKAGES) -> str:
+    """Return twelve hex digits of the code of some packages, the blind study itself left out."""
+    found = hashlib.sha256()
+    for package in packages:
+        for path in sorted((ROOT / package).rglob("*")):
+            if path.suffix in (".py", ".c", ".h", ".toml") and not path.name.startswith("blind"):
+                found.update(path.relative_to(ROOT).as_posix().encode() + path.read_bytes())
+    return found.hexdigest()[:12]
+
+
+def make(
+    out: Path, asked: dict[str, Any], workers: int, tell: Callable[[int], None] = lambda _: None
+) -> tuple[str, ...]:
+    """Make the cases unless they are there, and return their names; ``tell`` gets how many there are so far.
+
+    Raises
+    ------
+    InputError
+        Where the folder holds another study.
+    """
+    path, wanted = out / "study.json", {**asked, "maker": digest(MAKER)}
+    if path.exists():
+        if json.loads(path.read_text(encoding="utf-8")) != wanted:
+            todo = "choose another --out, or remove that folder"
+            raise InputError(str(path), expected="the study that is asked for", got="another one", todo=todo)
+    else:
+        options = [f"--{name}={value}" for name, value in asked.items() if value != ""]
+        command = ["studies.hidden.run", "--out", str(out), *options, "--workers", str(workers)]
+        code, said = _made([sys.executable, "-m", *command], out / "cases", tell)
+        if code == InputError.exit_code:
+            raise InputError("the cases", expected="what can be made", got=last_line(said))
+        if code:
+            msg = f"making the cases: {last_line(said)}"
+            raise NumericalError(msg)
+        write_json(path, wanted)
+    return tuple(sorted(p.name for p in (out / "cases").iterdir()))
+
+
+def _made(command: Sequence[str], cases: Path, tell: Callable[[int], None]) -> tuple[int, str]:
+    """Run the program that makes the cases; return its exit code and what it said."""
+    running = Running()
+    with ThreadPoolExecutor(1) as pool:
+        try:
+            making = pool.submit(running.run, command, cwd=ROOT)
+            while wait([making], timeout=EVERY).not_done:
+                tell(made(cases))
+        except BaseException:
+            running.end()
+            raise
+    tell(made(cases))
+    return making.result()
+
+
+def made(cases: Path) -> int:
+    """Count the cases that are written below a folder."""
+    return len(list(cases.glob("*/campaign.toml")))
+
+
+def last_line(text: str) -> str:
+    """Return the last line that says something."""
+    lines = [line.strip() for line in text.splitlines() if line.strip()]
+    return lines[-1] if lines else "no message"
+
+
+def worked(job: Job, stamp: str) -> bool:
+    """Whether the result of the same code is there."""
+    done = job.out / STAMP
+    return done.exists() and json.loads(done.read_text(encoding="utf-8"))["code"] == stamp
+
+
+def work(job: Job, running: Running, *, seed: int, limit: float, stamp: str, threads: int) -> None:
+    """Run the workflow on one campaign, in place of any result that is there.
+
+    A failure is kept as such; what was stopped is not, and is begun again.
+    """
+    done = job.out / STAMP
+    for old in (done, job.out / FAILED, *(job.out / "discrepancy").glob("joint*.json")):
+        old.unlink(missing_ok=True)
+    began, reason = time.perf_counter(), ""
+    environment = {**os.environ, "OMP_NUM_THREADS": str(threads), "OPENBLAS_NUM_THREADS": str(threads)}
+    try:
+        code, said = running.run(job.command(seed, threads), cwd=ROOT, env=environment, limit=limit)
+        if code in STOPPED:
+            return
+        reason = "" if code == 0 else f"exit code {code}: {last_line(said)}"
+    except subprocess.TimeoutExpired:
+        reason = f"not finished within {limit:g} s"
+    if reason or job.result() is None:
+        write_json(job.out / FAILED, {"reason": reason or "no result was written"})
+    write_json(done, {"code": stamp, "command_wall_s": time.perf_counter() - began})
+
+
+def work_all(
+    jobs: Sequence[Job], *, seed: int, workers: int, limit: float, until: float, tell: Callable[[], None]
+) -> tuple[Job, ...]:
+    """Work through the jobs, none begun after the time ``until`` (`time.monotonic`); return those that were done.
+
+    Results of the same code that are there already count whatever the time.
+    """
+    stamp, finished, running = digest(), [], Running()
+    threads = max(1, (os.cpu_count() or 1) // workers)
+
+    def one(job: Job) -> Job | None:
+        if not worked(job, stamp):
+            if time.monotonic() > until:
+                return None
+            work(job, running, seed=seed, limit=limit, stamp=stamp, threads=threads)
+        return job if worked(job, stamp) else None
+
+    pool = ThreadPoolExecutor(workers)
+    try:
+        for ended in as_completed([pool.submit(one, job) for job in jobs]):
+            tell()
+            if (job := ended.result()) is not None:
+                finished.append(job)
+    except BaseException:
+        running.end()
+        raise
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+    return tuple(sorted(finished, key=lambda job: job.case))

@@ -1,0 +1,81 @@
+"""A further run of a blind case, as its workflow asked for it, added to a copy of its campaign."""
+
+from __future__ import annotations
+
+import shutil
+import tomllib
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from support.errors import InputError
+from support.files.files import read_json, write_bytes, write_text
+from virtual_device.recording.campaign import joint_runs
+from virtual_device.recording.inputs import Cosine
+from virtual_device.recording.sensor import Sensor
+
+LONGEST = 60.0
+"""Longest run that can be asked for [s]."""
+
+
+def read_label(out: Path, case: str) -> dict[str, Any]:
+    """Return what is hidden in one case of the study below ``out``.
+
+    Raises
+    ------
+    InputError
+        Where the study or the case is not there.
+    """
+    path = out / "labels.json"
+    labels = read_json(path, "the labels of a blind study", ("studies.hidden", "labels.schema.json"))["labels"]
+    for label in labels:
+        if label["case"] == case:
+            return dict(label)
+    raise InputError("--extra", expected="a case of the study", got=repr(case))
+
+
+def cosine_of(request: Mapping[str, Any]) -> Cosine:
+    """Return the run that was asked for: ``amplitude``, ``offset`` [N m], ``frequency`` [rad/s], ``duration`` [s].
+
+    ``end_frequency`` [rad/s] or None where it is not swept.
+    """
+    end = request.get("end_frequency")
+    slowest = request["frequency"] if end is None else min(request["frequency"], end)
+    if not (slowest > 0.0 and 0.0 < request["duration"] <= LONGEST):
+        expected = f"a frequency above 0 rad/s and up to {LONGEST:g} s"
+        raise InputError("the run asked for", expected=expected, got=f"{dict(request)}")
+    amplitude, offset = request["amplitude"], request["offset"]
+    return Cosine(
+        amplitude=amplitude,
+        offset=offset,
+        frequency=request["frequency"],
+        end_frequency=end,
+        duration=request["duration"],
+        spacing=request.get("spacing", 0.01),
+    )
+
+
+def add_run(out: Path, case: str, request: Mapping[str, Any], folder: Path) -> Path:
+    """Copy the campaign of ``case`` to ``folder`` and add the run of `cosine_of`, ``repeats`` times, to be fitted.
+
+    The same joint, disturbances and sensor as in the case, with noise of its own.
+
+    Returns
+    -------
+    Path
+        The new campaign.toml.
+    """
+    label = read_label(out, case)
+    sensor = Sensor(noise=label["noise"], coloured=label["coloured"], correlation_time=label["correlation_time"])
+    seed = 1_000_003 + int(case.rpartition("_")[2])
+    asked = [cosine_of(request)] * request.get("repeats", 1)
+    made = joint_runs(label["joint"], label["base"], asked, effects=label.get("hidden", {}), sensor=sensor, seed=seed)
+    shutil.copytree(out / "cases" / case, folder, dirs_exist_ok=True)
+    content = tomllib.loads((out / "cases" / case / "campaign.toml").read_text(encoding="utf-8"))
+    for run in (replace(table, file=f"asked_{table.file}") for table in made):
+        write_bytes(folder / run.file, run.encoded())
+        content["runs"].append(run.entry(6 if label["device"] == "freedom6s" else 1))
+    return write_text(folder / "campaign.toml", tomli_w.dumps(content))

@@ -1,0 +1,108 @@
+"""Which blind cases to make: what is hidden, how large, on which device, with which inputs and noise."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from support.errors import InputError
+from virtual_device.machine.effects import LISTED, UNLISTED
+
+KINDS = {"none": 4, "single": 10, "pair": 2, "scatter": 1, "scatter_with": 2, "unlisted": 2}
+"""Kinds of cases with the share that each takes of a mixed set."""
+SIZES = ("nominal", "small", "threshold")
+RANDOM = "amplitude_scatter"
+NAMED = tuple(name for name in LISTED if name != RANDOM)
+ONE_TENDON = {"tendon_elasticity", "tendon_slack"}
+"""Two descriptions of the one tendon that a joint has: together they are the second alone."""
+UPRIGHT = (0, 3)
+"""Joints with a vertical axis: no gravity in their equation."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Case:
+    """One blind case: ``effects`` are the hidden names, ``scatter`` the cycles' amplitude scatter at nominal size."""
+
+    kind: str
+    effects: tuple[str, ...]
+    size: str
+    joint: int
+    device: str
+    inputs: str
+    noise: float
+    coloured: float
+    correlation_time: float
+    scatter: float
+
+
+def plan(
+    count: int,
+    rng: np.random.Generator,
+    kinds: Sequence[str],
+    sizes: Sequence[str],
+    inputs: str,
+    effects: Sequence[str] = (),
+) -> list[Case]:
+    """Draw ``count`` cases; every kind goes through its effects and sizes in random order before one comes again.
+
+    Where ``effects`` names some, no others are hidden (`RANDOM` always may be).
+    """
+    for name, known, chosen in (("kinds", KINDS, kinds), ("sizes", SIZES, sizes)):
+        if not set(chosen) <= set(known) or not chosen:
+            raise InputError(where=f"--{name}", expected=f"some of {', '.join(known)}", got=", ".join(chosen) or "none")
+    if unknown := set(effects) - {*LISTED, *UNLISTED}:
+        raise InputError(where="--effects", expected="names of the catalogue", got=", ".join(sorted(unknown)))
+    slots = [kind for kind in kinds for _ in range(KINDS[kind])]
+    order = [slots[k % len(slots)] for k in range(count)]
+    sources = {kind: _shuffled(_hidden(kind, sizes, effects), rng) for kind in kinds}
+    return [_case(kind, *next(sources[kind]), inputs, rng) for kind in rng.permutation(np.array(order))]
+
+
+def _hidden(kind: str, sizes: Sequence[str], effects: Sequence[str]) -> list[tuple[tuple[str, ...], str]]:
+    """Return all names and sizes of one kind."""
+    choices: list[tuple[tuple[str, ...], str]]
+    if kind == "none":
+        choices = [((), "none")]
+    elif kind == "scatter":
+        choices = [((RANDOM,), size) for size in sizes]
+    elif kind == "pair":
+        choices = [(names, "nominal") for names in itertools.combinations(NAMED, 2) if set(names) != ONE_TENDON]
+    elif kind == "scatter_with":
+        choices = [((name, RANDOM), "nominal") for name in NAMED]
+    else:
+        names = NAMED if kind == "single" else tuple(UNLISTED)
+        choices = [((name,), size) for name in names for size in sizes]
+    allowed = [c for c in choices if not effects or set(c[0]) <= {*effects, RANDOM}]
+    if not allowed:
+        raise InputError(where="--effects", expected=f"names that the kind {kind!r} hides", got=", ".join(effects))
+    return allowed
+
+
+def _shuffled(
+    choices: list[tuple[tuple[str, ...], str]], rng: np.random.Generator
+) -> Iterator[tuple[tuple[str, ...], str]]:
+    """Go through the choices without end, in a new order each round."""
+    while True:
+        for k in rng.permutation(len(choices)):
+            yield choices[k]
+
+
+def _case(kind: str, effects: tuple[str, ...], size: str, inputs: str, rng: np.random.Generator) -> Case:
+    upright = "payload_gravity" in effects
+    joint = int(rng.choice(UPRIGHT) if upright else rng.integers(6))
+    coloured = kind == "none" and bool(rng.random() < 0.25)
+    return Case(
+        kind=kind,
+        effects=effects,
+        size=size,
+        joint=joint,
+        device="single_joint" if upright or rng.random() < 0.6 else "freedom6s",
+        inputs=inputs if inputs != "mixed" else str(rng.choice(["rich", "rich", "table3"])),
+        noise=float(rng.choice([1e-4, 2e-4, 2e-4, 4e-4])),
+        coloured=float(rng.choice([1e-4, 2e-4])) if coloured else 0.0,
+        correlation_time=float(np.round(rng.uniform(0.02, 0.1), 3)),
+        scatter=float(np.round(rng.uniform(0.005, 0.03), 4)) if RANDOM in effects else 0.0,
+    )

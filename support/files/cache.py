@@ -1,0 +1,107 @@
+"""The cache on disk: folders of the user's own, entries that are verified by digest each time they are taken."""
+
+from __future__ import annotations
+
+import atexit
+import hashlib
+import os
+import platform
+import shutil
+import stat
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from support.files.files import write_text
+
+VARIABLE = "HAPTID_CACHE"
+_PRIVATE = 0o700
+_OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
+
+
+def cache_folder(name: str) -> Path:
+    """Return (and make) the cache folder ``name`` below $HAPTID_CACHE, default ``.cache/haptid`` in the home folder.
+
+    Where it cannot be written, or is not the user's own, a private temporary folder serves until the program ends, and
+    one line on stderr says so.
+    """
+    folder = _base() / name
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=_PRIVATE)
+        if not _is_own(folder):
+            return _temporary(f"{folder} belongs to somebody else", name)
+        folder.chmod(_PRIVATE)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except OSError as error:
+        return _temporary(f"{folder}: {error.strerror}", name)
+
+
+def seal(entry: Path) -> Path:
+    """Record the digest of an entry (a file or a folder) that has just been written whole; return it."""
+    write_text(_record(entry), _digest(entry))
+    return entry
+
+
+def is_sealed(entry: Path) -> bool:
+    """Whether ``entry`` is in the cache, the user's own, and what it was when it was sealed."""
+    record = _record(entry)
+    try:
+        own = all(_is_own(path) and path.lstat().st_mode & _OTHERS_MAY_WRITE == 0 for path in (entry, record))
+        linked = entry.is_symlink() or record.is_symlink()
+        return own and not linked and record.read_text(encoding="utf-8") == _digest(entry)
+    except (OSError, UnicodeDecodeError):
+        return False
+
+
+@cache
+def machine() -> str:
+    """Return what compiled code depends on beside its source: system, processor and the processor's instructions."""
+    parts = [sys.platform, platform.machine(), platform.processor(), platform.libc_ver()[0]]
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    wanted = ("model name", "flags", "Features", "CPU part", "CPU implementer")
+    parts += sorted({line for line in lines if line.startswith(wanted)})
+    return hashlib.sha256(repr(parts).encode()).hexdigest()[:16]
+
+
+def _base() -> Path:
+    given = os.environ.get(VARIABLE, "").strip()
+    if given:
+        return Path(given).absolute()
+    try:
+        return Path.home() / ".cache" / "haptid"
+    except RuntimeError:  # no HOME, and no entry in the list of users
+        return _temporary("there is no home folder", "")
+
+
+def _temporary(why: str, name: str) -> Path:
+    """Return a private folder for this program and the processes it starts; it goes when the program ends."""
+    folder = Path(tempfile.mkdtemp(prefix="haptid-cache-"))
+    print(f"note: no cache ({why}): {folder} serves this once; set {VARIABLE} to a folder of yours", file=sys.stderr)
+    os.environ[VARIABLE] = str(folder)
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    (folder / name).mkdir(mode=_PRIVATE, exist_ok=True)
+    return folder / name
+
+
+def _is_own(path: Path) -> bool:
+    return not hasattr(os, "getuid") or path.lstat().st_uid == os.getuid()
+
+
+def _record(entry: Path) -> Path:
+    return entry.with_name(f"{entry.name}.sha256")
+
+
+def _digest(entry: Path) -> str:
+    if not entry.is_dir():
+        return hashlib.sha256(entry.read_bytes()).hexdigest()
+    found = hashlib.sha256()
+    for path in sorted(entry.rglob("*")):
+        name = path.relative_to(entry).as_posix()
+        if "__pycache__" not in name:  # the interpreter writes there what it compiled from the files that count
+            found.update(f"{name}\n{'' if path.is_dir() else _digest(path)}\n".encode())
+    return found.hexdigest()

@@ -1,0 +1,1 @@
+"""The environment: what is missing, what the lock file holds, where it comes from."""

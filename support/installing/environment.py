@@ -1,0 +1,186 @@
+"""Which interpreter can run the project: its own requirements read from pyproject.toml, the project's .venv beside it.
+
+Standard library only: this runs before anything is installed.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import platform
+import re
+import subprocess
+import sys
+import sysconfig
+import tomllib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib import metadata
+from pathlib import Path
+from types import TracebackType
+from typing import NoReturn
+
+ROOT = Path(__file__).resolve().parents[2]
+VENV_PYTHON = ROOT / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+BAD_SETUP, INTERRUPTED = 2, 130
+UNFINISHED = "haptid-installation-unfinished"
+"""File beside the installed packages while they are being installed: what a killed installation leaves is not used."""
+
+_REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)\s*(\[[^]]*\])?\s*(?P<bounds>[^;]*?)\s*(;\s*(?P<marker>.*))?$")
+_SELF = re.compile(r"^haptid\[(?P<extras>[^]]*)\]$")
+_HERE = {
+    "implementation_name": sys.implementation.name,
+    "os_name": os.name,
+    "platform_machine": platform.machine(),
+    "platform_python_implementation": platform.python_implementation(),
+    "platform_system": platform.system(),
+    "python_full_version": platform.python_version(),
+    "python_version": ".".join(platform.python_version_tuple()[:2]),
+    "sys_platform": sys.platform,
+}
+_OPERATORS = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">="}
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """One line of pyproject's dependencies: ``text`` as written, name, and bounds as (operator, version) pairs."""
+
+    text: str
+    name: str
+    bounds: tuple[tuple[str, tuple[int, ...]], ...]
+
+    @property
+    def met(self) -> bool:
+        """Whether the interpreter in use has it, in a version within the bounds."""
+        try:
+            installed = _version(metadata.version(self.name))
+        except metadata.PackageNotFoundError:
+            return False
+        return all(_holds(installed, operator, bound) for operator, bound in self.bounds)
+
+
+def _version(text: str) -> tuple[int, ...]:
+    """Leading numbers of a version: ``1.10.0rc1`` is (1, 10, 0)."""
+    match = re.match(r"\d+(\.\d+)*", text)
+    return tuple(int(part) for part in match[0].split(".")) if match else ()
+
+
+def _holds(installed: tuple[int, ...], operator: str, bound: tuple[int, ...]) -> bool:
+    width = max(len(installed), len(bound))
+    a, b = ((*v, *(0,) * (width - len(v))) for v in (installed, bound))
+    return {">=": a >= b, ">": a > b, "<": a < b, "<=": a <= b, "==": a == b, "!=": a != b}[operator]
+
+
+def applies(marker: str | None) -> bool:
+    """Whether a marker holds on this machine; one of a form that is not read counts as true, left to the installer."""
+    if not marker:
+        return True
+    try:
+        return _holds_here(ast.parse(marker, mode="eval").body)
+    except (SyntaxError, ValueError, KeyError):
+        return True
+
+
+def _holds_here(node: ast.expr) -> bool:
+    """Evaluate ``and``, ``or`` and comparisons of one variable with one text: the grammar of markers is Python's."""
+    if isinstance(node, ast.BoolOp):
+        parts = [_holds_here(value) for value in node.values]
+        return all(parts) if isinstance(node.op, ast.And) else any(parts)
+    if not isinstance(node, ast.Compare) or not isinstance(node.left, ast.Name):
+        raise ValueError(ast.dump(node))
+    wanted = str(ast.literal_eval(node.comparators[0]))
+    name, operator = node.left.id, _OPERATORS[type(node.ops[0])]
+    if name.startswith("python_"):
+        release = wanted.removesuffix(".*")
+        installed = _version(_HERE[name])
+        if release != wanted:  # ``== '3.14.*'`` compares as many numbers as it names
+            installed = installed[: len(_version(release))]
+        return _holds(installed, operator, _version(release))
+    return (_HERE[name] == wanted) == (operator == "==")
+
+
+def parse_requirement(text: str) -> Requirement | None:
+    """Read one requirement; None where its marker does not apply to this machine."""
+    match = _REQUIREMENT.match(text)
+    if match is None:
+        msg = f"pyproject.toml: cannot read the requirement {text!r}"
+        raise ValueError(msg)
+    if not applies(match["marker"]):
+        return None
+    bounds = re.findall(r"([<>=!]=|[<>])\s*([^,\s]+)", match["bounds"])
+    return Requirement(text, match["name"], tuple((operator, _version(version)) for operator, version in bounds))
+
+
+def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
+    """Read the project's requirements that apply here.
+
+    Parameters
+    ----------
+    dev
+        Those of the development tools too, every extra that they name included.
+    extra
+        Those of this extra too.
+    """
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    extras = project["project"].get("optional-dependencies", {})
+    lines = project["project"]["dependencies"] + (extras[extra] if extra else [])
+    for line in project["dependency-groups"]["dev"] if dev else []:
+        own = _SELF.match(line)
+        lines += [text for name in own["extras"].split(",") for text in extras[name]] if own else [line]
+    return tuple(r for r in map(parse_requirement, lines) if r is not None)
+
+
+def missing(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
+    """List the requirements that the interpreter in use does not meet: all where an installation did not end."""
+    half = unfinished().exists()
+    return tuple(r for r in requirements(dev=dev, extra=extra) if half or not r.met)
+
+
+def unfinished() -> Path:
+    """Path of the file that stands beside the packages of the interpreter in use while they are being installed."""
+    return Path(sysconfig.get_path("purelib")) / UNFINISHED
+
+
+def replace_process(arguments: Sequence[str | Path]) -> NoReturn:
+    """Become ``arguments``; where the system cannot, run them and leave with their exit code."""
+    command = [str(a) for a in arguments]
+    if sys.platform == "win32":
+        sys.exit(subprocess.run(command, check=False).returncode)
+    os.execv(command[0], command)
+
+
+def in_venv() -> bool:
+    """Whether the interpreter in use is that of the project's .venv."""
+    return Path(sys.prefix).resolve() == (ROOT / ".venv").resolve()
+
+
+def _told(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    """Say in one line that Ctrl-C came while modules were imported, before the command itself could hear it."""
+    if not issubclass(kind, KeyboardInterrupt):
+        sys.__excepthook__(kind, error, trace)
+        return
+    sys.stderr.write("interrupted: nothing was finished yet\n")
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)
+
+
+def ready(extra: str | None = None) -> None:
+    """Let ``python -m package.command`` run under an interpreter that has the requirements, or say what to type.
+
+    Packages that hold a command call this when they are imported, with the extra that all of the package needs, if
+    any. It acts only while ``python -m`` looks for the command (``sys.argv[0]`` is then ``-m``), so that it costs a
+    library import nothing.
+    """
+    if sys.argv[:1] != ["-m"]:
+        return
+    sys.excepthook = _told
+    lacking = missing(extra=extra)
+    if not lacking:
+        return
+    if VENV_PYTHON.is_file() and not in_venv():
+        options = sys.orig_argv[1:]
+        replace_process([VENV_PYTHON, *options])
+    verb = extra if extra and not missing() else "fmu"
+    names = ", ".join(r.name for r in lacking)
+    sys.stderr.write(f"error: {sys.executable} lacks {names}; run `make {verb}` first\n")
+    sys.exit(BAD_SETUP)

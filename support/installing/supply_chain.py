@@ -1,0 +1,125 @@
+"""What comes from others: ``python -m support.installing.supply_chain lock|check|sbom|licences``, all from uv.lock."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterable
+from importlib import metadata
+from pathlib import Path
+
+import click
+
+from support.command import exit_codes
+from support.errors import HaptidError
+from support.files.files import write_text
+from support.installing.environment import ROOT
+from support.installing.lock_file import CORE, DEV, locked_file, pins
+
+LICENCES = ROOT / "THIRD_PARTY.md"
+SBOM = ROOT / "artifacts" / "sbom.cdx.json"
+HEADER = "# Made from uv.lock by `make locked`: every file by its hash, for every platform. Do not edit.\n"
+
+
+def extras() -> tuple[str, ...]:
+    """Names of the extras that the development environment holds, each with a file of its own."""
+    table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    return tuple(name for name in table["optional-dependencies"] if name != "suggest")
+
+
+def uv(*arguments: str) -> str:
+    """Run uv without the settings of this machine and return what it wrote."""
+    command = [sys.executable, "-m", "uv", *arguments, "--no-config", "--offline", "--quiet"]
+    done = subprocess.run(command, cwd=ROOT, check=False, capture_output=True, text=True)
+    if done.returncode != 0:
+        message = f"uv {arguments[0]}: {done.stderr or done.stdout}"
+        raise HaptidError(message)
+    return done.stdout
+
+
+def exported() -> dict[str, str]:
+    """Return the text of every file in support/locked, by part."""
+    wanted = {CORE: ["--no-dev"]} | {name: ["--no-dev", "--extra", name] for name in extras()}
+    wanted[DEV] = ["--group", "dev"]
+    options = ("--locked", "--no-emit-project", "--no-header", "--no-annotate", "--format", "requirements.txt")
+    return {part: HEADER + uv("export", *options, *more) for part, more in wanted.items()}
+
+
+def stale() -> tuple[Path, ...]:
+    """List the files in support/locked that are not what uv.lock says."""
+    texts = {locked_file(part): text for part, text in exported().items()}
+    return tuple(p for p, text in texts.items() if not p.is_file() or p.read_text(encoding="utf-8") != text)
+
+
+def licence(name: str) -> str:
+    """Licence of an installed distribution, as its metadata says it: expression, classifier, or first line."""
+    about = metadata.metadata(name).json
+    expression = about.get("license_expression")
+    classifiers = [c.rpartition(" :: ")[2] for c in about.get("classifier", []) if c.startswith("License ::")]
+    lines = str(about.get("license", "")).strip().splitlines()
+    return str(expression or "") or ", ".join(classifiers) or (lines[0][:80] if lines else "not stated in its metadata")
+
+
+def licences_page() -> str:
+    """Return the distributions of the lock file that are installed here, with licence and the part that needs them."""
+    parts: dict[tuple[str, str], str] = {}
+    for part in (CORE, *extras(), DEV):
+        for pin in pins(part):
+            parts.setdefault((pin.name, pin.version), part)
+    text = "# Licences of what haptid uses\n\nMade by `make licences` from uv.lock and the packages' own metadata.\n\n"
+    text += "| distribution | version | needed by | licence |\n| --- | --- | --- | --- |\n"
+    return text + "".join(_rows(parts.items()))
+
+
+def _rows(parts: Iterable[tuple[tuple[str, str], str]]) -> Iterable[str]:
+    for (name, version), part in sorted(parts):
+        try:
+            said = licence(name)
+        except metadata.PackageNotFoundError:
+            said = "not installed where this page was made"
+        yield f"| {name} | {version} | {part} | {said.replace('|', '/')} |\n"
+
+
+@click.group()
+def main() -> None:
+    """Files that are made from uv.lock."""
+
+
+@main.command()
+@exit_codes
+def lock() -> None:
+    """Write support/locked/*.txt."""
+    for part, text in exported().items():
+        write_text(locked_file(part), text)
+
+
+@main.command()
+@exit_codes
+def check() -> None:
+    """Refuse files in support/locked that are not what uv.lock says."""
+    wrong = ", ".join(str(p.relative_to(ROOT)) for p in stale())
+    if wrong:
+        message = f"{wrong}: expected what uv.lock says; run `make locked`"
+        raise HaptidError(message)
+
+
+@main.command()
+@exit_codes
+def sbom() -> None:
+    """Write a CycloneDX bill of materials, every file with its hash."""
+    options = ("--locked", "--all-extras", "--no-dev", "--format", "cyclonedx1.5")
+    write_text(SBOM, uv("export", *options, "--preview-features", "sbom-export"))
+    click.echo(f"{SBOM.relative_to(ROOT)} written")
+
+
+@main.command()
+@exit_codes
+def licences() -> None:
+    """Write the list of licences."""
+    write_text(LICENCES, licences_page())
+    click.echo(f"{LICENCES.relative_to(ROOT)} written")
+
+
+if __name__ == "__main__":
+    main()

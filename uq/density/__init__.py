@@ -1,0 +1,1 @@
+"""Runs and noise model in, log posterior density and its mode out."""

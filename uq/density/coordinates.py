@@ -1,0 +1,148 @@
+"""Coordinates in which the sampler moves: logarithms of positive quantities, with their prior density."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.values.run import Array
+from model.equations.equations import Equations
+from model.equations.quantity import Quantity
+from noise.hyper import Hyper
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Coordinates:
+    """η = (free parameters of the equations, then the noise model's): log x where ``scale`` is ``log``, else x.
+
+    The prior of a parameter is its normal prior cut at the bounds, or flat between the bounds: in log x where ``scale``
+    is ``log``, else in x. Positive quantities move in log x whatever their prior is flat in: where amplitudes scatter,
+    the
+    data leave a common factor of inertia, stiffness and damping open, and that is a straight line only in logarithms.
+    Orderings (Fs ≥ Fc) cut the rest away. ``widen`` multiplies the standard deviation of every prior.
+    """
+
+    equations: Equations
+    hyper: tuple[Hyper, ...]
+    widen: float = 1.0
+
+    @property
+    def free(self) -> tuple[Quantity, ...]:
+        """The parameters that are sampled."""
+        return tuple(q for q in self.equations.parameters if not q.fixed)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Ids in the order of η."""
+        return (*(q.id for q in self.free), *(h.id for h in self.hyper))
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Units in the order of η, each of the untransformed value."""
+        return (*(q.unit for q in self.free), *(h.unit for h in self.hyper))
+
+    @property
+    def logarithmic(self) -> tuple[bool, ...]:
+        """Which coordinates are logarithms."""
+        return (*(positive(q) for q in self.free), *(True for _ in self.hyper))
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return len(self.names)
+
+    def _positions(self) -> list[int]:
+        return [i for i, q in enumerate(self.equations.parameters) if not q.fixed]
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of η, shape (n,) each; the noise model's are wide."""
+        pairs = [(np.log(_floor(q)), np.log(q.upper)) if positive(q) else (q.lower, q.upper) for q in self.free]
+        pairs += [(-25.0, 5.0)] * len(self.hyper)
+        lower, upper = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
+        return lower, upper
+
+    def values(self, eta: Array) -> Array:
+        """Untransformed values of η, same shape (…, n)."""
+        return np.where(self.logarithmic, np.exp(np.clip(eta, -700, 700)), eta)
+
+    def inverse(self, values: Array) -> Array:
+        """η of untransformed values, same shape (…, n)."""
+        flags = np.array(self.logarithmic)
+        return np.where(flags, np.log(np.where(flags, values, 1.0)), values)
+
+    def thetas(self, eta: Array) -> Array:
+        """Full parameter sets (…, n_p) of the equations, the fixed ones at their initial values."""
+        base = np.array([q.initial for q in self.equations.parameters])
+        out = np.broadcast_to(base, (*eta.shape[:-1], base.size)).copy()
+        out[..., self._positions()] = self.values(eta)[..., : len(self.free)]
+        return out
+
+    def eta(self, theta: Array, hyper: Array | None = None) -> Array:
+        """η (n,) of a full parameter set (n_p,) inside its bounds, the noise model at ``hyper`` or at its start."""
+        start = np.array([h.start for h in self.hyper]) if hyper is None else hyper
+        lowest = np.array([_floor(q) if positive(q) else q.lower for q in self.free])
+        inside = np.clip(np.asarray(theta)[self._positions()], lowest, [q.upper for q in self.free])
+        return self.inverse(np.concatenate([inside, start]))
+
+    def slopes(self, eta: Array) -> Array:
+        """dθ/dη of the free parameters, shape (n_free,)."""
+        n = len(self.free)
+        return np.where(self.logarithmic[:n], self.values(eta)[:n], 1.0)
+
+    def log_prior(self, eta: Array) -> Array:
+        """Log prior density of η (n_sets, n), up to a constant; −inf outside bounds and orderings; shape (n_sets,)."""
+        lower, upper = self.bounds()
+        total = np.where(np.all((eta >= lower) & (eta <= upper), axis=-1), 0.0, -np.inf)
+        theta = self.thetas(eta)
+        ids = [q.id for q in self.equations.parameters]
+        for greater, smaller in self.equations.orderings:
+            if greater in ids and smaller in ids:
+                total = np.where(theta[..., ids.index(greater)] >= theta[..., ids.index(smaller)], total, -np.inf)
+        for i, quantity in enumerate(self.free):
+            if quantity.prior is not None:
+                value = theta[..., ids.index(quantity.id)]
+                total = total - 0.5 * ((value - quantity.prior.mean) / (self.widen * quantity.prior.std)) ** 2
+            if positive(quantity) and (quantity.prior is not None or quantity.scale != "log"):
+                total = total + eta[..., i]
+        for i, h in enumerate(self.hyper):
+            total = total + h.prior.widened(self.widen).log_density(eta[..., len(self.free) + i])
+        return np.asarray(total)
+
+    def draw(self, rng: np.random.Generator, size: int) -> Array:
+        """Draws of η from the prior, shape (size, n)."""
+        kept = np.empty((0, self.size))
+        while len(kept) < size:
+            columns = [_draw_quantity(q, self.widen, rng, 4 * size) for q in self.free]
+            columns += [h.prior.widened(self.widen).draw(rng, 4 * size) for h in self.hyper]
+            drawn = np.stack(columns, axis=1)
+            kept = np.concatenate([kept, drawn[np.isfinite(self.log_prior(drawn))]])
+        return kept[:size]
+
+
+def positive(quantity: Quantity) -> bool:
+    """Whether a quantity is positive, so that it moves in its logarithm."""
+    return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
+
+
+def _floor(quantity: Quantity) -> float:
+    """Lower bound, or a billionth of the first guess where that is 0."""
+    return quantity.lower if quantity.lower > 0 else 1e-9 * quantity.initial
+
+
+def _draw_quantity(quantity: Quantity, widen: float, rng: np.random.Generator, size: int) -> Array:
+    if quantity.prior is not None:
+        value = quantity.prior.mean + widen * quantity.prior.std * rng.standard_normal(size)
+    elif quantity.scale == "log":
+        return rng.uniform(np.log(quantity.lower), np.log(quantity.upper), size)
+    else:
+        value = rng.uniform(quantity.lower, quantity.upper, size)
+    return np.log(np.maximum(value, 1e-300)) if positive(quantity) else value
+
+
+def prior_words(quantity: Quantity) -> str:
+    """Write the prior of a parameter as a report shows it."""
+    interval = f"[{quantity.lower:.3g}, {quantity.upper:.3g}]"
+    if quantity.prior is not None:
+        return f"normal, {quantity.prior.mean:.4g} ± {quantity.prior.std:.2g}, in {interval}"
+    return f"flat in {'log ' if quantity.scale == 'log' else ''}{quantity.id} on {interval}"

@@ -1,0 +1,207 @@
+"""The posterior's mode, and the normal distribution that fits it there: where ensembles start from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from identification.simulators.protocol import Simulator
+from measurement.values.run import Array
+from support.errors import NumericalError
+from uq.density.density import Density
+from uq.density.normal_equations import expand
+
+DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0])
+"""Levenberg–Marquardt damping factors that are tried side by side."""
+SETTLED = 0.05
+"""Gain in log posterior below which a step counts as none."""
+LOOSE = 3.0
+"""Largest standard deviation that the normal approximation gives a noise parameter, in its logarithm."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Laplace:
+    """Mode and covariance of η.
+
+    Parameters
+    ----------
+    eta
+        Mode, shape (n,).
+    covariance
+        Inverse of the expected information plus the prior's, shape (n, n).
+    density
+        With starts and columns linearised at the mode.
+    log_density
+        At the mode.
+    """
+
+    eta: Array
+    covariance: Array
+    density: Density
+    log_density: float
+
+    @property
+    def lower(self) -> Array:
+        """Cholesky factor of the covariance."""
+        return np.asarray(np.linalg.cholesky(self.covariance), dtype=np.float64)
+
+
+def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 20, steps: int = 8) -> Laplace:
+    """Climb from η to the mode: Gauss–Newton in the parameters and Nelder–Mead in the noise model, in turns.
+
+    Raises
+    ------
+    NumericalError
+        Where the density is not finite at η.
+    """
+    best = -np.inf
+    for _ in range(rounds):
+        density = density.linearised(simulator, eta)
+        density, eta = _climb_parameters(density, simulator, eta, steps)
+        eta = _climb_noise(density, eta)
+        value = float(density(eta)[0])
+        if abs(value - best) < SETTLED:
+            break
+        best = value
+    density = density.linearised(simulator, eta)
+    value = float(density(eta)[0])
+    if not np.isfinite(value):
+        msg = f"{density.equations.name}: the posterior density is not finite at the fit"
+        raise NumericalError(msg)
+    return Laplace(eta=eta, covariance=covariance(density, simulator, eta), density=density, log_density=value)
+
+
+def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps: int) -> tuple[Density, Array]:
+    n = len(density.coordinates.free)
+    for _ in range(steps):
+        at = expand(density, simulator, eta)
+        density = at.density
+        prior_gradient, prior_curvature = _prior_slopes(density, eta)
+        H, g = at.information + np.diag(prior_curvature[:n]), at.gradient + prior_gradient[:n]
+        now = float(density(eta)[0])
+        if not (np.isfinite(H).all() and np.isfinite(g).all()):
+            break
+        trials = _project(density, np.array([_stepped(eta, H, g, damping) for damping in DAMPINGS]))
+        values = density(trials)
+        k = int(np.argmax(values))
+        if not values[k] > now:
+            break
+        eta = trials[k]
+        if values[k] - now < SETTLED:
+            break
+    return density, eta
+
+
+def _stepped(eta: Array, H: Array, g: Array, damping: float) -> Array:
+    out = eta.copy()
+    diagonal = np.diag(H)
+    floor = 1e-12 * diagonal.max()
+    out[: g.size] += np.linalg.lstsq(H + np.diag(damping * diagonal + floor), g, rcond=None)[0]
+    return out
+
+
+def _project(density: Density, eta: Array) -> Array:
+    """Move trials a hair inside bounds and orderings."""
+    coordinates = density.coordinates
+    lower, upper = coordinates.bounds()
+    room = np.minimum(1e-6 * (upper - lower), 1e-6)
+    eta = np.clip(eta, lower + room, upper - room)
+    ids = [q.id for q in coordinates.free]
+    values = coordinates.values(eta)
+    for greater, smaller in density.equations.orderings:
+        if greater in ids and smaller in ids:
+            a, b = ids.index(greater), ids.index(smaller)
+            values[:, a] = np.maximum(values[:, a], values[:, b] * (1 + 1e-4))
+    return coordinates.inverse(values)
+
+
+def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:
+    """Gradient and negative curvature of the log prior at η by central differences, shape (n,) each."""
+    h = 1e-3 * np.maximum(np.abs(eta), 1e-3)
+    points = np.concatenate([eta[None], eta + np.diag(h), eta - np.diag(h)])
+    p = density.coordinates.log_prior(points)
+    n = eta.size
+    up, down = p[1 : 1 + n], p[1 + n :]
+    with np.errstate(invalid="ignore"):
+        gradient, curvature = (up - down) / (2 * h), -(up - 2 * p[0] + down) / h**2
+    sound = np.isfinite(gradient) & np.isfinite(curvature)
+    return np.where(sound, gradient, 0.0), np.where(sound, np.maximum(curvature, 0.0), 0.0)
+
+
+def _climb_noise(density: Density, eta: Array) -> Array:
+    """Best noise parameters for the simulations at η."""
+    n = len(density.coordinates.free)
+    simulated = [density.simulated(eta[None], terms) for terms in density.terms]
+
+    def negative(tail: Array) -> float:
+        point = np.concatenate([eta[:n], tail])[None]
+        prior = float(density.coordinates.log_prior(point)[0])
+        if not np.isfinite(prior):
+            return 1e30
+        return -prior - float(density.log_likelihoods(point, simulated).sum())
+
+    start = eta[n:]
+    simplex = np.vstack([start, start + np.eye(start.size)])
+    options = {"xatol": 1e-3, "fatol": 1e-3, "maxfev": 150 * start.size, "initial_simplex": simplex}
+    found = minimize(negative, start, method="Nelder-Mead", options=options)
+    return np.concatenate([eta[:n], found.x if found.fun < negative(start) else start])
+
+
+def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
+    """Inverse of the information at η: Gauss–Newton for the parameters, differences for the noise model.
+
+    Raises
+    ------
+    NumericalError
+        Where the information is not finite, with the parameters that are to blame.
+    """
+    n, size = len(density.coordinates.free), eta.size
+    information = expand(density, simulator, eta).information
+    _, curvature = _prior_slopes(density, eta)
+    total = np.zeros((size, size))
+    total[:n, :n] = information
+    total[n:, n:] = _noise_information(density, eta)
+    lower, upper = density.coordinates.bounds()
+    wide = np.zeros(size)
+    wide[:n] = 12.0 / np.minimum(upper - lower, 1e6)[:n] ** 2
+    total += np.diag(np.maximum(np.append(curvature[:n], np.zeros(size - n)), wide))
+    if not np.isfinite(total).all():
+        lost = [name for name, row in zip(density.coordinates.names, total, strict=False) if not np.isfinite(row).all()]
+        todo = "measure with more motion, or state priors or fixed values in campaign.toml"
+        told = f"the likelihood has no finite curvature in {', '.join(lost[:4])} at the fit"
+        msg = f"{density.equations.name}: {told}: the runs do not determine it, or do not follow the model; {todo}"
+        raise NumericalError(msg)
+    return _inverse(total)
+
+
+def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
+    """Negative Hessian of the log posterior in the noise parameters, with no eigenvalue below 1/LOOSE²."""
+    n = len(density.coordinates.free)
+    k = eta.size - n
+    simulated = [density.simulated(eta[None], terms) for terms in density.terms]
+    shifts = [(a, b, sa, sb) for a in range(k) for b in range(a + 1) for sa in (1, -1) for sb in (1, -1)]
+    points = np.tile(eta, (len(shifts), 1))
+    for row, (a, b, sa, sb) in zip(points, shifts, strict=True):
+        row[n + a] += sa * h
+        row[n + b] += sb * h
+    repeated = [np.repeat(y, len(points), axis=0) for y in simulated]
+    values = density.coordinates.log_prior(points) + density.log_likelihoods(points, repeated).sum(axis=1)
+    hessian = np.zeros((k, k))
+    for value, (a, b, sa, sb) in zip(values, shifts, strict=True):
+        hessian[a, b] -= sa * sb * value / (4 * h * h)
+        hessian[b, a] = hessian[a, b]
+    if not np.isfinite(hessian).all():
+        return hessian
+    weights, vectors = np.linalg.eigh(hessian)
+    return (vectors * np.maximum(weights, 1 / LOOSE**2)) @ vectors.T
+
+
+def _inverse(information: Array) -> Array:
+    """Inverse of a symmetric matrix after scaling its diagonal to 1, tiny eigenvalues lifted to 1e-10."""
+    d = 1 / np.sqrt(np.diag(information))
+    weights, vectors = np.linalg.eigh(information * np.outer(d, d))
+    inverse = (vectors / np.maximum(weights, 1e-10)) @ vectors.T
+    out = inverse * np.outer(d, d)
+    return np.asarray((out + out.T) / 2)

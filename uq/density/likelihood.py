@@ -1,0 +1,73 @@
+"""Log-likelihood of a run for many parameter sets, everything random but the sensor's noise level marginalised."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from measurement.values.run import Array
+from model.equations.equations import Equations
+from noise.gram import correlated_gram, white_gram
+from noise.marginal import log_marginal
+from noise.noise_model import NoiseModel
+from noise.terms import Terms, column_scales
+from uq.density.equilibrium import equilibrium
+
+Keep = NDArray[np.bool_]
+
+
+def gram_of(
+    terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array,
+    keep: Keep | None = None,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Gram matrix (n_sets, 1 + k, 1 + k) and log det of the noise for simulated positions (n_sets, n_t)."""
+    seen = np.ones(terms.run.t.size, dtype=bool) if keep is None else keep
+    residual = terms.data - simulated
+    rest = (
+        equilibrium(equations, thetas, float(terms.data.mean()))
+        if model.scatter == "reading"
+        else np.zeros(len(thetas))
+    )
+    motion = simulated - rest[:, None]
+    noise = hyper["noise_factor"] * terms.sensor_std
+    # The prior of the start is centred on the first sample: shift the residual to that centre.
+    residual = residual - terms.start_shift @ terms.fixed[: len(terms.states)]
+    if model.correlated:
+        error = (hyper["model_error"], hyper["error_time"])
+        return correlated_gram(terms, model, residual, motion, noise, error, seen)
+    return white_gram(terms, model, residual, motion, noise, seen)
+
+
+def log_likelihood(
+    terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array,
+    keep: Keep | None = None,
+) -> Array:  # fmt: skip
+    """Log marginal likelihood of the rows in ``keep`` (None: all), shape (n_sets,); −inf where a simulation blew up."""
+    finite: Keep = np.all(np.isfinite(simulated), axis=1)
+    safe = np.where(finite[:, None], simulated, 0.0)
+    gram, logdet = gram_of(terms, model, equations, thetas, hyper, safe, keep)
+    count = terms.run.t.size if keep is None else int(keep.sum())
+    value = log_marginal(gram, column_scales(terms, model, hyper), logdet, count)
+    return np.where(finite, value, -np.inf)
+
+
+def predictive_score(
+    terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array
+) -> Array:
+    """Log density of a held-out run's scored rows given the rows before them, shape (n_sets,)."""
+    total = log_likelihood(terms, model, equations, thetas, hyper, simulated)
+    if terms.run.score_from == 0:
+        return total
+    before = np.arange(terms.run.t.size) < terms.run.score_from
+    return np.asarray(total - log_likelihood(terms, model, equations, thetas, hyper, simulated, before))
+
+
+def cycle_scores(
+    terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array
+) -> Array:
+    """Log density of every cycle given all other cycles of its run, shape (n_sets, n_cycles): log p(y) − log p(y₋c)."""
+    total = log_likelihood(terms, model, equations, thetas, hyper, simulated)
+    without = [
+        log_likelihood(terms, model, equations, thetas, hyper, simulated, terms.cycle != c) for c in range(terms.cycles)
+    ]
+    return np.asarray(total[:, None] - np.array(without).T)

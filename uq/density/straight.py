@@ -1,0 +1,101 @@
+"""Coordinates in which spring and gravity are told apart along a straight line: where the walkers move."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.values.run import Array
+
+IDS = ("Ks", "epos", "gravity_sin", "gravity_cos")
+STIFF = 0.05
+"""Least total stiffness at the mode, as a share of Ks + |g_s|, for the map to be used: it needs K > 0."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Straight:
+    """x of η: (log Ks, epos, g_s, g_c) become (log K, q₀, g_s/K, g_c/K), the others stay.
+
+    K = Ks + g_s is the stiffness at q = 0 and q₀ = (Ks·epos − g_c)/K the equilibrium, both to first order in q. A run
+    tells these two far better than how they are shared between spring and gravity. That share is a curve in η, as thin
+    as K and q₀ are known, and a straight line in x. A factor common to all torques moves log K alone.
+
+    Parameters
+    ----------
+    places
+        Where ``IDS`` stand in η; empty where the joint has not all four free: then x = η.
+    """
+
+    places: tuple[int, ...] = ()
+
+    @classmethod
+    def of(cls, names: Sequence[str], logarithmic: Sequence[bool], eta: Array) -> Straight:
+        """Return the map for coordinates of these names, at a mode η (n,)."""
+        if not set(IDS) <= set(names):
+            return cls()
+        spring, epos, sine, cosine = places = tuple(list(names).index(name) for name in IDS)
+        Ks, g_s = np.exp(eta[spring]), eta[sine]
+        usable = logarithmic[spring] and not any(logarithmic[i] for i in (epos, sine, cosine))
+        return cls(places=places) if usable and Ks + g_s > STIFF * (Ks + abs(g_s)) else cls()
+
+    def straight(self, eta: Array) -> Array:
+        """Return x of η, shape (…, n) each; NaN where K ≤ 0."""
+        if not self.places:
+            return eta
+        out = eta.copy()
+        log_spring, epos, g_s, g_c = (eta[..., i] for i in self.places)
+        Ks = np.exp(log_spring)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            K = np.where(Ks + g_s > 0, Ks + g_s, np.nan)
+            for i, value in zip(self.places, (np.log(K), (Ks * epos - g_c) / K, g_s / K, g_c / K), strict=True):
+                out[..., i] = value
+        return out
+
+    def back(self, x: Array) -> Array:
+        """Return η of x, shape (…, n) each; NaN where Ks ≤ 0."""
+        if not self.places:
+            return x
+        out = x.copy()
+        log_k, q0, sine, cosine = (x[..., i] for i in self.places)
+        K = np.exp(log_k)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            share = np.where(sine < 1, 1 - sine, np.nan)
+            parts = (log_k + np.log(share), (q0 + cosine) / share, K * sine, K * cosine)
+            for i, value in zip(self.places, parts, strict=True):
+                out[..., i] = value
+        return out
+
+    def log_volume(self, x: Array) -> Array:
+        """Return log |∂η/∂x| = 2·log K − 2·log(1 − g_s/K), shape (…,)."""
+        if not self.places:
+            return np.zeros(x.shape[:-1])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.asarray(2 * x[..., self.places[0]] - 2 * np.log(1 - x[..., self.places[2]]))
+
+    def covariance(self, eta: Array, covariance: Array) -> Array:
+        """Carry a small covariance at η (n,) over to x: J·C·Jᵀ, J by central differences of a thousandth of C's."""
+        if not self.places:
+            return covariance
+        h = 1e-3 * np.sqrt(np.diag(covariance))
+        J = (self.straight(eta + np.diag(h)) - self.straight(eta - np.diag(h))).T / (2 * h)
+        return np.asarray(J @ covariance @ J.T)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StraightDensity:
+    """Log density of x where ``density`` is that of η."""
+
+    density: Callable[[Array], Array]
+    straight: Straight
+
+    def __call__(self, x: Array) -> Array:
+        """Log density of x (n_sets, n), shape (n_sets,); −inf where there is no η."""
+        x = np.atleast_2d(x)
+        eta = self.straight.back(x)
+        sound = np.isfinite(eta).all(axis=1)
+        out = np.full(len(x), -np.inf)
+        if sound.any():
+            out[sound] = self.density(eta[sound]) + self.straight.log_volume(x[sound])
+        return out

@@ -1,0 +1,1 @@
+"""Posterior draws in, predictions out: bands, scores, the next run."""

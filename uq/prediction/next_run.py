@@ -1,0 +1,116 @@
+"""Which further run would narrow the widest interval most."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from identification.simulators.protocol import Simulator
+from measurement.signals.cycles import find_cycles
+from measurement.values.run import Array, Run
+from noise.terms import linearise, prepare, scatter_columns
+from uq.density.density import Density
+from uq.density.laplace import Laplace
+from uq.density.normal_equations import run_information
+
+AMPLITUDES = (0.5, 0.7, 1.0, 1.4)
+FREQUENCIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NextRun:
+    """A run worth making.
+
+    Parameters
+    ----------
+    parameter
+        The least known parameter (widest interval relative to its value).
+    amplitude, omega, duration
+        Cosine torque A·cos(ω·t) [N m], [rad/s], and its length [s].
+    before, after
+        Expected standard deviation of the parameter's coordinate (relative, for a logarithmic one) without and with it.
+    repeat
+        The same with the most useful of the present runs repeated.
+    """
+
+    parameter: str
+    amplitude: float
+    omega: float
+    duration: float
+    before: float
+    after: float
+    repeat: float
+
+
+def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun | None:
+    """Search amplitudes and frequencies around those used for the largest gain in the least known parameter.
+
+    Parameters
+    ----------
+    covariance
+        Posterior covariance of η, shape (n, n).
+
+    Notes
+    -----
+    Expected covariance (C⁻¹ + JᵀΣ⁻¹J)⁻¹ with the candidate's sensitivities at the mode. Torque stays within
+    1.4 times the largest used so far, travel within 1.3 times.
+    """
+    density = mode.density
+    theta = density.coordinates.thetas(mode.eta)
+    worst = _least_known(density, mode.eta, covariance)
+    if worst is None:
+        return None
+    inverse = np.asarray(np.linalg.inv(covariance), dtype=np.float64)
+    base = density.terms[0].run
+    torque = max(float(np.ptp(t.run.u)) / 2 for t in density.terms)
+    travel = max(float(np.ptp(t.data)) for t in density.terms)
+    omega = float(np.median([find_cycles(t.run).omega or 1.0 for t in density.terms]))
+    found: list[tuple[float, float, float]] = []
+    for a in AMPLITUDES:
+        for w in FREQUENCIES:
+            run = _cosine(base, a * torque, w * omega)
+            y = simulator.simulate(theta, run).y[:, 0]
+            if np.isfinite(y).all() and np.ptp(y) <= 1.3 * travel:
+                run = run.but(y=y[:, None])
+                found.append((_std_with(mode, simulator, run, inverse, worst), a * torque, w * omega))
+    if not found:
+        return None
+    after, amplitude, omega = min(found)
+    repeats = [_std_with(mode, simulator, terms.run, inverse, worst) for terms in density.terms]
+    return NextRun(
+        parameter=density.coordinates.names[worst],
+        amplitude=amplitude,
+        omega=omega,
+        duration=float(base.t[-1]),
+        before=float(np.sqrt(covariance[worst, worst])),
+        after=after,
+        repeat=min(repeats),
+    )
+
+
+def _least_known(density: Density, eta: Array, covariance: Array) -> int | None:
+    """Index of the free parameter with the largest relative standard deviation."""
+    std = np.sqrt(np.diag(covariance))
+    n = len(density.coordinates.free)
+    logarithmic = np.array(density.coordinates.logarithmic[:n])
+    linear = std[:n] / np.maximum(np.abs(eta[:n]), std[:n])
+    return int(np.argmax(np.where(logarithmic, std[:n], linear))) if n else None
+
+
+def _cosine(base: Run, amplitude: float, omega: float) -> Run:
+    u = amplitude * np.cos(omega * base.t)[:, None]
+    return base.but(u=u, v=None, extra={}, file="candidate", score_from=0)
+
+
+def _std_with(mode: Laplace, simulator: Simulator, run: Run, inverse: Array, worst: int) -> float:
+    """Predict the standard deviation of one coordinate after ``run``."""
+    density = mode.density
+    n = len(density.coordinates.free)
+    theta = density.coordinates.thetas(mode.eta)
+    terms = prepare(simulator.equations, run)
+    trajectory = simulator.simulate(theta, run, x0=terms.x0, sensitivities=True)
+    terms = scatter_columns(linearise(terms, trajectory), simulator, theta, density.model)
+    total = inverse.copy()
+    total[:n, :n] += run_information(density, simulator, terms, mode.eta)
+    return float(np.sqrt(np.linalg.inv(total)[worst, worst]))

@@ -1,0 +1,120 @@
+"""Posterior predictive positions of a run, their bands, and how many rows the bands cover."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.values.run import Array, Run
+from noise.marginal import coefficients
+from noise.noise_model import NoiseModel
+from noise.terms import Terms, column_scales
+from uq.density.density import Density
+from uq.density.equilibrium import equilibrium
+from uq.density.likelihood import gram_of
+
+LEVELS = (0.5, 0.8, 0.95)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Bands:
+    """Equal-tailed predictive bands of one run.
+
+    Parameters
+    ----------
+    run
+        The run.
+    median
+        Shape (n_t,).
+    lower, upper
+        Band edges by level, shape (n_levels, n_t) each.
+    covered
+        Share of the scored rows that lie within each band, shape (n_levels,).
+    cycle_factors
+        Mean and standard deviation of 1 + s·ξ of every cycle given the data, (n_cycles, 2); empty without scatter.
+    """
+
+    run: Run
+    median: Array
+    lower: Array
+    upper: Array
+    covered: Array
+    cycle_factors: Array
+
+
+def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generator) -> Bands:
+    """Draw new readings of a run: parameters from ``draws`` (n_draws, n), new cycles and noise, measured start."""
+    thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
+    simulated = density.simulated(draws, terms)
+    sound = np.isfinite(simulated).all(axis=1)
+    thetas, simulated = thetas[sound], simulated[sound]
+    hyper = {name: value[sound] for name, value in hyper.items()}
+    model, n_start = density.model, len(terms.states)
+    gram, _ = gram_of(terms, model, density.equations, thetas, hyper, simulated)
+    mean, covariance = coefficients(gram, column_scales(terms, model, hyper))
+    start = mean[:, :n_start] + _normal(covariance[:, :n_start, :n_start], rng) + terms.start_shift
+    clean = simulated + start @ terms.fixed[:n_start]
+    motion = clean - equilibrium(density.equations, thetas, float(terms.data.mean()))[:, None]
+    y = clean + _scattered(terms, model, hyper, motion, rng) + _noise(terms, model, hyper, rng)
+    edges = np.quantile(y, [0.5, *((1 - p) / 2 for p in LEVELS), *((1 + p) / 2 for p in LEVELS)], axis=0)
+    lower, upper = edges[1 : 1 + len(LEVELS)], edges[1 + len(LEVELS) :]
+    inside = (terms.data >= lower) & (terms.data <= upper)
+    factors = _cycle_factors(terms, model, mean[:, n_start:], covariance[:, n_start:, n_start:])
+    return Bands(
+        run=terms.run,
+        median=edges[0],
+        lower=lower,
+        upper=upper,
+        covered=inside[:, terms.run.scored].mean(axis=1),
+        cycle_factors=factors,
+    )
+
+
+def _normal(covariance: Array, rng: np.random.Generator) -> Array:
+    """One draw of N(0, C) for every C (n_sets, k, k), shape (n_sets, k)."""
+    weights, vectors = np.linalg.eigh(covariance)
+    scaled = np.sqrt(np.maximum(weights, 0.0)) * rng.standard_normal(weights.shape)
+    return np.asarray(np.einsum("wij,wj->wi", vectors, scaled))
+
+
+def _scattered(
+    terms: Terms, model: NoiseModel, hyper: dict[str, Array], motion: Array, rng: np.random.Generator
+) -> Array:
+    """Deviation that new factors of cycles and run make, shape (n_sets, n_t)."""
+    if model.scatter == "none":
+        return np.zeros_like(motion)
+    xi = hyper["cycle_scatter"][:, None] * rng.standard_normal((len(motion), terms.cycles))
+    common = hyper["run_scatter"][:, None] * rng.standard_normal((len(motion), 1)) if model.runs else 0.0
+    if model.scatter == "reading":
+        return np.asarray(motion * (xi + common)[:, terms.cycle])
+    columns = terms.fixed[len(terms.states) : len(terms.states) + terms.cycles]
+    return np.asarray((xi + common) @ columns)
+
+
+def _noise(terms: Terms, model: NoiseModel, hyper: dict[str, Array], rng: np.random.Generator) -> Array:
+    """White noise, and the correlated error where the model has one, shape (n_sets, n_t)."""
+    sets, rows = hyper["noise_factor"].size, terms.run.t.size
+    out = terms.sensor_std * hyper["noise_factor"][:, None] * rng.standard_normal((sets, rows))
+    if model.correlated:
+        keep = np.exp(-np.diff(terms.run.t)[None] / hyper["error_time"][:, None])
+        shocks = rng.standard_normal((sets, rows))
+        error = hyper["model_error"] * shocks[:, 0]
+        out[:, 0] += error
+        for k in range(1, rows):
+            phi = keep[:, k - 1]
+            error = phi * error + hyper["model_error"] * np.sqrt(1 - phi**2) * shocks[:, k]
+            out[:, k] += error
+    return np.asarray(out)
+
+
+def _cycle_factors(terms: Terms, model: NoiseModel, mean: Array, covariance: Array) -> Array:
+    """Mean and spread of each cycle's factor over draws and given each draw, shape (n_cycles, 2)."""
+    if model.scatter == "none":
+        return np.empty((0, 2))
+    n = terms.cycles
+    total, inner = mean[:, :n], np.einsum("wii->wi", covariance)[:, :n]
+    if model.runs:
+        total = total + mean[:, n:]
+        inner = inner + 2 * covariance[:, :n, n] + covariance[:, n, n][:, None]
+    return np.stack([1 + total.mean(axis=0), np.sqrt(inner.mean(axis=0) + total.var(axis=0))], axis=1)

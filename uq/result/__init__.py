@@ -1,0 +1,1 @@
+"""Chains in, `Posterior` out: summary, record, the whole device."""

@@ -1,0 +1,53 @@
+"""Posteriors of single joints carried to the whole device: a band around every run with all joints free."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from identification.result.fit import Fit
+from identification.sequence.step import Step
+from identification.sequence.whole_device import whole_device
+from identification.verification.result import Verification
+from identification.verification.verify import verify
+from measurement.values.campaign import Campaign
+from model.device.device import Device
+from uq.result.posterior import Posterior
+
+DRAWS = 40
+
+
+def as_fit(fit: Fit, posterior: Posterior) -> Fit:
+    """Return the fit with the posterior's mean and covariance of its free parameters in place of its own."""
+    coordinates = posterior.mode.density.coordinates
+    n = len(coordinates.free)
+    values = coordinates.values(posterior.sample.flat())[:, :n]
+    theta = np.array(fit.theta)
+    for q, mean in zip(coordinates.free, values.mean(axis=0), strict=True):
+        theta[fit.index(q.id)] = mean
+    order = [[q.id for q in coordinates.free].index(id) for id in fit.free]
+    covariance = np.cov(values.T).reshape(n, n)[np.ix_(order, order)]
+    return fit.but(theta=theta, covariance=covariance)
+
+
+def full_model_bands(
+    campaign: Campaign, device: Device, steps: Sequence[Step], *, seed: int = 0, draws: int = DRAWS
+) -> Verification:
+    """Simulate the runs with all joints free by draws of the whole model.
+
+    Parameters
+    ----------
+    steps
+        One per joint, in locking order, each with a fit as `as_fit` makes it.
+
+    Returns
+    -------
+    Verification
+        Empty where a joint of the device has no posterior or where there is no run with all joints free.
+    """
+    if {j for step in steps for j in step.configuration.free_joints} != set(range(len(device.joints))):
+        return Verification(runs=())
+    whole = whole_device(device, steps, seed=seed, draws=draws)
+    unseen = [run for run in campaign.runs if run.use == "validate"]
+    return verify(device, whole.values, unseen, campaign.extra.get("controller"), draws=whole.draws)

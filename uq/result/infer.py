@@ -1,0 +1,200 @@
+"""From runs to a posterior: choose the noise model, sample, diagnose, predict."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from identification.optimise.workers import Here, Workers
+from identification.simulators.protocol import Simulator
+from measurement.values.run import Array, Run
+from noise.hyper import NOISE_ESTIMATED, NOISE_KNOWN
+from noise.noise_model import NoiseModel
+from uq.density.density import Density
+from uq.density.forward import EachForward, KernelForward
+from uq.density.likelihood import cycle_scores
+from uq.density.solver_step import STEPS, longest_step
+from uq.prediction.choice import Problem, Scored, best, compare, unseen_terms
+from uq.prediction.next_run import next_run
+from uq.prediction.predict import predict
+from uq.result.arviz_door import leave_one_out
+from uq.result.posterior import Posterior
+from uq.result.summary import chains_of, summarise
+from uq.sampling.modes import count_modes
+from uq.sampling.sampling import Report, Sample, SamplingOptions, sample
+
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class InferOptions:
+    """How a posterior is made.
+
+    Parameters
+    ----------
+    noise_given
+        Whether the sensor's noise is stated by the campaign (else it was estimated, and its factor has a wide prior).
+    model
+        The noise model; the one that best predicts unseen runs where None.
+    stored, predicted
+        Draws per chain in the file, and draws behind a predictive band.
+    sensitivity
+        Whether the mode is also found with all priors half and twice as wide.
+    """
+
+    sampling: SamplingOptions = field(default_factory=SamplingOptions)
+    noise_given: bool = True
+    model: NoiseModel | None = None
+    stored: int = 500
+    predicted: int = 1000
+    sensitivity: bool = False
+
+
+QUICK = SamplingOptions(chunk=40, burn=60, pilot=0, longest=120)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Chosen:
+    """Noise models with their scores, the one that is sampled, and the problem that they were judged on."""
+
+    problem: Problem
+    scored: tuple[Scored, ...]
+    one: Scored
+
+
+def _choose(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
+    if options.model is None:
+        scored = compare(problem, theta, seed=options.sampling.seed)
+    else:
+        scored = (Scored(model=options.model, mode=problem.mode(options.model, theta), score=0.0),)
+    return _Chosen(problem=problem, scored=scored, one=best(scored))
+
+
+def _with_longest_step(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
+    """Choose with the compiled kernel and the longest inner step that suffices under the chosen model.
+
+    Where to begin is what suffices under white noise alone, which is quick to tell.
+    """
+
+    def stepped(step: float) -> Problem:
+        forward = KernelForward(equations=problem.simulator.equations, step=step)
+        return replace(problem, simulator=forward.simulator(), forward=forward)
+
+    _, first = longest_step(lambda step: stepped(step).mode(NoiseModel(), theta), lambda mode: mode)
+    steps = [step for step in STEPS if step <= first]
+    return longest_step(lambda step: _choose(stepped(step), theta, options), lambda made: made.one.mode, steps)[0]
+
+
+def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains are kept
+    simulator: Simulator,
+    runs: Sequence[Run],
+    theta: Array,
+    options: InferOptions,
+    *,
+    joint: int,
+    workers: Workers | None = None,
+    folder: Path | None = None,
+    report: Report | None = None,
+    say: Say = lambda _: None,
+    through_simulator: bool = False,
+) -> Posterior:
+    """Infer the posterior of a joint's parameters and of what is random in its data.
+
+    Parameters
+    ----------
+    runs
+        All runs of the joint; those with use ``fit`` are fitted, ``validate`` choose the noise model.
+    theta
+        Where to start: the fit, shape (n_p,).
+    folder
+        Where chains are kept so that a killed command can go on.
+    through_simulator
+        Whether the sampler runs ``simulator`` (an FMU) instead of the compiled kernel of the same equations.
+    """
+    begun = time.perf_counter()
+    say("noise model")
+    problem = Problem(
+        simulator=simulator,
+        forward=EachForward(simulator=simulator),
+        fitted=tuple(run for run in runs if run.use == "fit"),
+        unseen=tuple(run for run in runs if run.use == "validate"),
+        noise_width=NOISE_KNOWN if options.noise_given else NOISE_ESTIMATED,
+    )
+    chosen = (_choose if through_simulator else _with_longest_step)(problem, theta, options)
+    simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
+    say("sampling")
+    drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, report=report)
+    say("diagnostics")
+    rng = np.random.default_rng([seed, 11])
+    density = mode.density
+    draws = _thinned(chains_of(drawn), options.stored)
+    cycles, per_run = _log_densities(density, draws)
+    few = _thinned(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]
+    every = (*density.terms, *unseen_terms(mode, simulator, chosen.problem.unseen))
+    covariance = np.cov(drawn.flat().T).reshape(drawn.chain.shape[-1], -1)
+    return Posterior(
+        joint=joint,
+        candidates=chosen.scored,
+        chosen=chosen.one,
+        mode=mode,
+        sample=drawn,
+        parameters=summarise(density.coordinates, drawn, rng),
+        draws=draws,
+        cycle_log_density=cycles,
+        run_log_density=per_run,
+        loo=leave_one_out(cycles),
+        bands=tuple(predict(density, terms, few, rng) for terms in every),
+        modes=count_modes(drawn.chain),
+        next_run=next_run(mode, simulator, covariance),
+        sensitivity=_sensitivity(chosen.problem, chosen.one, drawn) if options.sensitivity else {},
+        wall_s=time.perf_counter() - begun,
+    )
+
+
+def _thinned(chains: Array, count: int) -> Array:
+    """Evenly spaced draws of every chain (n_chains, n_draws, n), at most ``count``."""
+    total = chains.shape[1]
+    picked = np.unique(np.linspace(0, total - 1, min(count, total)).astype(int))
+    return np.asarray(chains[:, picked])
+
+
+def _log_densities(density: Density, draws: Array) -> tuple[Array, Array]:
+    """Log densities by cycle (n_chains, n_draws, n_cycles) and by run (n_chains, n_draws, n_runs)."""
+    chains, count, n = draws.shape
+    flat = draws.reshape(-1, n)
+    cycles, runs = [], []
+    for block in np.array_split(flat, max(len(flat) // 64, 1)):
+        thetas, hyper = density.coordinates.thetas(block), density.hyper(block)
+        simulated = [density.simulated(block, terms) for terms in density.terms]
+        runs.append(density.log_likelihoods(block, simulated))
+        scores = [
+            cycle_scores(terms, density.model, density.equations, thetas, hyper, y)
+            for terms, y in zip(density.terms, simulated, strict=True)
+        ]
+        cycles.append(np.concatenate(scores, axis=1))
+    return np.concatenate(cycles).reshape(chains, count, -1), np.concatenate(runs).reshape(chains, count, -1)
+
+
+def _sensitivity(problem: Problem, chosen: Scored, drawn: Sample) -> dict[str, dict[str, tuple[float, float]]]:
+    """Mean and standard deviation of every coordinate's value with all priors half, once and twice as wide.
+
+    The base comes from the chains. The others are the normal approximation moved by importance weights of the chains:
+    w ∝ p_widened(η)/p(η), which needs no further simulation.
+    """
+    flat = drawn.flat()[:: max(drawn.flat().shape[0] // 4000, 1)]
+    coordinates = chosen.mode.density.coordinates
+    values = coordinates.values(flat)
+    base = coordinates.log_prior(flat)
+    table: dict[str, dict[str, tuple[float, float]]] = {}
+    for label, factor in (("half", 0.5), ("stated", 1.0), ("double", 2.0)):
+        moved = replace(coordinates, widen=problem.widen * factor).log_prior(flat) - base
+        weight = np.exp(moved - moved.max())
+        weight /= weight.sum()
+        mean = weight @ values
+        std = np.sqrt(weight @ (values - mean) ** 2)
+        table[label] = {name: (float(m), float(s)) for name, m, s in zip(coordinates.names, mean, std, strict=True)}
+    return table

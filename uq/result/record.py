@@ -1,0 +1,143 @@
+"""A posterior as files: NetCDF for ArviZ, JSON for scripts, CSV draws for external tools."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from fmu_build.description.variables import structured_name
+from support.files.files import write_text
+from uq.prediction.predict import LEVELS
+from uq.result.arviz_door import write_netcdf
+from uq.result.posterior import Posterior
+from uq.result.summary import ParameterSummary
+
+SCHEMA = "posterior/1"
+
+
+def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
+    """Write ``joint<j>.nc``: posterior, prior, log densities by cycle and run, predictive bands, measured positions."""
+    coordinates = posterior.mode.density.coordinates
+    values = coordinates.values(posterior.draws)
+    prior = coordinates.values(coordinates.draw(np.random.default_rng(0), 2000))[None]
+    terms = posterior.mode.density.terms
+    cycles = [f"{t.run.file}#{c}" for t in terms for c in range(t.cycles)]
+    groups: dict[str, dict[str, Any]] = {
+        "posterior": {name: values[..., i] for i, name in enumerate(coordinates.names)},
+        "prior": {name: prior[..., i] for i, name in enumerate(coordinates.names)},
+        "log_likelihood": {"cycle": posterior.cycle_log_density, "run": posterior.run_log_density},
+        "observed_data": {f"position_{k}": b.run.y[:, 0] for k, b in enumerate(posterior.bands)},
+        "constant_data": {f"band_{k}": np.concatenate([b.lower, b.upper]) for k, b in enumerate(posterior.bands)},
+    }
+    dims = {"cycle": ["cycle_of_run"], "run": ["file"]}
+    dims |= {f"position_{k}": [f"row_{k}"] for k in range(len(posterior.bands))}
+    dims |= {f"band_{k}": ["edge", f"row_{k}"] for k in range(len(posterior.bands))}
+    edges = [f"lower_{p:g}" for p in LEVELS] + [f"upper_{p:g}" for p in LEVELS]
+    attributes = {
+        "joint": posterior.joint,
+        "measured": int(measured),
+        "noise_model": posterior.chosen.model.id,
+        "tau_steps": float(posterior.sample.tau.max()),
+        "tau_known": int(posterior.sample.reached),
+        "rhat_of_the_full_chains": posterior.worst_rhat,
+    }
+    coords = {"cycle_of_run": cycles, "file": [t.run.file for t in terms], "edge": edges}
+    return write_netcdf(path, groups, dims=dims, coords=coords, attributes=attributes)
+
+
+def save_draws(posteriors: Sequence[Posterior], path: Path, rng: np.random.Generator, size: int = 500) -> Path:
+    """Write ``parameters_posterior.csv``: a row per draw, columns under the names that the FMUs' parameters have.
+
+    Joints were sampled apart from one another, so each draws its own rows.
+    """
+    header, columns = ["draw"], []
+    for posterior in posteriors:
+        coordinates = posterior.mode.density.coordinates
+        flat = posterior.draws.reshape(-1, posterior.draws.shape[-1])
+        thetas = coordinates.thetas(flat[rng.integers(0, len(flat), size)])
+        for i, quantity in enumerate(coordinates.equations.parameters):
+            header.append(structured_name(coordinates.equations, quantity.id, quantity.structured))
+            columns.append(thetas[:, i])
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(header)
+    for k, row in enumerate(np.array(columns).T):
+        writer.writerow([k, *(repr(float(x)) for x in row)])
+    return write_text(path, stream.getvalue())
+
+
+def as_json(posterior: Posterior) -> dict[str, Any]:
+    """Return the posterior of one joint as ``posterior.json`` holds it."""
+    sample = posterior.sample
+    return {
+        "joint": posterior.joint,
+        "sound": posterior.sound,
+        "parameters": {p.id: _parameter(p) for p in posterior.parameters},
+        "noise_model": {
+            "id": posterior.chosen.model.id,
+            "words": posterior.chosen.model.words,
+            "held_out_log_score": {s.model.id: s.score for s in posterior.candidates},
+        },
+        "sampling": {
+            "ensembles": sample.chain.shape[0],
+            "steps": sample.chain.shape[1],
+            "walkers": sample.chain.shape[2],
+            "move": sample.move,
+            "tau_of_moves": sample.trials,
+            "tau": float(sample.tau.max()),
+            "tau_known": sample.reached,
+            "effective": float(sample.effective.min()),
+            "acceptance": [float(a) for a in sample.acceptance],
+            "worst_rhat": posterior.worst_rhat,
+            "modes": posterior.modes,
+        },
+        "loo": {
+            "elpd": posterior.loo.elpd,
+            "std": posterior.loo.std,
+            "effective_parameters": posterior.loo.effective,
+            "pareto_k_above_0.7": int((posterior.loo.pareto_k > 0.7).sum()),
+            "worst_pareto_k": float(posterior.loo.pareto_k.max()),
+            "points": "cycles",
+        },
+        "runs": [
+            {
+                "file": b.run.file,
+                "use": b.run.use,
+                "covered": {f"{p:g}": float(c) for p, c in zip(LEVELS, b.covered, strict=True)},
+                "cycle_factors": b.cycle_factors.tolist(),
+            }
+            for b in posterior.bands
+        ],
+        "next_run": _next_run(posterior),
+        "prior_sensitivity": posterior.sensitivity,
+        "wall_s": posterior.wall_s,
+        "notes": list(posterior.notes),
+    }
+
+
+def _next_run(posterior: Posterior) -> dict[str, Any] | None:
+    run = posterior.next_run
+    return None if run is None else {name: getattr(run, name) for name in run.__slots__}
+
+
+def _parameter(p: ParameterSummary) -> dict[str, Any]:
+    return {
+        "mean": p.mean,
+        "std": p.std,
+        "median": p.median,
+        "unit": p.unit,
+        "intervals": {f"{level:g}": list(ends) for level, ends in p.intervals.items()},
+        "prior": p.prior,
+        "posterior_over_prior_width": p.contraction,
+        "prior_posterior_overlap": p.overlap,
+        "rhat": p.diagnostics.rhat,
+        "ess_bulk": p.diagnostics.ess_bulk,
+        "ess_tail": p.diagnostics.ess_tail,
+        "mcse_mean": p.diagnostics.mcse_mean,
+        "verdict": p.verdict,
+    }

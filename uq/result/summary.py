@@ -1,0 +1,130 @@
+"""Numbers and a sentence for every parameter: interval, diagnostics, and how much of it is prior."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from measurement.values.run import Array
+from uq.density.coordinates import Coordinates, prior_words
+from uq.result.arviz_door import Diagnostics, diagnose
+from uq.sampling.sampling import Sample
+
+LEVELS = (0.5, 0.8, 0.95)
+PRIOR_BOUND = 0.5
+"""Share of the prior's width from which a posterior counts as the prior's."""
+NEGLIGIBLE = 1e-2
+"""Lower end of a scatter's 95 % interval, as a share of its upper end, below which only the upper end is told."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ParameterSummary:
+    """The posterior of one parameter.
+
+    Parameters
+    ----------
+    intervals
+        Equal-tailed intervals by level, in the parameter's unit.
+    contraction
+        Posterior over prior standard deviation, in the coordinate in which it was sampled.
+    overlap
+        ∫ min(prior, posterior), in the same coordinate: 1 where the data said nothing.
+    """
+
+    id: str
+    unit: str
+    description: str
+    prior: str
+    mean: float
+    std: float
+    median: float
+    intervals: dict[float, tuple[float, float]]
+    contraction: float
+    overlap: float
+    diagnostics: Diagnostics
+    verdict: str
+
+
+def chains_of(sample: Sample) -> Array:
+    """One chain per ensemble, walker after walker, shape (n_ensembles, n_draws, n).
+
+    Walkers of one ensemble are not independent chains. Within a chain the draws of a walker stay in their order, so
+    that the autocorrelation which ArviZ sees is the walkers' own.
+    """
+    e, s, w, n = sample.chain.shape
+    return np.swapaxes(sample.chain, 1, 2).reshape(e, w * s, n)
+
+
+def summarise(coordinates: Coordinates, sample: Sample, rng: np.random.Generator) -> tuple[ParameterSummary, ...]:
+    """Summarise every coordinate."""
+    chains = chains_of(sample)
+    values = coordinates.values(chains)
+    prior = coordinates.draw(rng, 4000)
+    words = [prior_words(q) for q in coordinates.free] + [h.prior.words for h in coordinates.hyper]
+    texts = [q.description for q in coordinates.free] + [h.description for h in coordinates.hyper]
+    made = []
+    for i, (id, unit) in enumerate(zip(coordinates.names, coordinates.units, strict=True)):
+        x, eta = values[..., i], chains[..., i]
+        intervals = {p: tuple(np.quantile(x, [(1 - p) / 2, (1 + p) / 2]).tolist()) for p in LEVELS}
+        contraction = float(eta.std() / prior[:, i].std())
+        overlap = _overlap(eta.ravel(), prior[:, i])
+        made.append(
+            ParameterSummary(
+                id=id,
+                unit=unit,
+                description=texts[i],
+                prior=words[i],
+                mean=float(x.mean()),
+                std=float(x.std()),
+                median=float(np.median(x)),
+                intervals=intervals,
+                contraction=contraction,
+                overlap=overlap,
+                diagnostics=diagnose(x),
+                verdict=_verdict(id, float(np.median(x)), intervals[0.95], contraction),
+            )
+        )
+    return tuple(made)
+
+
+def _overlap(posterior: Array, prior: Array) -> float:
+    """∫ min(p, q) of two samples, by histograms over their common range with bins of a quarter posterior width."""
+    low, high = min(posterior.min(), prior.min()), max(posterior.max(), prior.max())
+    bins = int(np.clip(4 * (high - low) / max(posterior.std(), 1e-300), 20, 4000))
+    p, _ = np.histogram(posterior, bins=bins, range=(low, high))
+    q, _ = np.histogram(prior, bins=bins, range=(low, high))
+    return float(np.minimum(p / p.sum(), q / q.sum()).sum())
+
+
+def _verdict(id: str, median: float, interval: tuple[float, float], contraction: float) -> str:
+    low, high = interval
+    if id.endswith("_scatter") or id == "model_error":
+        return _scatter_verdict(id, median, interval)
+    if contraction > PRIOR_BOUND:
+        return f"{id} is set by its prior: the data narrow it to {contraction:.0%} of the prior's width."
+    if low < 0 < high:
+        return f"{id} cannot be told from 0: its 95 % interval is {low:.3g} to {high:.3g}."
+    return f"{id} is known to ±{percent((high - low) / 2 / abs(median))} (95 %)."
+
+
+def _scatter_verdict(id: str, median: float, interval: tuple[float, float]) -> str:
+    low, high = interval
+    relative = id.endswith("_scatter")
+    name = {
+        "cycle_scatter": "The amplitude scatter from cycle to cycle",
+        "run_scatter": "The amplitude scatter from run to run",
+    }
+    words = name.get(id, "The correlated model error")
+
+    def shown(x: float) -> str:
+        return percent(x) if relative else f"{x:.2g} rad"
+
+    if low < NEGLIGIBLE * high:
+        return f"{words} is not seen: with 95 % it is below {shown(high)}."
+    return f"{words} is {shown(median)} ({shown(low)} to {shown(high)}, 95 %)."
+
+
+def percent(share: float) -> str:
+    """Write a share in percent with two digits, as in 0.42 %."""
+    return f"{100 * share:.2g} %" if 100 * share < 99.5 else f"{100 * share:.0f} %"

@@ -1,0 +1,292 @@
+"""Several independent ensembles, advanced side by side until their autocorrelation time is known."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from identification.optimise.workers import Here, Workers
+from measurement.values.run import Array
+from support.errors import InputError, NumericalError
+from support.files.files import read_json, write_json
+from uq.density.laplace import Laplace
+from uq.density.straight import Straight, StraightDensity
+from uq.sampling.autocorrelation import autocorrelation_time
+from uq.sampling.chunk import Chunk, Task, advance
+from uq.sampling.moves import MOVES, Proposal
+
+PHASES = {"burn": 0, "pilot": 1, "main": 2}
+DISPERSED = 3.0
+"""Standard deviations of the normal approximation by which every second ensemble is spread out at its start."""
+
+LANES = 16
+"""Walkers come in multiples of this, so that half an ensemble fills whole vectors of the compiled kernel."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SamplingOptions:
+    """How long and how widely to sample.
+
+    Parameters
+    ----------
+    ensembles, walkers
+        Independent ensembles (one chain each in the diagnostics), and walkers in each (0: by the dimension).
+    chunk, burn, pilot
+        Steps of a chunk, of the burn-in, and of the trial of moves (0: no trial, ``move`` is used).
+    longest
+        Most steps, whether the autocorrelation time is known or not.
+    lengths, change
+        The time τ counts as known after ``lengths``·τ steps and when a chunk changes it by less than ``change``.
+    move
+        Used without a trial.
+    """
+
+    ensembles: int = 4
+    walkers: int = 0
+    chunk: int = 50
+    burn: int = 100
+    pilot: int = 100
+    longest: int = 5000
+    lengths: float = 50.0
+    change: float = 0.01
+    move: str = "independent"
+    seed: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sample:
+    """What sampling gave.
+
+    Parameters
+    ----------
+    chain
+        η, shape (n_ensembles, n_steps, n_walkers, n).
+    log_prob
+        Shape (n_ensembles, n_steps, n_walkers).
+    acceptance
+        Mean accepted share of each ensemble, shape (n_ensembles,).
+    tau
+        Integrated autocorrelation time of every coordinate [steps], shape (n,).
+    reached
+        Whether the time is known as the options ask.
+    move, trials
+        The move that was used; τ of every move that was tried.
+    """
+
+    chain: Array
+    log_prob: Array
+    acceptance: Array
+    tau: Array
+    reached: bool
+    move: str
+    trials: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def effective(self) -> Array:
+        """Number of independent draws, n_ensembles·n_steps·n_walkers/τ, shape (n,)."""
+        e, s, w, _ = self.chain.shape
+        return np.asarray(e * s * w / self.tau)
+
+    def flat(self) -> Array:
+        """All draws, shape (n_draws, n)."""
+        return self.chain.reshape(-1, self.chain.shape[-1])
+
+
+Report = Callable[[int, float, float], None]
+"""Called with the steps done, τ and the effective sample size so far."""
+
+
+@dataclass(slots=True)
+class _Store:
+    """Chunks by phase, ensemble and number; on disk where there is a folder."""
+
+    folder: Path | None
+    kept: dict[tuple[str, int, int], Chunk] = field(default_factory=dict)
+
+    def path(self, phase: str, ensemble: int, number: int) -> Path | None:
+        return None if self.folder is None else self.folder / f"{phase}_{ensemble}_{number:05d}.h5"
+
+    def get(self, phase: str, ensemble: int, number: int) -> Chunk | None:
+        path = self.path(phase, ensemble, number)
+        if (phase, ensemble, number) not in self.kept and path is not None and path.exists():
+            with suppress(ValueError):  # a damaged chunk is made again: its numbers follow from the seed
+                self.kept[phase, ensemble, number] = Chunk.read(path)
+        return self.kept.get((phase, ensemble, number))
+
+    def put(self, phase: str, ensemble: int, number: int, chunk: Chunk) -> None:
+        path = self.path(phase, ensemble, number)
+        if path is not None:
+            chunk.write(path)
+        self.kept[phase, ensemble, number] = chunk
+
+
+@dataclass(slots=True)
+class _Ensembles:
+    """Where all walkers stand, and how to move them on."""
+
+    density: StraightDensity
+    options: SamplingOptions
+    workers: Workers
+    store: _Store
+    coords: list[Array]
+    log_prob: list[Array]
+
+    def step(self, phase: str, number: int, steps: int, names: Sequence[str], proposal: Proposal) -> list[Chunk]:
+        """Advance every ensemble by one chunk, those already stored excepted."""
+        tasks = {}
+        for e, name in enumerate(names):
+            if self.store.get(phase, e, number) is None:
+                seed = (self.options.seed, PHASES[phase], e, number)
+                tasks[e] = Task(
+                    density=self.density, move=name, proposal=proposal, coords=self.coords[e],
+                    log_prob=self.log_prob[e], steps=steps, seed=seed,
+                )  # fmt: skip
+        work = [(task,) for task in tasks.values()]
+        mapped = self.workers.until(advance, work, lambda done: len(work) - len(done))
+        for e, made in zip(tasks, mapped, strict=True):
+            self.store.put(phase, e, number, made)
+        chunks = [chunk for e in range(len(names)) if (chunk := self.store.get(phase, e, number)) is not None]
+        for e, chunk in enumerate(chunks):
+            self.coords[e], self.log_prob[e] = chunk.chain[-1], chunk.log_prob[-1]
+        return chunks
+
+
+def sample(
+    start: Laplace,
+    options: SamplingOptions,
+    *,
+    workers: Workers | None = None,
+    folder: Path | None = None,
+    report: Report | None = None,
+) -> Sample:
+    """Sample the posterior from its normal approximation.
+
+    Parameters
+    ----------
+    workers
+        Where chunks are made; this process where None.
+    folder
+        Where chunks are kept. A folder that holds chunks of the same density, start and options is taken up.
+    report
+        Told after every chunk.
+    """
+    if folder is not None:
+        _claim(folder, start, options)
+    coordinates = start.density.coordinates
+    straight = Straight.of(coordinates.names, coordinates.logarithmic, start.eta)
+    mean, covariance = straight.straight(start.eta), straight.covariance(start.eta, start.covariance)
+    density = StraightDensity(density=start.density, straight=straight)
+    coords = [_first_points(density, mean, covariance, e, options) for e in range(options.ensembles)]
+    log_prob = [density(points) for points in coords]
+    ensembles = _Ensembles(density, options, workers or Here(), _Store(folder), coords, log_prob)
+    names = [options.move] * options.ensembles
+    proposal = Proposal.of(mean, covariance)
+    if options.burn:
+        for number, steps in enumerate(_shares(options.burn)):
+            proposal = refitted(ensembles.step("burn", number, steps, names, proposal))
+    move, trials = options.move, {}
+    if options.pilot:
+        tried = [MOVES[e % len(MOVES)] for e in range(options.ensembles)]
+        chunks = ensembles.step("pilot", 0, options.pilot, tried, proposal)
+        trials = {name: float(autocorrelation_time(c.chain[None]).max()) for name, c in zip(tried, chunks, strict=True)}
+        move = min(trials, key=lambda name: trials[name])
+    return _run(ensembles, move, proposal, trials, report)
+
+
+def _shares(burn: int) -> list[int]:
+    """Cut the burn-in where the proposal is refitted: after a quarter, after half, at the end."""
+    return [part for part in (burn // 4, burn // 4, burn - 2 * (burn // 4)) if part]
+
+
+def _run(
+    ensembles: _Ensembles, move: str, proposal: Proposal, trials: dict[str, float], report: Report | None
+) -> Sample:
+    options, before = ensembles.options, np.inf
+    chunks: list[list[Chunk]] = []
+    while True:
+        made = ensembles.step("main", len(chunks), options.chunk, [move] * options.ensembles, proposal)
+        chunks.append(made)
+        moved = np.concatenate([np.stack([c.chain for c in row]) for row in chunks], axis=1)
+        chain = ensembles.density.straight.back(moved)
+        tau = autocorrelation_time(chain)
+        steps, longest = chain.shape[1], float(tau.max())
+        if report is not None:
+            report(steps, longest, float((chain[..., 0].size / tau).min()))
+        reached = steps >= options.lengths * longest and abs(longest - before) < options.change * longest
+        before = longest
+        if reached or steps >= options.longest:
+            break
+    accepted = np.sum([[c.accepted.mean() for c in row] for row in chunks], axis=0) / chain.shape[1]
+    log_prob = np.concatenate([np.stack([c.log_prob for c in row]) for row in chunks], axis=1)
+    log_prob = log_prob - ensembles.density.straight.log_volume(moved)
+    return Sample(
+        chain=chain, log_prob=log_prob, acceptance=accepted, tau=tau, reached=reached, move=move, trials=trials
+    )
+
+
+def refitted(chunks: Sequence[Chunk]) -> Proposal:
+    """Proposal in the shape of the second halves of all ensembles, the worst draws left out."""
+    half = [slice(c.chain.shape[0] // 2, None) for c in chunks]
+    draws = np.concatenate([c.chain[h].reshape(-1, c.chain.shape[-1]) for c, h in zip(chunks, half, strict=True)])
+    log_prob = np.concatenate([c.log_prob[h].ravel() for c, h in zip(chunks, half, strict=True)])
+    kept = draws[log_prob >= np.max(log_prob) - 2.0 * draws.shape[1] - 10.0]
+    return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
+
+
+def _first_points(
+    density: StraightDensity, mean: Array, covariance: Array, ensemble: int, options: SamplingOptions
+) -> Array:
+    """Draw points of finite density around the mode; the spread shrinks until enough are found.
+
+    Every second ensemble begins ``DISPERSED`` times as wide.
+    """
+    n = mean.size
+    walkers = options.walkers or LANES * -(-2 * (n + 1) // LANES)
+    rng = np.random.default_rng([options.seed, 99, ensemble])
+    spread, lower = DISPERSED if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
+    kept = np.empty((0, n))
+    for attempt in range(20):
+        scale = spread * 0.7 ** max(attempt - 3, 0)
+        drawn = mean + scale * rng.standard_normal((2 * walkers, n)) @ lower.T
+        kept = np.concatenate([kept, drawn[np.isfinite(density(drawn))]])
+        if len(kept) >= walkers:
+            return kept[:walkers]
+    msg = (
+        "hardly any point near the fit has a finite posterior density: the runs do not determine the parameters; "
+        "measure with more motion, or state priors or fixed values in campaign.toml"
+    )
+    raise NumericalError(msg)
+
+
+def _claim(folder: Path, start: Laplace, options: SamplingOptions) -> None:
+    """Keep the folder's chunks where they belong to this very problem; else remove them."""
+    digest = hashlib.sha256()
+    for array in (
+        start.eta,
+        start.covariance,
+        *(a for t in start.density.terms for a in (t.x0, t.fixed, t.data, t.run.u)),
+    ):
+        digest.update(np.ascontiguousarray(array).tobytes())
+    limits = {"longest", "lengths", "change"}
+    told = {name: getattr(options, name) for name in options.__slots__ if name not in limits}
+    digest.update(repr((start.density.equations.digest, start.density.coordinates.names, told)).encode())
+    name = digest.hexdigest()[:16]
+    path = folder / "chain.json"
+    if _digest_in(path) == name:
+        return
+    for old in folder.glob("*.h5"):
+        old.unlink()
+    write_json(path, {"digest": name, **told})
+
+
+def _digest_in(path: Path) -> object:
+    """Return the digest of the problem whose chunks lie beside ``path``; None where it cannot be read."""
+    try:
+        return read_json(path, "the digest of a chain").get("digest")
+    except InputError:  # cut off, or not there: the chunks are of no use
+        return None

@@ -1,0 +1,1 @@
+"""The machine: arm, joint and disturbances in C, its true numbers."""

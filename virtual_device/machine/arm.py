@@ -1,0 +1,123 @@
+"""The six-joint arm: the Python side of ``arm.c``."""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+from collections.abc import Mapping
+
+import numpy as np
+
+from support.errors import NumericalError
+from virtual_device.machine.compiled import Array, Doubles, doubles, library
+from virtual_device.machine.truth import DRIVE, Truth
+
+JOINTS = 6
+HIDDEN = ("cubic", "cog", "cog_number", "cog_phase", "drag_up", "drag_down", "drag_square", "gain_fall")
+"""What may be hidden in a joint, as `arm.c` names it."""
+MAX_STEP = 1e-4
+"""Longest Runge–Kutta step [s]."""
+
+
+@functools.cache
+def _functions() -> ctypes.CDLL:
+    lib = library("arm")
+    integer, flags = ctypes.c_int, ctypes.POINTER(ctypes.c_int)
+    lib.arm_dynamics.argtypes = [Doubles] * 5
+    lib.arm_dynamics.restype = None
+    lib.arm_potential.argtypes = [Doubles] * 3
+    lib.arm_potential.restype = ctypes.c_double
+    lib.arm_advance.argtypes = [Doubles, Doubles, flags, Doubles, Doubles, ctypes.c_double, integer, Doubles]
+    return lib
+
+
+class Arm:
+    """A machine with the numbers of ``truth``; all arrays are indexed by joint number 0..5.
+
+    ``hidden`` gives each joint disturbances of `HIDDEN`: torques against the motion cubic·(q − epos)³,
+    cog·sin(cog_number·q + cog_phase), drag_up·q̇ or drag_down·q̇ by direction, drag_square·|q̇|·q̇, and a command that
+    arrives as τ·(1 − gain_fall·τ²).
+
+    Raises
+    ------
+    ValueError
+        Where something else is to be hidden: it would not be, and a study of it would find nothing.
+    """
+
+    def __init__(self, truth: Truth, hidden: Mapping[int, Mapping[str, float]] | None = None) -> None:
+        self.truth, self._packed = truth, truth.packed()
+        given = [(hidden or {}).get(j, {}) for j in range(JOINTS)]
+        if unknown := {name for one in given for name in one if name not in HIDDEN}:
+            msg = f"an arm hides {', '.join(HIDDEN)}, got {', '.join(sorted(unknown))}"
+            raise ValueError(msg)
+        self._hidden = np.array([[float(one.get(name, 0.0)) for name in HIDDEN] for one in given])
+        if _functions().arm_parameter_count() != self._packed.size:
+            msg = f"the arm has {_functions().arm_parameter_count()} parameters, got {self._packed.size}"
+            raise NumericalError(msg)
+
+    def dynamics(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """Return M (6, 6) and h (6,) of M a + h = τ, without springs and friction."""
+        M, h = np.empty((JOINTS, JOINTS)), np.empty(JOINTS)
+        q, v = np.array(q, dtype=float), np.array(v, dtype=float)
+        _functions().arm_dynamics(doubles(self._packed), doubles(q), doubles(v), doubles(M), doubles(h))
+        return M, h
+
+    def potential(self, q: Array) -> float:
+        """Gravitational energy [J]."""
+        q, handle = np.array(q, dtype=float), np.empty(3)
+        return float(_functions().arm_potential(doubles(self._packed), doubles(q), doubles(handle)))
+
+    def handle(self, q: Array) -> Array:
+        """Position of the handle's control point in the base frame [m], shape (3,)."""
+        q, handle = np.array(q, dtype=float), np.empty(3)
+        _functions().arm_potential(doubles(self._packed), doubles(q), doubles(handle))
+        return handle
+
+    def static_torque(self, q: Array) -> Array:
+        """Gravity and spring torque at rest [N m], shape (6,)."""
+        drive = dict(zip(DRIVE, self.truth.drives.T, strict=True))
+        spring: Array = drive["Ks"] * (q - drive["epos"])
+        return self.dynamics(q, np.zeros(JOINTS))[1] + spring
+
+    def stiffness(self, q: Array, step: float = 1e-4) -> Array:
+        """Return the derivative of `static_torque` by central differences [N m/rad], shape (6, 6)."""
+        shifts = step * np.eye(JOINTS)
+        return np.array([(self.static_torque(q + d) - self.static_torque(q - d)) / (2 * step) for d in shifts]).T
+
+    def rest(self, free: tuple[int, ...], posture: Array) -> Array:
+        """Position at which the free joints balance without torque, the others at ``posture``, shape (6,)."""
+        index, q = list(free), np.array(posture, dtype=float)
+        for _ in range(30):
+            excess = self.static_torque(q)[index]
+            if np.max(np.abs(excess)) < 1e-14:
+                return q
+            q[index] -= np.linalg.solve(self.stiffness(q)[np.ix_(index, index)], excess)
+        msg = f"joints {free} have no rest near {posture}: {excess} N m remain"
+        raise NumericalError(msg)
+
+    def locked_joint(self, joint: int, posture: Array) -> dict[str, float]:
+        """Parameters of one free joint with the others locked at ``posture``, as `joint` takes them.
+
+        With one revolute joint free, M_ii does not change and gravity is g_c cos q + g_s sin q.
+        """
+        q, still = np.array(posture, dtype=float), np.zeros(JOINTS)
+        torque = []
+        for angle in (0.0, np.pi / 2):
+            q[joint] = angle
+            M, h = self.dynamics(q, still)
+            torque.append(float(h[joint]))
+        base = {"inertia": float(M[joint, joint]), "gravity_cos": torque[0], "gravity_sin": torque[1]}
+        return base | dict(zip(DRIVE, map(float, self.truth.drives[joint]), strict=True))
+
+    def advance(
+        self, free: tuple[int, ...], state: Array, torque: Array, duration: float, end: Array | None = None
+    ) -> None:
+        """Move ``state`` (q, v, z; shape (18,)) on in place under ``torque`` (6,), running linearly to ``end``."""
+        flags = (ctypes.c_int * JOINTS)(*[int(j in free) for j in range(JOINTS)])
+        steps = max(1, int(np.ceil(duration / MAX_STEP - 1e-9)))
+        u0 = np.ascontiguousarray(torque, dtype=float)
+        u1 = u0 if end is None else np.ascontiguousarray(end, dtype=float)
+        machine = doubles(self._packed), doubles(self._hidden)
+        if _functions().arm_advance(*machine, flags, doubles(u0), doubles(u1), duration, steps, doubles(state)):
+            msg = "the arm's motion stopped being finite"
+            raise NumericalError(msg)

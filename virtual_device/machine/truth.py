@@ -1,0 +1,46 @@
+"""The numbers of the virtual arm, as they stand in ``truth.toml``."""
+
+from __future__ import annotations
+
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from virtual_device.machine.compiled import Array
+
+LINK = ("mass", "x", "y", "z", "xx", "yy", "zz", "xy", "xz", "yz")
+"""Columns of `Truth.links`: mass [kg], centroid [m], inertia tensor about the centroid in link axes [kg m²]."""
+DRIVE = ("Kp", "Ks", "epos", "sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
+"""Columns of `Truth.drives`."""
+GEOMETRY = ("upper", "forearm", "crank", "handle", "gravity")
+"""Entries of `Truth.geometry`: lengths [m] and gravity [m/s²]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Truth:
+    """Arrays ``geometry`` (5,), ``links`` (7, 10), ``drives`` (6, 9), in the order of GEOMETRY, LINK, DRIVE."""
+
+    geometry: Array
+    links: Array
+    drives: Array
+
+    def packed(self) -> Array:
+        """All numbers in the order of the C structure, shape (129,)."""
+        return np.concatenate([self.geometry, self.links.ravel(), self.drives.ravel()])
+
+
+def read_truth(path: Path | None = None) -> Truth:
+    """Read ``path``, by default the device that made the embedded campaign."""
+    data = tomllib.loads((path or Path(__file__).with_name("truth.toml")).read_text())
+    links = [[row[key] for key in LINK] for row in data["link"]]
+    drives = [[row[key] for key in DRIVE] for row in data["joint"]]
+    geometry = [data["geometry"][key] for key in GEOMETRY]
+    return Truth(geometry=np.array(geometry), links=np.array(links), drives=np.array(drives))
+
+
+def inertia_tensor(row: Array) -> Array:
+    """Inertia about the centroid, shape (3, 3), from one row of `Truth.links`."""
+    xx, yy, zz, xy, xz, yz = row[4:]
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

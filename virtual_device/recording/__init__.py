@@ -1,0 +1,1 @@
+"""Tests of the machine: torques, sensors, campaigns on disk."""

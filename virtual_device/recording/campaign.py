@@ -1,0 +1,106 @@
+"""Campaigns of locked-joint tests, one free joint each."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from virtual_device.machine.effects import Shape, resolve
+from virtual_device.machine.joint import neutral, rest_position
+from virtual_device.recording.inputs import Cosine
+from virtual_device.recording.sensor import Sensor
+from virtual_device.recording.simulate import complete, scales_of, simulate_joint
+from virtual_device.recording.tables import RunTable, joint_columns, write_campaign
+
+Effects = Mapping[str, float | Mapping[str, float]]
+START_SPREAD = 0.4
+"""A joint comes to rest within this share of the band in which Coulomb friction holds it against its spring."""
+
+
+def joint_parameters(parameters: Mapping[str, float], runs: Sequence[Cosine], effects: Effects) -> dict[str, Any]:
+    """Resolve sizes once for all runs, at the largest torque amplitude and the median frequency."""
+    torque = max(run.amplitude for run in runs)
+    scales = scales_of(parameters, torque, float(np.median([run.frequency for run in runs])))
+    return {name: resolve({name: size}, scales, Shape()) for name, size in effects.items()}
+
+
+def joint_runs(
+    joint: int,
+    parameters: Mapping[str, float],
+    inputs: Sequence[Cosine],
+    *,
+    effects: Effects | None = None,
+    sensor: Sensor | None = None,
+    hold: str = "zero",
+    seed: int = 0,
+) -> tuple[RunTable, ...]:
+    """Simulate the locked-joint tests ``inputs`` of one joint; see `simulate_joint` for the arguments."""
+    fixed = joint_parameters(parameters, inputs, effects or {})
+    base = complete(parameters)
+    disturbed = base | {k: v for values in fixed.values() for k, v in values.items() if k in neutral()}
+    rest, band = rest_position(disturbed), START_SPREAD * base["Fc"] / base["Ks"]
+    tables = []
+    for number, run in enumerate(inputs):
+        sequence = np.random.SeedSequence([seed, joint, number])
+        start = rest + band * np.random.default_rng(sequence.spawn(1)[0]).uniform(-1, 1)
+        t, torque = run.times(), run.torque()
+        position = simulate_joint(
+            base | {"q0": start},
+            t,
+            torque,
+            effects=fixed,
+            hold=hold,
+            sensor=sensor or Sensor(),
+            period=run.period,
+            seed=sequence,
+        )
+        columns = joint_columns(joint, t, torque, position)
+        name = f"joint{joint}_{number}_w{run.frequency:.4g}.csv.gz"
+        tables.append(RunTable(file=name, free_joints=(joint,), columns=columns, use=run.use, reason=run.reason))
+    return tuple(tables)
+
+
+def header(title: str, device: str, sensor: Sensor, hold: str = "zero") -> dict[str, Any]:
+    """Return the head of campaign.toml."""
+    known = {"noise_rad": sensor.noise, "resolution_rad": sensor.resolution}
+    head = {"title": title, "device": device, "measured": False, "hold": hold}
+    return {"campaign": head} | ({"sensor": known} if sensor.noise > 0 and sensor.coloured == 0 else {})
+
+
+def make_joint_campaign(  # noqa: PLR0913 - what a test bench sets, by keyword
+    folder: Path,
+    joint: int,
+    parameters: Mapping[str, float],
+    inputs: Sequence[Cosine],
+    *,
+    effects: Effects | None = None,
+    sensor: Sensor | None = None,
+    hold: str = "zero",
+    seed: int = 0,
+    device: str = "single_joint",
+    known: Mapping[str, Mapping[str, float]] | None = None,
+    title: str = "Synthetic locked-joint tests",
+) -> Path:
+    """Write a campaign of one joint.
+
+    Parameters
+    ----------
+    device
+        ``single_joint`` or ``freedom6s``.
+    known
+        What campaign.toml tells about the parameters, e.g. ``{"Ks": {"initial": 0.1}}``.
+
+    Returns
+    -------
+    Path
+        The campaign.toml.
+    """
+    sensor = sensor or Sensor()
+    runs = joint_runs(joint, parameters, inputs, effects=effects, sensor=sensor, hold=hold, seed=seed)
+    head = header(title, device, sensor, hold)
+    if known:
+        head["joint"] = {str(joint): {"parameters": {name: dict(value) for name, value in known.items()}}}
+    return write_campaign(folder, head, runs, joints=6 if device == "freedom6s" else 1)
