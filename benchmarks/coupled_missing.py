@@ -14,18 +14,18 @@ import time
 from collections.abc import Mapping
 from pathlib import Path
 
-from discrepancy.finding.finding import find
-from discrepancy.study.coupled_study import coupled_study_of
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from model.effects.registry import catalogue
-from virtual_device.machine.arm import Arm
-from virtual_device.machine.truth import read_truth
-from virtual_device.recording.campaign import header
-from virtual_device.recording.inputs import COUPLED
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.tables import write_campaign
-from virtual_device.recording.whole import coupled_test
+from haptid.discrepancy.finding.finding import find
+from haptid.discrepancy.study.coupled_study import coupled_study_of
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.registry import catalogue
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.recording.campaign import header
+from haptid.virtual_device.recording.inputs import COUPLED
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.tables import write_campaign
+from haptid.virtual_device.recording.whole import coupled_test
 
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
 Scatter = Mapping[int, tuple[float, bool]]

@@ -14,13 +14,13 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from fmu_build.building.packaging import build_fmu
-from fmu_build.native.platforms import PLATFORMS, this_platform
-from identification.simulators.fmu_slave import FmuSlave
-from model.device.reader import load_device
-from model.joint.coupled_joints import configuration_equations
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
+from haptid.fmu_build.building.packaging import build_fmu
+from haptid.fmu_build.native.platforms import PLATFORMS, this_platform
+from haptid.identification.simulators.fmu_slave import FmuSlave
+from haptid.model.device.reader import load_device
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
 
 DEVICE = load_device("freedom6s")
 POINTS = 100

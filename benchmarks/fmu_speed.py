@@ -16,18 +16,18 @@ from pathlib import Path
 import numpy as np
 from fmpy.simulation import simulate_fmu
 
-from fmu_build.building.cached import identification_fmu
-from fmu_build.building.packaging import build_fmu
-from fmu_build.native.platforms import this_platform
-from identification.simulators.fmu import FmuSimulator
-from identification.simulators.fmu_slave import FmuSlave
-from identification.simulators.kernel import KernelSimulator
-from measurement.values.run import Run
-from model.device.reader import load_device
-from model.joint.coupled_joints import configuration_equations
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
-from model.kernel.compiler import compile_shared
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.fmu_build.building.packaging import build_fmu
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.identification.simulators.fmu_slave import FmuSlave
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.values.run import Run
+from haptid.model.device.reader import load_device
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.kernel.compiler import compile_shared
 
 ROWS, STEP, REPEATS = 20_000, 5e-4, 9
 DEVICE = load_device("freedom6s")

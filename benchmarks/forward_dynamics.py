@@ -19,13 +19,13 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from model.device.device import Device
-from model.device.reader import load_device
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
-from model.rigid_body.base_parameters import full_lagrangian
-from model.rigid_body.forward_dynamics import forward_dynamics
-from model.rigid_body.inertial_parameters import standard_initial
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.rigid_body.base_parameters import full_lagrangian
+from haptid.model.rigid_body.forward_dynamics import forward_dynamics
+from haptid.model.rigid_body.inertial_parameters import standard_initial
 
 SOLVE = """
 static void solve(double A[N][N], double *b) {

@@ -26,22 +26,22 @@ from typing import Any
 import click
 import numpy as np
 
-from identification.fit.multistart import fit
-from identification.optimise.workers import Processes
-from identification.problem.options import FitOptions
-from identification.simulators.kernel import KernelSimulator
-from measurement.values.run import Run
-from model.device.reader import load_device
-from model.joint.coupled_joints import configuration_equations
-from support.command import parse_joints, progress
-from virtual_device.machine.arm import JOINTS, Arm
-from virtual_device.machine.truth import read_truth
-from virtual_device.machine.variation import vary
-from virtual_device.make_campaign import joint_tests
-from virtual_device.recording.campaign import joint_runs
-from virtual_device.recording.inputs import table3
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.tables import RunTable
+from haptid.identification.fit.multistart import fit
+from haptid.identification.optimise.workers import Processes
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.values.run import Run
+from haptid.model.device.reader import load_device
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.support.command import parse_joints, progress
+from haptid.virtual_device.machine.arm import JOINTS, Arm
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.machine.variation import vary
+from haptid.virtual_device.make_campaign import joint_tests
+from haptid.virtual_device.recording.campaign import joint_runs
+from haptid.virtual_device.recording.inputs import table3
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.tables import RunTable
 
 FOLDER = Path(__file__).parent.parent / "docs" / "results"
 NAMES = {"first_guess": "devices", "machine": "machines"}

@@ -10,10 +10,10 @@ import time
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from model.device.reader import load_device
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
-from model.rigid_body.locked_dynamics import locked_motion
+from haptid.model.device.reader import load_device
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.rigid_body.locked_dynamics import locked_motion
 
 SETS, TENTH, COMPARED, SECONDS = 10_002, 10, 40, 8.0
 

@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
-from discrepancy.detect.score_tests import SEEN, project
-from discrepancy.detect.signatures import signatures
-from discrepancy.fit.nominal_fit import fit_base
-from discrepancy.study.study import Study, study_of
-from measurement.checks.preparation import campaign_for_command
-from measurement.values.run import Array
-from model.effects.registry import catalogue
+from haptid.discrepancy.detect.score_tests import SEEN, project
+from haptid.discrepancy.detect.signatures import signatures
+from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.study.study import Study, study_of
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.values.run import Array
+from haptid.model.effects.registry import catalogue
 from studies.hidden.run import make_cases
 
 CASES, SEED = 8, 11

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import click
 
-from support.installing.environment import ROOT
+from haptid.support.installing.environment import ROOT
 
 
 def timed(command: list[str | Path], folder: Path, cache: Path) -> tuple[float, float]:

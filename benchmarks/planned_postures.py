@@ -8,15 +8,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.links.consistent_links import consistent_links, pseudo_inertia
-from model.device.device import Device
-from model.device.reader import load_device
-from model.planning.inertial_belief import Measurement
-from model.planning.lock_postures import plan_postures, random_motion
-from model.planning.locking_order import locking_order
-from model.rigid_body.inertial_parameters import Array, pi_prior, standard_initial, to_pi
-from model.rigid_body.locked_dynamics import LockedDynamics
-from model.rigid_body.regressor import regressor
+from haptid.identification.links.consistent_links import consistent_links, pseudo_inertia
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+from haptid.model.planning.inertial_belief import Measurement
+from haptid.model.planning.lock_postures import plan_postures, random_motion
+from haptid.model.planning.locking_order import locking_order
+from haptid.model.rigid_body.inertial_parameters import Array, pi_prior, standard_initial, to_pi
+from haptid.model.rigid_body.locked_dynamics import LockedDynamics
+from haptid.model.rigid_body.regressor import regressor
 
 DEVICES, MOTIONS, SAMPLES, ACCURACY = 20, 50, 40, 1e-6
 

@@ -23,12 +23,12 @@ from typing import Any
 import click
 import numpy as np
 
-from identification.sequence.equations_for import device_of, equations_for
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.observer import Observed
-from identification.statistics.score import score
-from measurement.checks.preparation import campaign_for_command
-from measurement.values.run import Array, Run
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.observer import Observed
+from haptid.identification.statistics.score import score
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.values.run import Array, Run
 
 OUT = Path(__file__).parent.parent / "docs" / "results" / "real_machines.md"
 SWEPT, ARM = "dvrk_mtm_joint4", "dfki_double_pendulum_a0"

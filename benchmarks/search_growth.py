@@ -10,11 +10,11 @@ import tempfile
 import time
 from pathlib import Path
 
-from discrepancy.finding.finding import Finding, find
-from discrepancy.study.study import study_of
-from measurement.checks.preparation import campaign_for_command
-from model.effects.effect import Effect
-from model.effects.registry import with_folder
+from haptid.discrepancy.finding.finding import Finding, find
+from haptid.discrepancy.study.study import study_of
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.registry import with_folder
 from studies.hidden.run import make_cases
 
 KINDS = {"none": "", "single": "asymmetric_viscous", "unlisted": ""}

@@ -25,8 +25,8 @@ import numpy as np
 from benchmarks.peers.environments import AMICI, CACHE, CASADI, MODESTPY, ROOT, Environment, NotInstalled
 from benchmarks.peers.problem import CASES, NAMES, THRESHOLD, Case
 from benchmarks.peers.table import lines, page, ratios
-from fmu_build.building.packaging import build_fmu
-from model.joint.locked_joint import joint_equations
+from haptid.fmu_build.building.packaging import build_fmu
+from haptid.model.joint.locked_joint import joint_equations
 
 OUT = ROOT / "docs" / "results" / "time_to_truth.json"
 MOST_STARTS = 16

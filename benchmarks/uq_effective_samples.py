@@ -17,23 +17,23 @@ import emcee
 import fmpy
 import numpy as np
 
-from fmu_build.building.packaging import build_fmu
-from fmu_build.description.variables import structured_name
-from identification.fit.multistart import fit
-from identification.problem.options import FitOptions
-from identification.sequence.equations_for import device_of, equations_for
-from measurement.checks.preparation import campaign_for_command
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
-from noise.hyper import NOISE_KNOWN
-from noise.noise_model import NoiseModel
-from uq.density.forward import KernelForward, kernel_of
-from uq.density.laplace import Laplace
-from uq.density.solver_step import longest_step
-from uq.prediction.choice import Problem
-from uq.result.infer import QUICK
-from uq.sampling.autocorrelation import autocorrelation_time
-from uq.sampling.sampling import sample
+from haptid.fmu_build.building.packaging import build_fmu
+from haptid.fmu_build.description.variables import structured_name
+from haptid.identification.fit.multistart import fit
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
+from haptid.noise.hyper import NOISE_KNOWN
+from haptid.noise.noise_model import NoiseModel
+from haptid.uq.density.forward import KernelForward, kernel_of
+from haptid.uq.density.laplace import Laplace
+from haptid.uq.density.solver_step import longest_step
+from haptid.uq.prediction.choice import Problem
+from haptid.uq.result.infer import QUICK
+from haptid.uq.sampling.autocorrelation import autocorrelation_time
+from haptid.uq.sampling.sampling import sample
 
 PLAIN_EVALUATIONS = 6
 PLAIN_STEPS = 500

@@ -12,17 +12,17 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.fit.multistart import fit
-from identification.problem.options import FitOptions
-from identification.sequence.equations_for import equations_for
-from measurement.checks.preparation import campaign_for_command
-from noise.hyper import NOISE_KNOWN
-from uq.density.forward import KernelForward
-from uq.prediction.choice import Problem, best, compare
-from virtual_device.machine.arm import Arm
-from virtual_device.machine.truth import read_truth
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import rich
+from haptid.identification.fit.multistart import fit
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.noise.hyper import NOISE_KNOWN
+from haptid.uq.density.forward import KernelForward
+from haptid.uq.prediction.choice import Problem, best, compare
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import rich
 
 JOINT = 4
 STEP = 2.5e-3

@@ -1,5 +1,5 @@
 """`Fit` and `Run`s in, `Finding` out: detect, propose, refit, judge, name what is missing."""
 
-from support.installing.environment import ready
+from haptid.support.installing.environment import ready
 
 ready()

@@ -8,32 +8,32 @@ from typing import Any
 
 import click
 
-from discrepancy.finding.finding import Finding, as_json, find
-from discrepancy.finding.full_model import whole_finding
-from discrepancy.finding.stages import STAGES, staged
-from discrepancy.finding.torque_finding import find_torque, torque_json
-from discrepancy.study.coupled_study import FEW, coupled_study_of
-from discrepancy.study.study import EFFORT, Study, study_of
-from discrepancy.torque.study import torque_study_of
-from fmu_build.building.packaging import Kind
-from fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
-from fmu_build.exchange.discrepancy_json import Finding as JointFinding
-from fmu_build.exchange.identification_json import read_identification
-from identification.fit.strategy import choose_for
-from identification.sequence.equations_for import device_of
-from measurement.checks.preparation import campaign_for_command
-from measurement.format.places import allow_outside_option
-from measurement.values.campaign import Campaign
-from measurement.values.units import unit_for
-from model.effects.effect import Effect
-from model.effects.registry import with_folder
-from report.discrepancy.page import discrepancy_page
-from report.discrepancy.stage_pictures import save, stage_picture, write_pictures
-from report.discrepancy.torque_gap_page import torque_gap_page
-from report.discrepancy.whole_gap_page import whole_gap_page
-from support.command import common_options, exit_codes, parse_joints, progress
-from support.errors import InputError
-from support.files.files import write_json, write_text
+from haptid.discrepancy.finding.finding import Finding, as_json, find
+from haptid.discrepancy.finding.full_model import whole_finding
+from haptid.discrepancy.finding.stages import STAGES, staged
+from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
+from haptid.discrepancy.study.coupled_study import FEW, coupled_study_of
+from haptid.discrepancy.study.study import EFFORT, Study, study_of
+from haptid.discrepancy.torque.study import torque_study_of
+from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
+from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
+from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.fit.strategy import choose_for
+from haptid.identification.sequence.equations_for import device_of
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.places import allow_outside_option
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.units import unit_for
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.registry import with_folder
+from haptid.report.discrepancy.page import discrepancy_page
+from haptid.report.discrepancy.stage_pictures import save, stage_picture, write_pictures
+from haptid.report.discrepancy.torque_gap_page import torque_gap_page
+from haptid.report.discrepancy.whole_gap_page import whole_gap_page
+from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_json, write_text
 
 
 @click.command()

@@ -19,10 +19,10 @@ except ModuleNotFoundError as absent:
     sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
     sys.exit(2)
 
-from model.device.reader import load_device
-from model.effects.registry import catalogue
-from model.equations.joint_parameters import TABLE
-from support.installing.environment import ROOT
+from haptid.model.device.reader import load_device
+from haptid.model.effects.registry import catalogue
+from haptid.model.equations.joint_parameters import TABLE
+from haptid.support.installing.environment import ROOT
 
 SOURCES = ROOT / "docs"
 COMMANDS = (

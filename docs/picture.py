@@ -8,17 +8,17 @@ from pathlib import Path
 
 import click
 
-from identification.optimise.workers import Here
-from identification.problem.options import FitOptions
-from identification.sequence.configurations import configurations_of
-from identification.sequence.equations_for import device_of
-from identification.sequence.sequence import Sequence
-from identification.sequence.traces import traces_of
-from identification.simulators.kernel import KernelSimulator
-from measurement.checks.preparation import campaign_for_command
-from report.identification.figures import run_picture
-from support.files.files import write_bytes
-from support.installing.environment import ROOT
+from haptid.identification.optimise.workers import Here
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.sequence.configurations import configurations_of
+from haptid.identification.sequence.equations_for import device_of
+from haptid.identification.sequence.sequence import Sequence
+from haptid.identification.sequence.traces import traces_of
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.report.identification.figures import run_picture
+from haptid.support.files.files import write_bytes
+from haptid.support.installing.environment import ROOT
 
 JOINT = 4  # the first to be fitted; it needs nothing from others
 SHOWN = 3

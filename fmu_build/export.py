@@ -9,19 +9,19 @@ from typing import Any
 
 import click
 
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
-from fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
-from fmu_build.exchange.ssv import write_ssv
-from model.device.device import Device
-from model.device.reader import builtin_devices, load_device
-from model.effects.registry import with_folder
-from model.equations.joint_parameters import joint_parameters
-from model.equations.quantity import Quantity
-from model.joint.locked_joint import joint_equations
-from model.joint.whole_device import full_equations
-from support.command import exit_codes, parse_joints
-from support.errors import InputError
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
+from haptid.fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
+from haptid.fmu_build.exchange.ssv import write_ssv
+from haptid.model.device.device import Device
+from haptid.model.device.reader import builtin_devices, load_device
+from haptid.model.effects.registry import with_folder
+from haptid.model.equations.joint_parameters import joint_parameters
+from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.joint.whole_device import full_equations
+from haptid.support.command import exit_codes, parse_joints
+from haptid.support.errors import InputError
 
 LONGEST_PATH = 1024
 """Characters of a device's path; the shortest limit among the systems, macOS's."""

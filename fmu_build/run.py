@@ -7,10 +7,10 @@ from pathlib import Path
 
 import click
 
-from fmu_build.building.configurations import build_configurations, configurations
-from fmu_build.building.packaging import Kind
-from model.device.reader import load_device
-from support.command import exit_codes, parse_joints, progress
+from haptid.fmu_build.building.configurations import build_configurations, configurations
+from haptid.fmu_build.building.packaging import Kind
+from haptid.model.device.reader import load_device
+from haptid.support.command import exit_codes, parse_joints, progress
 
 
 @click.command()

@@ -13,35 +13,35 @@ from typing import Any
 
 import click
 
-from fmu_build.building.cached import identification_fmu
-from fmu_build.building.packaging import Kind
-from fmu_build.export import export_full, export_joint, export_parameters
-from identification.optimise.dask_workers import Cluster
-from identification.optimise.workers import Here, Processes, Workers
-from identification.problem.options import FitOptions
-from identification.sequence.configurations import Configuration, configurations_of
-from identification.sequence.equations_for import device_of
-from identification.sequence.result_json import SCHEMA, step_json
-from identification.sequence.resume import inputs_digest, kept_entries
-from identification.sequence.sequence import Build, Sequence
-from identification.sequence.step import Step
-from identification.sequence.summary import summary_text
-from identification.sequence.traces import traces_of
-from identification.sequence.whole_device import Whole, whole_device
-from identification.simulators.fmu import FmuSimulator
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.protocol import Simulator
-from identification.verification.closed_loop_fmu import export_closed_loop
-from identification.verification.result import Verification
-from identification.verification.verify import verify
-from measurement.checks.preparation import campaign_for_command
-from measurement.format.places import allow_outside_option
-from measurement.values.campaign import Campaign
-from model.device.device import Device
-from model.equations.equations import Equations
-from report.identification.page import identification_page
-from support.command import common_options, exit_codes, parse_joints, progress
-from support.files.files import write_json, write_text
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.export import export_full, export_joint, export_parameters
+from haptid.identification.optimise.dask_workers import Cluster
+from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.sequence.configurations import Configuration, configurations_of
+from haptid.identification.sequence.equations_for import device_of
+from haptid.identification.sequence.result_json import SCHEMA, step_json
+from haptid.identification.sequence.resume import inputs_digest, kept_entries
+from haptid.identification.sequence.sequence import Build, Sequence
+from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.summary import summary_text
+from haptid.identification.sequence.traces import traces_of
+from haptid.identification.sequence.whole_device import Whole, whole_device
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.verification.closed_loop_fmu import export_closed_loop
+from haptid.identification.verification.result import Verification
+from haptid.identification.verification.verify import verify
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.places import allow_outside_option
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.model.equations.equations import Equations
+from haptid.report.identification.page import identification_page
+from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.files.files import write_json, write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
 

@@ -1,5 +1,5 @@
 """Files in, `Campaign` of `Run`s out, checked; the only data input and output."""
 
-from support.installing.environment import ready
+from haptid.support.installing.environment import ready
 
 ready()

@@ -8,13 +8,13 @@ from typing import Any
 
 import click
 
-from measurement.checks.stated import check_stated
-from measurement.checks.summary import summarise, table_text
-from measurement.format.places import allow_outside_option
-from measurement.format.reading import read_campaign
-from measurement.values.campaign import Campaign
-from measurement.values.warning import warnings_on_stderr
-from support.command import exit_codes, progress
+from haptid.measurement.checks.stated import check_stated
+from haptid.measurement.checks.summary import summarise, table_text
+from haptid.measurement.format.places import allow_outside_option
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.warning import warnings_on_stderr
+from haptid.support.command import exit_codes, progress
 
 
 @click.command()

@@ -13,15 +13,15 @@ from typing import Any
 import click
 import tomli_w
 
-from measurement.format.reading import read_campaign
-from measurement.format.table import SUFFIXES, Table, read_table
-from measurement.making.mapping import Target, free_joints, mapped, parse_map
-from measurement.making.writing import refuse_overwrite, write_table
-from measurement.values.campaign import Campaign
-from measurement.values.warning import warnings_on_stderr
-from support.command import exit_codes, parse_joints
-from support.errors import InputError
-from support.files.files import is_file, write_bytes, write_text
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.format.table import SUFFIXES, Table, read_table
+from haptid.measurement.making.mapping import Target, free_joints, mapped, parse_map
+from haptid.measurement.making.writing import refuse_overwrite, write_table
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.warning import warnings_on_stderr
+from haptid.support.command import exit_codes, parse_joints
+from haptid.support.errors import InputError
+from haptid.support.files.files import is_file, write_bytes, write_text
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

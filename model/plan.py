@@ -7,17 +7,17 @@ from typing import Any
 
 import click
 
-from model.device.device import Device
-from model.device.reader import load_device
-from model.planning.lock_postures import plan_postures
-from model.planning.locking_order import LockingOrder, locking_order
-from model.planning.summary import Data, design_summary, plan_summary
-from model.planning.torque_design import ExcitationPlan, plan_excitation
-from report.locking_plan.page import plan_page
-from report.locking_plan.text import plan_text
-from support.command import exit_codes, progress
-from support.errors import NumericalError
-from support.files.files import write_json, write_text
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+from haptid.model.planning.lock_postures import plan_postures
+from haptid.model.planning.locking_order import LockingOrder, locking_order
+from haptid.model.planning.summary import Data, design_summary, plan_summary
+from haptid.model.planning.torque_design import ExcitationPlan, plan_excitation
+from haptid.report.locking_plan.page import plan_page
+from haptid.report.locking_plan.text import plan_text
+from haptid.support.command import exit_codes, progress
+from haptid.support.errors import NumericalError
+from haptid.support.files.files import write_json, write_text
 
 
 @click.command()

@@ -16,10 +16,10 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
-from measurement.signals.harmonics import harmonics
-from measurement.signals.whole_cycles import whole_cycles
-from measurement.values.run import Array, Run
-from noise.correlation import Colour
+from haptid.measurement.signals.harmonics import harmonics
+from haptid.measurement.signals.whole_cycles import whole_cycles
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.correlation import Colour
 
 EVIDENCE = 20.0
 """Twice the gain in log-likelihood over white noise that correlation has to bring."""

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 from scipy.signal import lfilter
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 Path = Literal["reading", "torque"]
 SMALL = 1e-6

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from measurement.values.run import Array
-from noise.noise_model import NoiseModel
-from noise.terms import Terms
-from noise.whitening import gram as inner
-from noise.whitening import whiten
+from haptid.measurement.values.run import Array
+from haptid.noise.noise_model import NoiseModel
+from haptid.noise.terms import Terms
+from haptid.noise.whitening import gram as inner
+from haptid.noise.whitening import whiten
 
 
 def white_gram(

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

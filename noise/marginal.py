@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 LARGEST = 1e24
 """Entry of K from which the simulation behind it is taken to have run away."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from noise import hyper
-from noise.hyper import Hyper
+from haptid.noise import hyper
+from haptid.noise.hyper import Hyper
 
 Scatter = Literal["none", "reading", "torque"]
 _WORDS = {

@@ -21,7 +21,7 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 LEAST, LARGEST = 1e-7, 0.5
 """Range of s."""

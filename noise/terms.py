@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.problem.initial_states import start_of
-from identification.simulators.protocol import Simulator, Trajectory
-from measurement.signals.cycle_index import cycle_index
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
-from noise.noise_model import NoiseModel
+from haptid.identification.problem.initial_states import start_of
+from haptid.identification.simulators.protocol import Simulator, Trajectory
+from haptid.measurement.signals.cycle_index import cycle_index
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
+from haptid.noise.noise_model import NoiseModel
 
 START_SHARE = 0.05
 """Prior standard deviation of the initial position around the first sample, as a share of the travel: wide against

@@ -9,15 +9,15 @@ from importlib import resources
 import numpy as np
 from numpy.typing import NDArray
 
-from measurement.values.run import Array
-from model.kernel.compiler import compile_shared
+from haptid.measurement.values.run import Array
+from haptid.model.kernel.compiler import compile_shared
 
 _p, _long, _double = ctypes.c_void_p, ctypes.c_long, ctypes.c_double
 
 
 @lru_cache(maxsize=1)
 def _library() -> ctypes.CDLL:
-    source = resources.files("noise").joinpath("whitening.c").read_text(encoding="utf-8")
+    source = resources.files("haptid.noise").joinpath("whitening.c").read_text(encoding="utf-8")
     library = ctypes.CDLL(str(compile_shared({"whiten.c": source}, main=("whiten.c",))))
     library.uq_whiten.restype = _double
     library.uq_whiten.argtypes = (_long, _long, _p, _p, _double, _double, _double, _p)

@@ -15,7 +15,7 @@ def main() -> None:
         sys.stderr.write("; give a newer one, as in: make fmu PYTHON=python3.11\n")
         sys.exit(2)
     sys.path[0] = str(Path(__file__).resolve().parent.parent)
-    from support.installing.installation import run_module  # noqa: PLC0415 # needs the version checked and the path set
+    from haptid.support.installing.installation import run_module  # noqa: PLC0415 # needs the version checked and the path set
 
     run_module(sys.argv[1:])
 

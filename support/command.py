@@ -17,9 +17,9 @@ from typing import Any, ParamSpec, TypeVar
 import click
 from tqdm import tqdm
 
-from support.errors import LONGEST, HaptidError, InputError, one_line, shortened
-from support.files.files import check_writable, written
-from support.files.folder_lock import locked
+from haptid.support.errors import LONGEST, HaptidError, InputError, one_line, shortened
+from haptid.support.files.files import check_writable, written
+from haptid.support.files.folder_lock import locked
 
 P = ParamSpec("P")
 T = TypeVar("T")

@@ -1,5 +1,5 @@
 """`Fit` and `Run`s in, `Posterior` out: density, sampling, predictive checks."""
 
-from support.installing.environment import ready
+from haptid.support.installing.environment import ready
 
 ready("posterior")

@@ -11,35 +11,35 @@ from typing import Any
 import click
 import numpy as np
 
-from fmu_build.building.cached import identification_fmu
-from fmu_build.building.packaging import Kind
-from identification.fit.multistart import fit
-from identification.optimise.workers import Processes, Submitting
-from identification.problem.options import FitOptions
-from identification.result.fit import Fit
-from identification.sequence.configurations import Configuration, configurations_of
-from identification.sequence.equations_for import device_of, equations_for
-from identification.sequence.step import Step
-from identification.simulators.fmu import FmuSimulator
-from identification.simulators.protocol import Simulator
-from identification.verification.result import Verification
-from measurement.checks.preparation import campaign_for_command
-from measurement.format.places import allow_outside_option
-from measurement.values.campaign import Campaign
-from model.device.device import Device
-from model.equations.equations import Equations
-from report.discrepancy.full_model_section import full_model_sections
-from report.posterior.page import posterior_page
-from support.command import common_options, exit_codes, parse_joints, progress
-from support.errors import InputError
-from support.files.files import write_json, write_text
-from support.processes.threads import single_threaded
-from uq.density.forward import kernel_of
-from uq.result.full_model import as_fit, full_model_bands
-from uq.result.infer import QUICK, InferOptions, infer
-from uq.result.posterior import Posterior
-from uq.result.record import SCHEMA, as_json, save_chains, save_draws
-from uq.sampling.sampling import SamplingOptions
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.fmu_build.building.packaging import Kind
+from haptid.identification.fit.multistart import fit
+from haptid.identification.optimise.workers import Processes, Submitting
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.configurations import Configuration, configurations_of
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.step import Step
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.verification.result import Verification
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.places import allow_outside_option
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.model.equations.equations import Equations
+from haptid.report.discrepancy.full_model_section import full_model_sections
+from haptid.report.posterior.page import posterior_page
+from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_json, write_text
+from haptid.support.processes.threads import single_threaded
+from haptid.uq.density.forward import kernel_of
+from haptid.uq.result.full_model import as_fit, full_model_bands
+from haptid.uq.result.infer import QUICK, InferOptions, infer
+from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.record import SCHEMA, as_json, save_chains, save_draws
+from haptid.uq.sampling.sampling import SamplingOptions
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -109,7 +109,7 @@ def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Subm
     """Return processes here, or a running Dask cluster."""
     if scheduler is None:
         return Processes(count)
-    from identification.optimise.dask_workers import Cluster  # noqa: PLC0415 (slow to import and rarely needed)
+    from haptid.identification.optimise.dask_workers import Cluster  # noqa: PLC0415 (slow to import and rarely needed)
 
     return Cluster(scheduler)
 

@@ -10,18 +10,18 @@ from typing import Any
 import click
 import numpy as np
 
-from support.command import exit_codes, parse_joints, progress
-from support.errors import InputError
-from virtual_device.machine.arm import JOINTS, Arm
-from virtual_device.machine.effects import parse_effects
-from virtual_device.machine.truth import read_truth
-from virtual_device.machine.variation import vary
-from virtual_device.recording.campaign import header, joint_runs
-from virtual_device.recording.inputs import COUPLED, rich, table3
-from virtual_device.recording.planned import planned_runs, read_planned
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.tables import RunTable, write_campaign
-from virtual_device.recording.whole import Controller, Reference, controlled_run, coupled_test
+from haptid.support.command import exit_codes, parse_joints, progress
+from haptid.support.errors import InputError
+from haptid.virtual_device.machine.arm import JOINTS, Arm
+from haptid.virtual_device.machine.effects import parse_effects
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.machine.variation import vary
+from haptid.virtual_device.recording.campaign import header, joint_runs
+from haptid.virtual_device.recording.inputs import COUPLED, rich, table3
+from haptid.virtual_device.recording.planned import planned_runs, read_planned
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.tables import RunTable, write_campaign
+from haptid.virtual_device.recording.whole import Controller, Reference, controlled_run, coupled_test
 
 EMBEDDED = Path(__file__).parent.parent / "measurement" / "campaigns" / "freedom6s"
 TITLE = (

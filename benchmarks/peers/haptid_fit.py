@@ -11,15 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from benchmarks.peers.contestant import Best, Fit, Statement, compete
-from fmu_build.building.cached import identification_fmu
-from identification.fit.multistart import fit as identify
-from identification.problem.options import FitOptions
-from identification.simulators.fmu import FmuSimulator
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Run
-from model.equations.equations import Equations
-from model.joint.locked_joint import joint_equations
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.identification.fit.multistart import fit as identify
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.locked_joint import joint_equations
 
 
 def equations_of(statement: Statement) -> Equations:

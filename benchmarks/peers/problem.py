@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from virtual_device.machine.joint import integrate
+from haptid.virtual_device.machine.joint import integrate
 
 Array = NDArray[np.float64]
 Cosines = tuple[tuple[float, float], ...]

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from discrepancy.candidate.refit import Candidate
-from discrepancy.detect.omnibus import Omnibus
-from discrepancy.fit.solution import Solution
+from haptid.discrepancy.candidate.refit import Candidate
+from haptid.discrepancy.detect.omnibus import Omnibus
+from haptid.discrepancy.fit.solution import Solution
 
 FAMILY = 0.002
 """p over the whole catalogue below which a score counts."""

@@ -15,13 +15,13 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from discrepancy.candidate.refit import alike
-from discrepancy.detect.chi_squared import log_tail
-from discrepancy.fit.noise_estimate import estimate
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.fit.tangent_space import movable, tangent_space
-from discrepancy.study.study import Study
-from measurement.values.run import Array
+from haptid.discrepancy.candidate.refit import alike
+from haptid.discrepancy.detect.chi_squared import log_tail
+from haptid.discrepancy.fit.noise_estimate import estimate
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.fit.tangent_space import movable, tangent_space
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.values.run import Array
 
 OWN = 1e-4
 """Squared sine of the angle to what the fit can move below which a direction is none of a run's own."""

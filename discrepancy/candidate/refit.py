@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from discrepancy.detect.omnibus import omnibus
-from discrepancy.detect.score_tests import Score
-from discrepancy.detect.signatures import Point
-from discrepancy.fit.held_out import Prediction, predict
-from discrepancy.fit.noise_estimate import PATHS, estimate
-from discrepancy.fit.solution import ROUGH, Solution, solve
-from discrepancy.study.study import Study
-from measurement.values.run import Array
-from model.effects.effect import Effect
-from noise.correlation import Noise, Path, Scatter
+from haptid.discrepancy.detect.omnibus import omnibus
+from haptid.discrepancy.detect.score_tests import Score
+from haptid.discrepancy.detect.signatures import Point
+from haptid.discrepancy.fit.held_out import Prediction, predict
+from haptid.discrepancy.fit.noise_estimate import PATHS, estimate
+from haptid.discrepancy.fit.solution import ROUGH, Solution, solve
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
+from haptid.noise.correlation import Noise, Path, Scatter
 
 FIRST, MORE, FULL = 6, 25, 60
 """Most simulations of all runs: of a first try, of what goes on with it, and of the fit to the end."""

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import gammaln
 from scipy.stats import chi2, f
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 FAR = 500.0
 """Statistic beyond which the asymptotic series is taken."""

@@ -14,9 +14,9 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
-from discrepancy.detect.signatures import Point
-from measurement.values.run import Array
-from model.effects.effect import Effect
+from haptid.discrepancy.detect.signatures import Point
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
 
 LEVEL, POWER = 0.01, 0.9
 

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from discrepancy.detect.chi_squared import log_tails
-from discrepancy.detect.signatures import Point
-from measurement.values.run import Array, Run
+from haptid.discrepancy.detect.chi_squared import log_tails
+from haptid.discrepancy.detect.signatures import Point
+from haptid.measurement.values.run import Array, Run
 
 DRAWS = 2000
 STRETCHES = 60

@@ -19,11 +19,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from discrepancy.fit.solution import Solution
-from discrepancy.fit.tangent_space import tangent_space
-from discrepancy.study.simulators import COARSE, Factory
-from discrepancy.study.study import Study
-from measurement.values.run import Array
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.fit.tangent_space import tangent_space
+from haptid.discrepancy.study.simulators import COARSE, Factory
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.values.run import Array
 
 INVISIBLE = 0.5
 """Largest ‖P·e‖²,"""

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.signals.cycles import find_cycles
-from measurement.values.run import Array, Run
-from measurement.values.units import unit_for
+from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
 
 BINS = 12
 """Bins of equal width per variable; fewer where it has fewer values."""

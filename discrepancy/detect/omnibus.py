@@ -14,15 +14,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import dct
 
-from discrepancy.detect.chi_squared import log_tail
-from discrepancy.fit.solution import Solution
-from discrepancy.fit.tangent_space import tangent_space
-from discrepancy.study.channels import Channel, channels
-from discrepancy.study.study import Study
-from measurement.signals.harmonics import harmonics
-from measurement.signals.whole_cycles import whole_cycles
-from measurement.values.run import Array, Run
-from noise.correlation import Whitener
+from haptid.discrepancy.detect.chi_squared import log_tail
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.fit.tangent_space import tangent_space
+from haptid.discrepancy.study.channels import Channel, channels
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.signals.harmonics import harmonics
+from haptid.measurement.signals.whole_cycles import whole_cycles
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.correlation import Whitener
 
 BAND = 40.0
 """Upper end of the band of motion [rad/s]."""

@@ -12,15 +12,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.detect.chi_squared import log_tail
-from discrepancy.detect.detectable import Detectable, smallest
-from discrepancy.detect.familywise import by_sign_flips, independent_tests
-from discrepancy.detect.signatures import Point, Signatures
-from discrepancy.fit.solution import Solution
-from discrepancy.fit.tangent_space import tangent_space
-from discrepancy.study.study import Study
-from measurement.values.run import Array
-from model.effects.effect import Effect
+from haptid.discrepancy.detect.chi_squared import log_tail
+from haptid.discrepancy.detect.detectable import Detectable, smallest
+from haptid.discrepancy.detect.familywise import by_sign_flips, independent_tests
+from haptid.discrepancy.detect.signatures import Point, Signatures
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.fit.tangent_space import tangent_space
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
 
 SEEN = 1e-3
 """Share of a signature that must survive the projection for it to be scored."""

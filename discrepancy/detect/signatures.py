@@ -14,12 +14,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit.solution import Solution
-from discrepancy.study.simulators import TwoStep
-from discrepancy.study.study import Study
-from identification.simulators.protocol import initial_state
-from measurement.values.run import Array
-from model.effects.effect import Effect
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.study.simulators import TwoStep
+from haptid.discrepancy.study.study import Study
+from haptid.identification.simulators.protocol import initial_state
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
 
 SHARE = 0.03
 """s: at the whole amplitude, the curvature of what the base nearly takes up passes for what it does not."""

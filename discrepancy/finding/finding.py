@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.candidate.candidate import Trial
-from discrepancy.detect.localise import Map, Region, excess, maps, regions
-from discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild
-from discrepancy.fit.held_out import Prediction, predict
-from discrepancy.search.forward_selection import search
-from discrepancy.search.search_result import Search
-from discrepancy.study.channels import channels
-from discrepancy.study.study import Study
-from discrepancy.verdict.verdict import Judgement, NamedEffect, judge
-from fmu_build.building.packaging import Kind
-from measurement.values.run import Array, Run
-from support.processes.threads import on_one_thread
+from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.detect.localise import Map, Region, excess, maps, regions
+from haptid.discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild
+from haptid.discrepancy.fit.held_out import Prediction, predict
+from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.search.search_result import Search
+from haptid.discrepancy.study.channels import channels
+from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge
+from haptid.fmu_build.building.packaging import Kind
+from haptid.measurement.values.run import Array, Run
+from haptid.support.processes.threads import on_one_thread
 
 SCHEMA = "discrepancy/1"
 

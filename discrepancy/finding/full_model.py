@@ -10,17 +10,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from discrepancy.finding.finding import SCHEMA
-from discrepancy.verdict.verdict import Verdict
-from fmu_build.exchange.discrepancy_json import Finding, by_joint, refitted
-from fmu_build.exchange.identification_json import of_device
-from identification.verification.result import JointCheck, Verification
-from identification.verification.verify import verify
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from model.device.device import Device
-from model.joint.joint_in_device import names_of
-from model.joint.whole_device import full_equations
+from haptid.discrepancy.finding.finding import SCHEMA
+from haptid.discrepancy.verdict.verdict import Verdict
+from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, refitted
+from haptid.fmu_build.exchange.identification_json import of_device
+from haptid.identification.verification.result import JointCheck, Verification
+from haptid.identification.verification.verify import verify
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.model.device.device import Device
+from haptid.model.joint.joint_in_device import names_of
+from haptid.model.joint.whole_device import full_equations
 
 EXPECTED = 3.0
 """RMS over what is expected beyond which a joint has a gap: the parameters' error is one draw for all of a run."""

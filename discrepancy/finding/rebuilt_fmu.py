@@ -5,16 +5,16 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from discrepancy.search.search_result import Search
-from discrepancy.study.study import Study
-from fmu_build.building.cached import identification_fmu
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from fmu_build.description.provenance import Provenance
-from identification.fit.multistart import fit
-from identification.problem.options import FitOptions
-from identification.result.fit import Fit
-from identification.simulators.fmu import FmuSimulator
-from model.effects.effect import Effect
+from haptid.discrepancy.search.search_result import Search
+from haptid.discrepancy.study.study import Study
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.description.provenance import Provenance
+from haptid.identification.fit.multistart import fit
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import Fit
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.model.effects.effect import Effect
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,17 +8,17 @@ from typing import Any, Literal
 
 import numpy as np
 
-from discrepancy.candidate.candidate import FAMILY, LACK
-from discrepancy.detect.localise import Map, Region, regions, told
-from discrepancy.detect.omnibus import Omnibus, omnibus
-from discrepancy.detect.score_tests import Scan
-from discrepancy.finding.finding import Curve, curves_of, most_missed
-from discrepancy.fit.held_out import predict
-from discrepancy.fit.solution import Solution
-from discrepancy.search.forward_selection import based, scored, under_own_noise
-from discrepancy.study.study import Study
-from support.numbers import plain
-from support.processes.threads import on_one_thread
+from haptid.discrepancy.candidate.candidate import FAMILY, LACK
+from haptid.discrepancy.detect.localise import Map, Region, regions, told
+from haptid.discrepancy.detect.omnibus import Omnibus, omnibus
+from haptid.discrepancy.detect.score_tests import Scan
+from haptid.discrepancy.finding.finding import Curve, curves_of, most_missed
+from haptid.discrepancy.fit.held_out import predict
+from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.search.forward_selection import based, scored, under_own_noise
+from haptid.discrepancy.study.study import Study
+from haptid.support.numbers import plain
+from haptid.support.processes.threads import on_one_thread
 
 Stage = Literal["gap", "where", "what"]
 STAGES: tuple[Stage, ...] = ("gap", "where", "what")

@@ -10,18 +10,18 @@ from typing import Any
 
 import numpy as np
 
-from discrepancy.detect.localise import Map, Region, maps, regions
-from discrepancy.torque.fit import rms
-from discrepancy.torque.inverse_dynamics import readable
-from discrepancy.torque.search import TorqueSearch, search_torque
-from discrepancy.torque.study import TorqueStudy
-from discrepancy.verdict.estimate import Estimate
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from fmu_build.description.provenance import Provenance
-from identification.simulators.inverse_dynamics import measured_motion
-from measurement.values.run import Array
-from model.effects.effect import Effect
-from support.processes.threads import on_one_thread
+from haptid.discrepancy.detect.localise import Map, Region, maps, regions
+from haptid.discrepancy.torque.fit import rms
+from haptid.discrepancy.torque.inverse_dynamics import readable
+from haptid.discrepancy.torque.search import TorqueSearch, search_torque
+from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.description.provenance import Provenance
+from haptid.identification.simulators.inverse_dynamics import measured_motion
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
+from haptid.support.processes.threads import on_one_thread
 
 BINS = 10
 NOISE = 1.1

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from discrepancy.fit.solution import Solution
-from measurement.values.run import Array, Run
-from model.effects.effect import Effect
+from haptid.discrepancy.fit.solution import Solution
+from haptid.measurement.values.run import Array, Run
+from haptid.model.effects.effect import Effect
 
 MOST = 8
 """Most places of the jump between two fitted torques that are told apart by torques of other runs."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import logsumexp
 
-from discrepancy.fit.discontinuity import places
-from discrepancy.fit.levenberg_marquardt import minimise
-from discrepancy.fit.solution import Solution, under_noise, with_starts
-from discrepancy.study.channels import scored_rows
-from discrepancy.study.study import Study
-from measurement.values.run import Array, Run
-from noise.correlation import Colour, Noise
+from haptid.discrepancy.fit.discontinuity import places
+from haptid.discrepancy.fit.levenberg_marquardt import minimise
+from haptid.discrepancy.fit.solution import Solution, under_noise, with_starts
+from haptid.discrepancy.study.channels import scored_rows
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.correlation import Colour, Noise
 
 SPREAD, SHARE = 5.0, 0.05
 """How far ‖r‖² of unseen runs may lie above its mean for noise alone."""

@@ -7,16 +7,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from discrepancy.fit.levenberg_marquardt import minimise
-from discrepancy.fit.solution import Solution, solve, start_vector
-from discrepancy.fit.whitened import Whitened
-from discrepancy.study.study import Study
-from identification.optimise.homotopy import feasible
-from measurement.values.run import Array
-from model.effects.effect import Effect
-from model.equations.equations import Equations
-from model.equations.quantity import Normal
-from noise.correlation import Noise, Whitener
+from haptid.discrepancy.fit.levenberg_marquardt import minimise
+from haptid.discrepancy.fit.solution import Solution, solve, start_vector
+from haptid.discrepancy.fit.whitened import Whitened
+from haptid.discrepancy.study.study import Study
+from haptid.identification.optimise.homotopy import feasible
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal
+from haptid.noise.correlation import Noise, Whitener
 
 GAINS = (60.0, 20.0, 6.0, 2.0, 0.0)
 """Observer gains of the homotopy [1/s]."""

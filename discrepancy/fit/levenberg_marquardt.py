@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.optimise.levenberg_marquardt import Descent
-from identification.problem.bounded_lsq import step_within, triangle
-from identification.problem.residuals import Blocks, Problem
-from identification.problem.retraction import Retraction
-from measurement.values.run import Array
+from haptid.identification.optimise.levenberg_marquardt import Descent
+from haptid.identification.problem.bounded_lsq import step_within, triangle
+from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.identification.problem.retraction import Retraction
+from haptid.measurement.values.run import Array
 
 FLOOR = 1e-10
 """Least damping: keeps a direction that the data do not see at all from making the step singular."""

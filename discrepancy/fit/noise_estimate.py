@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from discrepancy.fit.scatter import cycle_columns, cycles_of, most_probable
-from discrepancy.fit.solution import SCATTER, Solution
-from discrepancy.fit.tangent_space import movable
-from discrepancy.study.channels import channels
-from discrepancy.study.study import Study
-from measurement.values.run import Array, Run
-from noise.arma import estimate_colour
-from noise.correlation import Colour, Noise, Path, Scatter, Whitener
-from noise.reml import best_scatter
-from support.processes.threads import mapped
+from haptid.discrepancy.fit.scatter import cycle_columns, cycles_of, most_probable
+from haptid.discrepancy.fit.solution import SCATTER, Solution
+from haptid.discrepancy.fit.tangent_space import movable
+from haptid.discrepancy.study.channels import channels
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.arma import estimate_colour
+from haptid.noise.correlation import Colour, Noise, Path, Scatter, Whitener
+from haptid.noise.reml import best_scatter
+from haptid.support.processes.threads import mapped
 
 PATHS: tuple[Path, ...] = ("reading", "torque")
 GAIN = 14.0

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from discrepancy.fit.homotopy import observed, through_homotopy
-from discrepancy.fit.solution import Solution, start_vector
-from discrepancy.study.study import Study
-from identification.optimise.starts import sobol_starts
-from measurement.values.run import Array
-from support.errors import NumericalError
-from support.processes.threads import mapped
+from haptid.discrepancy.fit.homotopy import observed, through_homotopy
+from haptid.discrepancy.fit.solution import Solution, start_vector
+from haptid.discrepancy.study.study import Study
+from haptid.identification.optimise.starts import sobol_starts
+from haptid.measurement.values.run import Array
+from haptid.support.errors import NumericalError
+from haptid.support.processes.threads import mapped
 
 AGREE = 2
 """Starts that must reach the best minimum before the rest are left out."""

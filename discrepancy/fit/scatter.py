@@ -7,14 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from discrepancy.study.channels import alone
-from discrepancy.study.simulators import TwoStep
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.protocol import Simulator
-from measurement.signals.cycles import Cycles
-from measurement.signals.whole_cycles import whole_cycles
-from measurement.values.run import Array, Run
-from noise.correlation import Noise, Scatter, Whitener
+from haptid.discrepancy.study.channels import alone
+from haptid.discrepancy.study.simulators import TwoStep
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.signals.cycles import Cycles
+from haptid.measurement.signals.whole_cycles import whole_cycles
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.correlation import Noise, Scatter, Whitener
 
 LINEARISATIONS, NEAR = 12, 5e-4
 """Most linearisations of a run about its cycles' amplitudes, and the change of these from which another one pays.

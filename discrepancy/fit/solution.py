@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit.levenberg_marquardt import minimise
-from discrepancy.fit.scatter import relinearised
-from discrepancy.fit.whitened import Whitened
-from discrepancy.study.simulators import TwoStep
-from discrepancy.study.study import Study
-from identification.problem.residuals import Blocks, Problem
-from measurement.values.run import Array, Run
-from model.effects.effect import Effect
-from model.equations.equations import Equations
-from noise.correlation import Noise, Scatter, Whitener
-from support.processes.threads import mapped
+from haptid.discrepancy.fit.levenberg_marquardt import minimise
+from haptid.discrepancy.fit.scatter import relinearised
+from haptid.discrepancy.fit.whitened import Whitened
+from haptid.discrepancy.study.simulators import TwoStep
+from haptid.discrepancy.study.study import Study
+from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.measurement.values.run import Array, Run
+from haptid.model.effects.effect import Effect
+from haptid.model.equations.equations import Equations
+from haptid.noise.correlation import Noise, Scatter, Whitener
+from haptid.support.processes.threads import mapped
 
 SCATTER = "amplitude_scatter"
 """Entry of the catalogue that is random: it stands in the noise."""

@@ -17,12 +17,12 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.stats import chi2
 
-from discrepancy.fit.solution import Solution, deviance, solve
-from discrepancy.study.study import Study
-from identification.statistics.covariance import flat_information
-from identification.statistics.profile_likelihood import pinned
-from measurement.values.run import Array
-from support.processes.threads import mapped
+from haptid.discrepancy.fit.solution import Solution, deviance, solve
+from haptid.discrepancy.study.study import Study
+from haptid.identification.statistics.covariance import flat_information
+from haptid.identification.statistics.profile_likelihood import pinned
+from haptid.measurement.values.run import Array
+from haptid.support.processes.threads import mapped
 
 SMOOTH = (1 / 3, 3.0)
 """Rise of −2 ln L one standard error away within which the curvature is believed."""

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from discrepancy.fit.solution import Solution
-from measurement.values.run import Array
+from haptid.discrepancy.fit.solution import Solution
+from haptid.measurement.values.run import Array
 
 
 def movable(solution: Solution) -> NDArray[np.bool_]:

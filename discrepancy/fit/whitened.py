@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.study.channels import scored_rows
-from identification.problem.options import FitOptions
-from identification.problem.residuals import Blocks, Problem
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array, Run
-from noise.correlation import Whitener
+from haptid.discrepancy.study.channels import scored_rows
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.correlation import Whitener
 
 OPTIONS = FitOptions(method="gauss_newton", weights=(1.0, 1.0))
 """Every row counts once: the time weights of a fit would spoil the statistics."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
-from discrepancy.candidate.refit import Candidate, judged, refit_with
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.search.tools import MOST, PROMISING, Searcher
-from discrepancy.study.study import Study
-from model.effects.effect import Effect
+from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
+from haptid.discrepancy.candidate.refit import Candidate, judged, refit_with
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.search.tools import MOST, PROMISING, Searcher
+from haptid.discrepancy.study.study import Study
+from haptid.model.effects.effect import Effect
 
 
 def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:

@@ -8,14 +8,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 
-from discrepancy.candidate.candidate import Trial
-from discrepancy.candidate.refit import FIRST, likeliest
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.search.tools import Searcher
-from discrepancy.study.study import Study
-from measurement.values.run import Array
-from model.effects.effect import Effect
-from noise.correlation import Noise
+from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.refit import FIRST, likeliest
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
+from haptid.noise.correlation import Noise
 
 Place = tuple[Mapping[str, float], Sequence[Array]]
 """Parameters and initial states at which a fit begins."""

@@ -11,21 +11,21 @@ from dataclasses import replace
 
 import numpy as np
 
-from discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
-from discrepancy.candidate.refit import judged, settle, sharpened
-from discrepancy.detect.inner_step import SMALL_SHARE, at_step, step_for
-from discrepancy.detect.score_tests import Scan, scan
-from discrepancy.detect.signatures import Signatures, signatures
-from discrepancy.fit.nominal_fit import Base, fit_base
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.search.backward_elimination import exchanged, pruned, without_each
-from discrepancy.search.contenders import contested
-from discrepancy.search.search_result import Search
-from discrepancy.search.step_refinement import Closer, closer
-from discrepancy.search.tools import FEW, HOPELESS, MOST, PROMISING, Searcher
-from discrepancy.study.study import Study
-from model.effects.effect import Effect
-from noise.correlation import Colour, Noise
+from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
+from haptid.discrepancy.candidate.refit import judged, settle, sharpened
+from haptid.discrepancy.detect.inner_step import SMALL_SHARE, at_step, step_for
+from haptid.discrepancy.detect.score_tests import Scan, scan
+from haptid.discrepancy.detect.signatures import Signatures, signatures
+from haptid.discrepancy.fit.nominal_fit import Base, fit_base
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.search.backward_elimination import exchanged, pruned, without_each
+from haptid.discrepancy.search.contenders import contested
+from haptid.discrepancy.search.search_result import Search
+from haptid.discrepancy.search.step_refinement import Closer, closer
+from haptid.discrepancy.search.tools import FEW, HOPELESS, MOST, PROMISING, Searcher
+from haptid.discrepancy.study.study import Study
+from haptid.model.effects.effect import Effect
+from haptid.noise.correlation import Colour, Noise
 
 Way = Callable[[Searcher, Solution], list[Trial]]
 """How a second effect is looked for on top of a fit with one."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from discrepancy.candidate.candidate import RIVAL, Trial, keys_of
-from discrepancy.candidate.refit import Candidate
-from discrepancy.detect.score_tests import Scan
-from discrepancy.fit.nominal_fit import Base
-from discrepancy.study.study import Study
+from haptid.discrepancy.candidate.candidate import RIVAL, Trial, keys_of
+from haptid.discrepancy.candidate.refit import Candidate
+from haptid.discrepancy.detect.score_tests import Scan
+from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.study.study import Study
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-from discrepancy.candidate.candidate import Trial, chosen
-from discrepancy.candidate.refit import settle
-from discrepancy.detect.inner_step import INVISIBLE, at_step, step_for, visible
-from discrepancy.search.tools import FEW, FINISHED, Searcher
+from haptid.discrepancy.candidate.candidate import Trial, chosen
+from haptid.discrepancy.candidate.refit import settle
+from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, step_for, visible
+from haptid.discrepancy.search.tools import FEW, FINISHED, Searcher
 
 BEYOND = 10.0
 """Multiple of the step's visible error that is not of the step."""

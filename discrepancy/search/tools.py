@@ -9,20 +9,20 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
-from discrepancy.candidate.parameter_constancy import constancy
-from discrepancy.candidate.refit import FIRST, Candidate, begin, continued, settle, significance, starts_of
-from discrepancy.detect.inner_step import at_step
-from discrepancy.detect.omnibus import omnibus
-from discrepancy.detect.score_tests import Scan, Score, scan
-from discrepancy.detect.signatures import Signatures
-from discrepancy.fit.homotopy import Guided, at_fine, guided, held, released, through_homotopy
-from discrepancy.fit.solution import ROUGH, Solution, solve
-from discrepancy.study.simulators import COARSE, SKETCH
-from discrepancy.study.study import Study
-from model.effects.effect import Effect, renamed
-from noise.correlation import Path
-from support.processes.threads import mapped
+from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
+from haptid.discrepancy.candidate.parameter_constancy import constancy
+from haptid.discrepancy.candidate.refit import FIRST, Candidate, begin, continued, settle, significance, starts_of
+from haptid.discrepancy.detect.inner_step import at_step
+from haptid.discrepancy.detect.omnibus import omnibus
+from haptid.discrepancy.detect.score_tests import Scan, Score, scan
+from haptid.discrepancy.detect.signatures import Signatures
+from haptid.discrepancy.fit.homotopy import Guided, at_fine, guided, held, released, through_homotopy
+from haptid.discrepancy.fit.solution import ROUGH, Solution, solve
+from haptid.discrepancy.study.simulators import COARSE, SKETCH
+from haptid.discrepancy.study.study import Study
+from haptid.model.effects.effect import Effect, renamed
+from haptid.noise.correlation import Path
+from haptid.support.processes.threads import mapped
 
 S = TypeVar("S")
 T = TypeVar("T")

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
-from measurement.values.run import Run
+from haptid.measurement.values.run import Run
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from discrepancy.study.channels import alone
-from discrepancy.study.study import Study, scales_over, within_reach
-from identification.sequence.equations_for import device_of, equations_for
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from model.algebra.trig_polynomials import position_symbol
-from model.device.device import Device
-from model.effects.effect import Effect, relabelled
-from model.effects.scales import Scales
-from model.equations.equations import Equations
-from model.joint.coupled_joints import coupled_equations
-from model.joint.joint_in_device import of_the_test_alone
-from model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
-from support.errors import InputError
+from haptid.discrepancy.study.channels import alone
+from haptid.discrepancy.study.study import Study, scales_over, within_reach
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.model.algebra.trig_polynomials import position_symbol
+from haptid.model.device.device import Device
+from haptid.model.effects.effect import Effect, relabelled
+from haptid.model.effects.scales import Scales
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.coupled_joints import coupled_equations
+from haptid.model.joint.joint_in_device import of_the_test_alone
+from haptid.model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
+from haptid.support.errors import InputError
 
 FEW = 3
 """Most joints that a search takes on: the equations are solved for the accelerations symbolically."""

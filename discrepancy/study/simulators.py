@@ -10,13 +10,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.protocol import Trajectory
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
-from model.equations.output_injection import with_observer
-from model.kernel.cache import cached_kernel
-from model.kernel.compiled import CompiledKernel
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import Trajectory
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.output_injection import with_observer
+from haptid.model.kernel.cache import cached_kernel
+from haptid.model.kernel.compiled import CompiledKernel
 
 COARSE = 2.5e-3
 """Inner step of sensitivities and first tries [s]."""

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from discrepancy.study.channels import scored_rows
-from discrepancy.study.simulators import Factory, TwoStep
-from identification.sequence.equations_for import device_of, equations_for
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from model.effects.effect import Effect
-from model.effects.scales import Scales
-from model.equations.equations import Equations
-from model.joint.locked_joint import joint_equations
-from support.errors import InputError
+from haptid.discrepancy.study.channels import scored_rows
+from haptid.discrepancy.study.simulators import Factory, TwoStep
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.scales import Scales
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.errors import InputError
 
 REACH = 40.0
 """Largest stiffness, as a multiple of torque over travel."""

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.fit.levenberg_marquardt import minimise
-from discrepancy.fit.solution import start_vector
-from discrepancy.fit.whitened import Whitened
-from discrepancy.torque.study import TorqueStudy
-from identification.optimise.starts import sobol_starts
-from measurement.values.run import Array
-from model.effects.effect import Effect
-from support.errors import NumericalError
+from haptid.discrepancy.fit.levenberg_marquardt import minimise
+from haptid.discrepancy.fit.solution import start_vector
+from haptid.discrepancy.fit.whitened import Whitened
+from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.identification.optimise.starts import sobol_starts
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
+from haptid.support.errors import NumericalError
 
 ITERATIONS = 60
 

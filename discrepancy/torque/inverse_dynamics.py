@@ -11,10 +11,10 @@ from dataclasses import replace
 
 import sympy as sp
 
-from model.effects.effect import Effect
-from model.effects.effect import q as position
-from model.equations.equations import Equations, Input, Output
-from model.joint.locked_joint import joint_equations
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.effect import q as position
+from haptid.model.equations.equations import Equations, Input, Output
+from haptid.model.joint.locked_joint import joint_equations
 
 
 def inverse_equations(equations: Equations) -> Equations | None:

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.detect.signatures import shapes
-from discrepancy.torque.fit import TorqueFit
-from discrepancy.torque.study import TorqueStudy
-from identification.simulators.inverse_dynamics import measured_motion
-from measurement.values.run import Array
-from model.effects.effect import Effect
+from haptid.discrepancy.detect.signatures import shapes
+from haptid.discrepancy.torque.fit import TorqueFit
+from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.identification.simulators.inverse_dynamics import measured_motion
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from discrepancy.torque.fit import TorqueFit, fit_model, rms
-from discrepancy.torque.scan import Promise, promises
-from discrepancy.torque.study import Mask, TorqueStudy
-from measurement.values.run import Array
-from model.effects.effect import Effect
+from haptid.discrepancy.torque.fit import TorqueFit, fit_model, rms
+from haptid.discrepancy.torque.scan import Promise, promises
+from haptid.discrepancy.torque.study import Mask, TorqueStudy
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect
 
 MOST, REFITS = 4, 4
 """Effects at most, and entries of a scan that are refitted."""

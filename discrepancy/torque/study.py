@@ -12,17 +12,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.torque.inverse_dynamics import inverse_equations
-from identification.sequence.equations_for import device_of, equations_for
-from identification.simulators.inverse_dynamics import TorqueSimulator, measured_motion, torque_run
-from measurement.values.campaign import Campaign
-from measurement.values.run import Array, Run
-from model.effects.effect import Effect
-from model.effects.scales import Scales
-from model.equations.equations import Equations
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
-from noise.correlation import Whitener
+from haptid.discrepancy.torque.inverse_dynamics import inverse_equations
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, measured_motion, torque_run
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array, Run
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.scales import Scales
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.noise.correlation import Whitener
 
 STRETCHES, HELD_OUT = 48, 3
 """Stretches into which a run is divided, and every how many of them one is held out."""

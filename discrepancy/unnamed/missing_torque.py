@@ -15,21 +15,21 @@ from itertools import combinations
 
 import numpy as np
 
-from discrepancy.candidate.refit import likeliest
-from discrepancy.detect.inner_step import at_step
-from discrepancy.fit.held_out import predict
-from discrepancy.fit.homotopy import MANY, through_homotopy
-from discrepancy.fit.solution import ROUGH, Solution, solve
-from discrepancy.study.channels import alone
-from discrepancy.study.simulators import SKETCH
-from discrepancy.study.study import Study
-from discrepancy.unnamed.splines import HELD, SYMBOLS, Curve, without_polynomial
-from discrepancy.unnamed.suggestion import suggestion
-from discrepancy.unnamed.surface import Axis, Surface
-from measurement.values.run import Array, Run
-from measurement.values.units import unit_for
-from noise.correlation import Noise
-from support.processes.threads import mapped
+from haptid.discrepancy.candidate.refit import likeliest
+from haptid.discrepancy.detect.inner_step import at_step
+from haptid.discrepancy.fit.held_out import predict
+from haptid.discrepancy.fit.homotopy import MANY, through_homotopy
+from haptid.discrepancy.fit.solution import ROUGH, Solution, solve
+from haptid.discrepancy.study.channels import alone
+from haptid.discrepancy.study.simulators import SKETCH
+from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.unnamed.splines import HELD, SYMBOLS, Curve, without_polynomial
+from haptid.discrepancy.unnamed.suggestion import suggestion
+from haptid.discrepancy.unnamed.surface import Axis, Surface
+from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
+from haptid.noise.correlation import Noise
+from haptid.support.processes.threads import mapped
 
 MOTION = {"position_rad", "velocity_rad_s"}
 """The two variables that are tried together whichever is the best one alone; the others are beside that one only."""

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from discrepancy.detect.localise import AXES
-from measurement.values.run import Array
-from model.effects.effect import Effect, parameter, reference
-from model.effects.effect import q as position
-from model.effects.effect import v as velocity
-from model.effects.effect import w as torque
-from model.equations.equations import TIME
-from model.equations.quantity import Quantity
+from haptid.discrepancy.detect.localise import AXES
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect, parameter, reference
+from haptid.model.effects.effect import q as position
+from haptid.model.effects.effect import v as velocity
+from haptid.model.effects.effect import w as torque
+from haptid.model.equations.equations import TIME
+from haptid.model.equations.quantity import Quantity
 
 INTERVALS, POINTS = 7, 15
 """Stretches of the variable, each with a cubic of its own, and values at which the torque is told."""

@@ -14,7 +14,7 @@ from importlib.util import find_spec
 import numpy as np
 from scipy.stats import chi2
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 Function = Callable[[Array], Array]
 

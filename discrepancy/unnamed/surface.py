@@ -14,10 +14,10 @@ import numpy as np
 import sympy as sp
 from numpy.polynomial.chebyshev import chebvander
 
-from discrepancy.unnamed.splines import HELD, SYMBOLS, fixed_at
-from measurement.values.run import Array
-from model.effects.effect import Effect, parameter
-from model.equations.quantity import Quantity
+from haptid.discrepancy.unnamed.splines import HELD, SYMBOLS, fixed_at
+from haptid.measurement.values.run import Array
+from haptid.model.effects.effect import Effect, parameter
+from haptid.model.equations.quantity import Quantity
 
 ORDER = 4
 """Highest polynomial of each variable."""

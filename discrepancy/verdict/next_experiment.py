@@ -16,13 +16,13 @@ from itertools import combinations_with_replacement
 import numpy as np
 from numpy.typing import NDArray
 
-from discrepancy.fit.solution import Solution, under_noise, with_starts
-from discrepancy.fit.tangent_space import movable
-from discrepancy.study.study import Study
-from measurement.signals.cycles import find_cycles
-from measurement.values.run import Array, Run
-from measurement.values.units import unit_for
-from support.processes.threads import mapped
+from haptid.discrepancy.fit.solution import Solution, under_noise, with_starts
+from haptid.discrepancy.fit.tangent_space import movable
+from haptid.discrepancy.study.study import Study
+from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
+from haptid.support.processes.threads import mapped
 
 LEVELS = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
 """Amplitudes and offsets, as shares of the largest torque that was used."""

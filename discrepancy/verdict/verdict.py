@@ -8,22 +8,22 @@ from typing import Literal
 
 import numpy as np
 
-from discrepancy.candidate.candidate import Trial
-from discrepancy.detect.inner_step import at_step
-from discrepancy.fit.discontinuity import around, torques
-from discrepancy.fit.scatter import degrees_of_freedom
-from discrepancy.fit.solution import SCATTER, Solution, solve
-from discrepancy.fit.standard_errors import of_curvature, standard_errors
-from discrepancy.search.search_result import Search
-from discrepancy.study.simulators import COARSE
-from discrepancy.study.study import Study
-from discrepancy.unnamed.missing_torque import Shape, missing
-from discrepancy.verdict.estimate import Estimate
-from discrepancy.verdict.next_experiment import MANY, Proposal, propose
-from measurement.values.run import Array, Run
-from model.effects.effect import Effect, renamed
-from model.equations.quantity import Quantity
-from noise.correlation import Scatter
+from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.detect.inner_step import at_step
+from haptid.discrepancy.fit.discontinuity import around, torques
+from haptid.discrepancy.fit.scatter import degrees_of_freedom
+from haptid.discrepancy.fit.solution import SCATTER, Solution, solve
+from haptid.discrepancy.fit.standard_errors import of_curvature, standard_errors
+from haptid.discrepancy.search.search_result import Search
+from haptid.discrepancy.study.simulators import COARSE
+from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.unnamed.missing_torque import Shape, missing
+from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.discrepancy.verdict.next_experiment import MANY, Proposal, propose
+from haptid.measurement.values.run import Array, Run
+from haptid.model.effects.effect import Effect, renamed
+from haptid.model.equations.quantity import Quantity
+from haptid.noise.correlation import Scatter
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 EVIDENT = 30.0

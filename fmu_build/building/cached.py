@@ -9,12 +9,12 @@ from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
 
-import fmu_build
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from model import kernel
-from model.equations.equations import Equations
-from model.kernel.generate import DEFAULT_STEP
-from support.files.cache import cache_folder, is_sealed, seal
+from haptid import fmu_build
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.model import kernel
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.support.files.cache import cache_folder, is_sealed, seal
 
 GUESSED = ("initial", "lower", "upper", "std", "fixed", "prior", "guess")
 """What a fit gives an identification FMU anew, so that one FMU serves all first guesses."""

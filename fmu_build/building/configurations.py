@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from fmu_build.building.cached import cached_fmu
-from fmu_build.building.packaging import Fmu, Kind
-from model.device.device import Device
-from model.joint.coupled_joints import configuration_equations
-from support.errors import InputError
-from support.files.files import write_bytes
+from haptid.fmu_build.building.cached import cached_fmu
+from haptid.fmu_build.building.packaging import Fmu, Kind
+from haptid.model.device.device import Device
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_bytes
 
 COUPLED = (0, 1)
 """The coupled test: some products of inertia appear in the mass matrix's entry between these joints alone."""

@@ -8,19 +8,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from fmu_build.content.extras import extra_files
-from fmu_build.description.interface import Interface, interface_of
-from fmu_build.description.provenance import Provenance
-from fmu_build.exchange.archive import pack
-from fmu_build.native.fmi2 import native_files
-from fmu_build.native.fmi3 import native_files3, renamed
-from fmu_build.native.platforms import PLATFORMS, Platform, this_platform
-from fmu_build.python.package import python_files
-from model.equations.equations import Equations
-from model.equations.output_injection import with_observer
-from model.kernel.generate import DEFAULT_STEP, generate
-from support.errors import InputError
-from support.files.files import write_bytes
+from haptid.fmu_build.content.extras import extra_files
+from haptid.fmu_build.description.interface import Interface, interface_of
+from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.exchange.archive import pack
+from haptid.fmu_build.native.fmi2 import native_files
+from haptid.fmu_build.native.fmi3 import native_files3, renamed
+from haptid.fmu_build.native.platforms import PLATFORMS, Platform, this_platform
+from haptid.fmu_build.python.package import python_files
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.output_injection import with_observer
+from haptid.model.kernel.generate import DEFAULT_STEP, generate
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_bytes
 
 Kind = Literal["python", "native", "native3"]
 _PACKAGINGS = {"python": python_files, "native": native_files, "native3": native_files3}

@@ -9,13 +9,13 @@ import sympy as sp
 from markupsafe import Markup
 from sympy.printing.mathml import mathml
 
-from fmu_build.description.interface import Interface
-from fmu_build.description.provenance import Provenance
-from fmu_build.description.variables import Variable
-from model.equations.equations import Equations
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.description.variables import Variable
+from haptid.model.equations.equations import Equations
 
 _ENVIRONMENT = jinja2.Environment(
-    loader=jinja2.PackageLoader("fmu_build.content", ""),
+    loader=jinja2.PackageLoader("haptid.fmu_build.content", ""),
     autoescape=True,
     trim_blocks=True,
     lstrip_blocks=True,

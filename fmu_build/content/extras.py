@@ -6,12 +6,12 @@ import importlib.metadata
 from collections.abc import Mapping
 from importlib import resources
 
-from fmu_build.content.documentation import documentation
-from fmu_build.content.picture import picture
-from fmu_build.content.reference_run import reference
-from fmu_build.description.interface import Interface
-from fmu_build.description.provenance import Provenance, provenance_of
-from fmu_build.exchange.ssv import ssv_bytes
+from haptid.fmu_build.content.documentation import documentation
+from haptid.fmu_build.content.picture import picture
+from haptid.fmu_build.content.reference_run import reference
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.provenance import Provenance, provenance_of
+from haptid.fmu_build.exchange.ssv import ssv_bytes
 
 
 def extra_files(
@@ -19,10 +19,11 @@ def extra_files(
 ) -> dict[str, bytes]:
     """Return the files by their name within the archive."""
     origins = provenance_of(interface.equations, provenance)
+    licence = resources.files("haptid.fmu_build.content") / "license.txt"
     page = documentation(interface, text=text, linear=linear, provenance=origins)
     files = {
         "documentation/index.html": page.encode(),
-        "documentation/licenses/license.txt": (resources.files("fmu_build.content") / "license.txt").read_bytes(),
+        "documentation/licenses/license.txt": licence.read_bytes(),
         "resources/parameters.ssv": _parameter_set(interface),
     }
     if python:

@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from fmu_build.description.interface import Interface
-from fmu_build.native.c_source import bare_library, flat_source
-from fmu_build.native.platforms import this_platform
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.native.c_source import bare_library, flat_source
+from haptid.fmu_build.native.platforms import this_platform
 
 Array = NDArray[np.float64]
 ROWS, STEP, OMEGA, TIMES_STICTION = 401, 0.005, 2.0, 4.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from fmu_build.description.interface import Interface
-from fmu_build.description.variables import Variable
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.variables import Variable
 
 
 class Dependencies:

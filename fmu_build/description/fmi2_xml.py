@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu_build.description.dependencies import Dependencies
-from fmu_build.description.interface import Interface
-from fmu_build.description.units import BASE, parse_unit
-from fmu_build.description.variables import SENSITIVITY_SWITCH, Variable
-from support.errors import one_line
+from haptid.fmu_build.description.dependencies import Dependencies
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.units import BASE, parse_unit
+from haptid.fmu_build.description.variables import SENSITIVITY_SWITCH, Variable
+from haptid.support.errors import one_line
 
 LOG_CATEGORIES = (("logStatusError", "Values and calls that are refused, with what was expected"),)
 TOOL = "haptid 0.1"

@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu_build.description.dependencies import Dependencies
-from fmu_build.description.fmi2_xml import LICENCE, LOG_CATEGORIES, TOOL, number, unit_definitions
-from fmu_build.description.interface import Interface
-from fmu_build.description.units import parse_unit
-from fmu_build.description.variables import Variable
+from haptid.fmu_build.description.dependencies import Dependencies
+from haptid.fmu_build.description.fmi2_xml import LICENCE, LOG_CATEGORIES, TOOL, number, unit_definitions
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.units import parse_unit
+from haptid.fmu_build.description.variables import Variable
 
 INDEPENDENT, INDEPENDENT_UNIT = "time", "s"
 

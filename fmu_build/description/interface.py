@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from fmu_build.description.variables import (
+from haptid.fmu_build.description.variables import (
     Variable,
     derivative_variables,
     inner_step_variable,
@@ -25,8 +25,8 @@ from fmu_build.description.variables import (
     slope_variables,
     state_variables,
 )
-from model.equations.equations import Equations
-from model.kernel.generate import Kernel
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.generate import Kernel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

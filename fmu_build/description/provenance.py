@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from model.equations.equations import Equations
+from haptid.model.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

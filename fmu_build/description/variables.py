@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from model.equations.equations import Equations
-from model.equations.output_injection import GAIN
-from model.equations.quantity import Quantity
-from model.kernel.generate import Kernel
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.output_injection import GAIN
+from haptid.model.equations.quantity import Quantity
+from haptid.model.kernel.generate import Kernel
 
 LARGEST = 1.7976931348623157e308
 """Finite inputs and states lie within ± this."""

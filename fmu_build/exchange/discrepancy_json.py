@@ -9,14 +9,14 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from fmu_build.description.provenance import Provenance
-from fmu_build.exchange.identification_json import Identified
-from model.effects.effect import Effect
-from model.effects.registry import named
-from model.equations.quantity import Quantity
-from model.joint.joint_in_device import Effects, of_the_test_alone
-from support.errors import InputError
-from support.files.files import read_json
+from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.exchange.identification_json import Identified
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.registry import named
+from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.joint_in_device import Effects, of_the_test_alone
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_json
 
 VERDICTS = ("named", "ambiguous", "nothing_missing")
 """Verdicts that leave a model to take along."""
@@ -59,7 +59,7 @@ def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
 
 def read_discrepancy(path: Path) -> dict[str, Any]:
     """Return the content of a ``discrepancy/joint<j>.json``, whatever its verdict."""
-    return read_json(path, "a discrepancy/joint<j>.json", ("fmu_build.exchange", "discrepancy.schema.json"))
+    return read_json(path, "a discrepancy/joint<j>.json", ("haptid.fmu_build.exchange", "discrepancy.schema.json"))
 
 
 def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:

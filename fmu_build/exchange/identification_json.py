@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from fmu_build.description.provenance import Provenance
-from fmu_build.description.variables import structured_name
-from model.equations.equations import Equations
-from model.equations.joint_parameters import joint_parameters
-from support.errors import InputError
-from support.files.files import read_json
-from support.suggestion import did_you_mean
+from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.description.variables import structured_name
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.joint_parameters import joint_parameters
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_json
+from haptid.support.suggestion import did_you_mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,7 +47,7 @@ def read_identification(path: Path) -> dict[str, Any]:
         Where the file does not follow ``identification.schema.json``, tests the same joints twice, or names a parameter
         that no locked joint has.
     """
-    data = read_json(path, "an identification.json", ("fmu_build.exchange", "identification.schema.json"))
+    data = read_json(path, "an identification.json", ("haptid.fmu_build.exchange", "identification.schema.json"))
     tested = [tuple(sorted(c["free_joints"])) for c in data["configurations"]]
     for joints in tested:
         if len(joints) == 1 and tested.count(joints) > 1:

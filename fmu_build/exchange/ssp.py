@@ -10,9 +10,9 @@ from xml.etree.ElementTree import Element, SubElement
 
 import fmpy
 
-from fmu_build.exchange.archive import pack
-from fmu_build.exchange.ssv import SSC, SSV, ssv_bytes
-from support.files.files import write_bytes
+from haptid.fmu_build.exchange.archive import pack
+from haptid.fmu_build.exchange.ssv import SSC, SSV, ssv_bytes
+from haptid.support.files.files import write_bytes
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
 KINDS = {"input": "input", "output": "output", "parameter": "parameter"}

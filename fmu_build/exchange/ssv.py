@@ -7,8 +7,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from fmu_build.description.units import parse_unit
-from support.files.files import write_bytes
+from haptid.fmu_build.description.units import parse_unit
+from haptid.support.files.files import write_bytes
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
 SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"

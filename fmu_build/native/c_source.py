@@ -8,10 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from importlib import resources
 from pathlib import Path
 
-from fmu_build.description.interface import block_offsets
-from fmu_build.native.platforms import Platform
-from model.kernel.compiler import compile_shared
-from model.kernel.generate import Kernel
+from haptid.fmu_build.description.interface import block_offsets
+from haptid.fmu_build.native.platforms import Platform
+from haptid.model.kernel.compiler import compile_shared
+from haptid.model.kernel.generate import Kernel
 
 _EXPORT = """#if defined(_WIN32)
 #define HF_API __declspec(dllexport)
@@ -23,7 +23,7 @@ _EXPORT = """#if defined(_WIN32)
 
 def text_of(name: str) -> str:
     """Return the text of a C file of this package."""
-    return resources.files("fmu_build.native").joinpath("c").joinpath(name).read_text(encoding="utf-8")
+    return resources.files("haptid.fmu_build.native").joinpath("c").joinpath(name).read_text(encoding="utf-8")
 
 
 def layout(kernel: Kernel) -> str:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from fmu_build.description.interface import Interface
-from fmu_build.description.variables import LARGEST
-from model.equations.equations import Equations
-from model.kernel.printing import slopes
-from model.kernel.text import assignments
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.variables import LARGEST
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.printing import slopes
+from haptid.model.kernel.text import assignments
 
 ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity", "step")
 

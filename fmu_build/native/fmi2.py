@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from fmu_build.description.fmi2_xml import model_description
-from fmu_build.description.identity import guid_of
-from fmu_build.description.interface import Interface
-from fmu_build.native.c_source import bare_libraries, layout, text_of
-from fmu_build.native.c_tables import input_jacobian, tables
-from fmu_build.native.mach_o import universal
-from fmu_build.native.platforms import Platform
+from haptid.fmu_build.description.fmi2_xml import model_description
+from haptid.fmu_build.description.identity import guid_of
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.native.c_source import bare_libraries, layout, text_of
+from haptid.fmu_build.native.c_tables import input_jacobian, tables
+from haptid.fmu_build.native.mach_o import universal
+from haptid.fmu_build.native.platforms import Platform
 
 PARTS = ("fmi2_instance.c", "fmi2_state.c", "fmi2_co_simulation.c", "fmi2_model_exchange.c")
 

@@ -6,12 +6,12 @@ import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 
-from fmu_build.description.fmi3_xml import build_description, model_description3
-from fmu_build.description.identity import guid_of
-from fmu_build.description.interface import Interface
-from fmu_build.native.c_source import bare_library
-from fmu_build.native.fmi2 import PARTS, native_source
-from fmu_build.native.platforms import Platform
+from haptid.fmu_build.description.fmi3_xml import build_description, model_description3
+from haptid.fmu_build.description.identity import guid_of
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.native.c_source import bare_library
+from haptid.fmu_build.native.fmi2 import PARTS, native_source
+from haptid.fmu_build.native.platforms import Platform
 
 PARTS3 = (
     "fmi3_memory.c",

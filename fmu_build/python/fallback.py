@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from importlib import resources
 
 import sympy as sp
 
-from fmu_build.description.interface import Interface, block_offsets
-from fmu_build.native.c_source import text_of
-from model.equations.equations import Equations
-from model.kernel.generate import Kernel, coupling
-from model.kernel.printing import PythonPrinter, slopes
-from model.kernel.text import symbol_names
+from haptid.fmu_build.description.interface import Interface, block_offsets
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.generate import Kernel, coupling
+from haptid.model.kernel.printing import PythonPrinter, slopes
+from haptid.model.kernel.text import symbol_names
+
+
+def module_text(name: str) -> str:
+    """Return the text of a module of this folder that goes into the FMU as it is."""
+    return (resources.files("haptid.fmu_build.python") / name).read_text(encoding="utf-8")
 
 
 def fallback_source(interface: Interface) -> str:
@@ -19,7 +24,7 @@ def fallback_source(interface: Interface) -> str:
     kernel = interface.kernel
     e = kernel.equations
     parts = [
-        text_of("fallback_stepper.py"),
+        module_text("fallback_stepper.py"),
         _layout(kernel),
         _function(e, "rates", [sp.sympify(r) for r in e.rates], wide=False),
         _function(e, "coupling_of", [coupling(e)], wide=False),
@@ -28,7 +33,7 @@ def fallback_source(interface: Interface) -> str:
         _function(e, "outputs_of", [o.expression for o in e.outputs]),
         "def outputs(t, X, u, p):\n    return [[y] for y in outputs_of(t, X, u, p)]\n",
         *(_tangents(e) if kernel.columns else ()),
-        text_of("fallback_flat.py"),
+        module_text("fallback_flat.py"),
     ]
     return "\n\n".join(parts)
 

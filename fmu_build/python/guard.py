@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 
-from fmu_build.native.c_source import bare_library, text_of
-from fmu_build.native.platforms import PLATFORMS
+from haptid.fmu_build.native.c_source import bare_library, text_of
+from haptid.fmu_build.native.platforms import PLATFORMS
 
 LOADERS = {"linux64": "pythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 """Folder below ``binaries`` to the name that the loader gets there."""

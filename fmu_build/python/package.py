@@ -10,15 +10,15 @@ from pathlib import Path
 
 from pythonfmu.builder import FmuBuilder
 
-from fmu_build.description.fmi2_xml import model_description
-from fmu_build.description.identity import guid_of
-from fmu_build.description.interface import Interface
-from fmu_build.description.variables import LARGEST, SENSITIVITY_SWITCH
-from fmu_build.exchange.archive import unpack
-from fmu_build.native.c_source import bare_libraries, flat_source, functions, text_of
-from fmu_build.native.platforms import Platform
-from fmu_build.python.fallback import fallback_source
-from fmu_build.python.guard import guard_source, guarded
+from haptid.fmu_build.description.fmi2_xml import model_description
+from haptid.fmu_build.description.identity import guid_of
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.variables import LARGEST, SENSITIVITY_SWITCH
+from haptid.fmu_build.exchange.archive import unpack
+from haptid.fmu_build.native.c_source import bare_libraries, flat_source, functions
+from haptid.fmu_build.native.platforms import Platform
+from haptid.fmu_build.python.fallback import fallback_source, module_text
+from haptid.fmu_build.python.guard import guard_source, guarded
 
 ENTRY = '''"""Entry of the slave."""
 
@@ -61,7 +61,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
 
     The module bears the name of its equations and of its binaries: one process may load the same FMU with others.
     """
-    slave, fallback = text_of("slave.py"), fallback_source(interface)
+    slave, fallback = module_text("slave.py"), fallback_source(interface)
     plan = json.dumps(plan_of(interface, "?"))
     content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
     digest = _short(content)

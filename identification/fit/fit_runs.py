@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from identification.fit.strategy import choose_for, fit_simulated, quiet
-from identification.fit.torque_fit import fit_torque
-from identification.optimise.workers import Workers
-from identification.problem.options import FitOptions
-from identification.result.fit import Fit
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Run
-from model.equations.equations import Equations
-from support.numbers import plain
+from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
+from haptid.identification.fit.torque_fit import fit_torque
+from haptid.identification.optimise.workers import Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import Fit
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
+from haptid.support.numbers import plain
 
 TRIAL_STARTS = 2
 

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from measurement.signals.smoothing import Motion, smoothed
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
+from haptid.measurement.signals.smoothing import Motion, smoothed
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
 
 WIDE = 1.2
 """Range of positions [rad] from which gravity and spring are told apart."""

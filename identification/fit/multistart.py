@@ -11,25 +11,25 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.optimise.basins import sort_into_basins
-from identification.optimise.homotopy import descend
-from identification.optimise.levenberg_marquardt import Descent
-from identification.optimise.starts import sobol_starts
-from identification.optimise.workers import Here, Processes, Workers
-from identification.problem.options import FitOptions
-from identification.problem.residuals import Problem
-from identification.result.fit import Basin, Fit, RunScore
-from identification.result.outcome import outcome_of
-from identification.simulators.protocol import Simulator
-from identification.statistics.covariance import Curvature, curvature
-from identification.statistics.excitation_warnings import excitation_warnings
-from identification.statistics.identifiability import combinations, statuses
-from identification.statistics.profile_likelihood import profiles
-from identification.statistics.score import score, score_of
-from identification.statistics.semidefinite import marginal
-from measurement.values.run import Array, Run
-from support.errors import NumericalError
-from support.processes.threads import single_threaded
+from haptid.identification.optimise.basins import sort_into_basins
+from haptid.identification.optimise.homotopy import descend
+from haptid.identification.optimise.levenberg_marquardt import Descent
+from haptid.identification.optimise.starts import sobol_starts
+from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.fit import Basin, Fit, RunScore
+from haptid.identification.result.outcome import outcome_of
+from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.statistics.covariance import Curvature, curvature
+from haptid.identification.statistics.excitation_warnings import excitation_warnings
+from haptid.identification.statistics.identifiability import combinations, statuses
+from haptid.identification.statistics.profile_likelihood import profiles
+from haptid.identification.statistics.score import score, score_of
+from haptid.identification.statistics.semidefinite import marginal
+from haptid.measurement.values.run import Array, Run
+from haptid.support.errors import NumericalError
+from haptid.support.processes.threads import single_threaded
 
 MANY_AGREE = 4
 """Starts that must share the best minimum where it lies above the noise."""

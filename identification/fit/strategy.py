@@ -16,19 +16,19 @@ from typing import Literal
 
 import numpy as np
 
-from identification.fit.multistart import fit
-from identification.optimise.workers import Workers
-from identification.problem.options import FitOptions
-from identification.result.fit import Fit
-from identification.result.outcome import Outcome
-from identification.simulators.error_growth import growth
-from identification.simulators.observer import Observed
-from identification.simulators.protocol import Simulator
-from identification.statistics.jackknife import with_jackknife
-from measurement.signals.control_detection import STEADY, position_control, steady_share
-from measurement.signals.smoothing import dominant_period
-from measurement.values.run import Array, Run
-from support.numbers import plain
+from haptid.identification.fit.multistart import fit
+from haptid.identification.optimise.workers import Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.simulators.error_growth import growth
+from haptid.identification.simulators.observer import Observed
+from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.statistics.jackknife import with_jackknife
+from haptid.measurement.signals.control_detection import STEADY, position_control, steady_share
+from haptid.measurement.signals.smoothing import dominant_period
+from haptid.measurement.values.run import Array, Run
+from haptid.support.numbers import plain
 
 Kind = Literal["open_loop", "observer", "torque"]
 LIMIT = 30.0

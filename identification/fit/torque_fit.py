@@ -11,16 +11,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.fit.multistart import fit
-from identification.optimise.workers import Workers
-from identification.problem.options import FitOptions
-from identification.result.fit import Fit
-from identification.result.outcome import Outcome
-from identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
-from identification.statistics.jackknife import with_jackknife
-from measurement.values.run import Run
-from measurement.values.units import unit_for
-from model.equations.equations import Equations
+from haptid.identification.fit.multistart import fit
+from haptid.identification.optimise.workers import Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
+from haptid.identification.statistics.jackknife import with_jackknife
+from haptid.measurement.values.run import Run
+from haptid.measurement.values.units import unit_for
+from haptid.model.equations.equations import Equations
 
 
 def fit_torque(

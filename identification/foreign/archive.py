@@ -13,7 +13,7 @@ from xml.parsers import expat
 
 import fmpy
 
-from support.errors import InputError, one_line
+from haptid.support.errors import InputError, one_line
 
 LARGEST = 2_000_000_000
 """Bytes of an archive once it is unpacked."""

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from fmpy.simulation import apply_start_values, instantiate_fmu
 
-from identification.foreign.archive import Unpacked
-from measurement.values.run import Array
+from haptid.identification.foreign.archive import Unpacked
+from haptid.measurement.values.run import Array
 
 LARGEST_WRITTEN = 100_000_000
 """Bytes of a file that an FMU may write [B]."""

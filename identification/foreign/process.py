@@ -15,10 +15,10 @@ from typing import Any, Self
 
 import numpy as np
 
-from identification.foreign.archive import unpack_checked
-from identification.foreign.child import Request, serve
-from measurement.values.run import Array
-from support.errors import InputError, NumericalError
+from haptid.identification.foreign.archive import unpack_checked
+from haptid.identification.foreign.child import Request, serve
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError, NumericalError
 
 LIMIT_S = 60.0
 """Longest wait for one simulation [s]."""

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from identification.result.fit import Fit
-from model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.identification.result.fit import Fit
+from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 
 DOUBT = 1e-3
 """Probability, after Bonferroni for the comparisons of one configuration, below which tests contradict each other."""

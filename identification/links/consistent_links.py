@@ -15,11 +15,11 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
-from model.device.device import STANDARD, Device
-from model.planning.inertial_belief import LinkBelief, Measurement
-from model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_ids, standard_std, to_standard
-from model.rigid_body.standard_parameters import contained
-from support.errors import NumericalError
+from haptid.model.device.device import STANDARD, Device
+from haptid.model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_ids, standard_std, to_standard
+from haptid.model.rigid_body.standard_parameters import contained
+from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
 MARGIN = 1e-5

@@ -11,10 +11,10 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import truncnorm
 
-from identification.links.consistent_links import pseudo_inertia
-from measurement.values.run import Array
-from model.device.device import Device
-from model.planning.inertial_belief import LinkBelief
+from haptid.identification.links.consistent_links import pseudo_inertia
+from haptid.measurement.values.run import Array
+from haptid.model.device.device import Device
+from haptid.model.planning.inertial_belief import LinkBelief
 
 STEPS = 300
 """Steps between draws: several times the number of directions in which single parameters stay open."""

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.optimise.levenberg_marquardt import Descent
-from identification.problem.residuals import Problem
-from identification.result.fit import Basin
+from haptid.identification.optimise.levenberg_marquardt import Descent
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.fit import Basin
 
 SAME = 2.0
 """Costs (sums of squares over the noise) this close belong to one minimum: far below what tells two models apart."""

@@ -11,10 +11,10 @@ from urllib.parse import urlsplit
 
 import click
 
-from identification.optimise.workers import Enough, Submitting
-from support.errors import InputError, NumericalError
-from support.installing.extras import need
-from support.processes.threads import single_threaded
+from haptid.identification.optimise.workers import Enough, Submitting
+from haptid.support.errors import InputError, NumericalError
+from haptid.support.installing.extras import need
+from haptid.support.processes.threads import single_threaded
 
 T = TypeVar("T")
 PROBE = f"import {__name__}"

@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.optimise.inner_step import coarsened
-from identification.optimise.levenberg_marquardt import Descent, gauss_newton
-from identification.optimise.slsqp import slsqp
-from identification.problem.residuals import Problem
-from measurement.values.run import Array
+from haptid.identification.optimise.inner_step import coarsened
+from haptid.identification.optimise.levenberg_marquardt import Descent, gauss_newton
+from haptid.identification.optimise.slsqp import slsqp
+from haptid.identification.problem.residuals import Problem
+from haptid.measurement.values.run import Array
 
 LOOSE, FINAL, POLISHED = 1e-3, 1e-5, 1e-8
 """Relative decrease of the cost at which a level ends: above the last, at it, and in the polish."""

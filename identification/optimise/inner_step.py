@@ -12,10 +12,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.problem.residuals import Problem
-from identification.simulators.protocol import Stepped, at_step
-from measurement.values.run import Array
-from model.kernel.generate import DEFAULT_STEP
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.simulators.protocol import Stepped, at_step
+from haptid.measurement.values.run import Array
+from haptid.model.kernel.generate import DEFAULT_STEP
 
 SHARE = 0.1
 """Largest difference that halving the step may make, as a share of the residual."""

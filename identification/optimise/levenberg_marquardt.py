@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.problem.bounded_lsq import step_within, triangle
-from identification.problem.residuals import Blocks, Problem
-from identification.problem.retraction import Retraction
-from measurement.values.run import Array
+from haptid.identification.problem.bounded_lsq import step_within, triangle
+from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.identification.problem.retraction import Retraction
+from haptid.measurement.values.run import Array
 
 RIDGE = 1e-6
 """Regularisation of directions that the data do not see, relative to the largest column of the scaled Jacobian."""

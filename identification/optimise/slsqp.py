@@ -13,12 +13,12 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
-from identification.optimise.levenberg_marquardt import Descent, cost_of
-from identification.problem.bounded_lsq import triangle
-from identification.problem.passivity import passivity
-from identification.problem.residuals import Problem
-from identification.problem.retraction import Retraction
-from measurement.values.run import Array
+from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of
+from haptid.identification.problem.bounded_lsq import triangle
+from haptid.identification.problem.passivity import passivity
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.problem.retraction import Retraction
+from haptid.measurement.values.run import Array
 
 WORST = 80.0
 """Value of f where a simulation left the finite numbers."""

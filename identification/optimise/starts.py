@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm, qmc
 
-from identification.problem.parametrisation import Scaling
-from measurement.values.run import Array
+from haptid.identification.problem.parametrisation import Scaling
+from haptid.measurement.values.run import Array
 
 FACTOR = 2.0
 """Logarithmic parameters start within this factor of the first guess, linear ones within their typical size."""

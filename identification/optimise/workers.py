@@ -13,8 +13,8 @@ from contextlib import AbstractContextManager
 from types import TracebackType
 from typing import Any, Protocol, TypeVar
 
-from support.processes.pool import Pool
-from support.processes.threads import single_threaded
+from haptid.support.processes.pool import Pool
+from haptid.support.processes.threads import single_threaded
 
 T = TypeVar("T")
 Enough = Callable[[Sequence[Any]], int]

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.optimize import nnls
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 
 def triangle(J: Array, r: Array) -> tuple[Array, Array]:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.simulators.protocol import initial_state
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
+from haptid.identification.simulators.protocol import initial_state
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
 
 FIRST_ROWS = 9
 MOVING = 6.0

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 TURN = 3.0
 """k, in standard deviations of the noise."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from identification.problem.weights import PAPER
+from haptid.identification.problem.weights import PAPER
 
 Method = Literal["slsqp", "gauss_newton"]
 

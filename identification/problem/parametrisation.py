@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.values.run import Array
-from model.equations.equations import Equations
-from model.equations.quantity import Quantity
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Quantity
 
 WIDEST = 1e6
 """A linear range wider than this many first guesses says nothing about the size of the quantity."""

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from identification.problem.residuals import Problem
-from measurement.values.run import Array
-from model.equations.equations import Equations
+from haptid.identification.problem.residuals import Problem
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
 
 
 def friction_sets(equations: Equations) -> list[tuple[int, int, int, int]]:

@@ -11,15 +11,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from identification.problem.initial_states import Start, start_of
-from identification.problem.loss import pseudo_huber
-from identification.problem.options import FitOptions
-from identification.problem.parametrisation import Scaling
-from identification.problem.weights import time_weights
-from identification.simulators.protocol import Simulator, Trajectory
-from measurement.values.run import Array, Run
-from support.errors import InputError
-from support.processes.threads import mapped
+from haptid.identification.problem.initial_states import Start, start_of
+from haptid.identification.problem.loss import pseudo_huber
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.weights import time_weights
+from haptid.identification.simulators.protocol import Simulator, Trajectory
+from haptid.measurement.values.run import Array, Run
+from haptid.support.errors import InputError
+from haptid.support.processes.threads import mapped
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

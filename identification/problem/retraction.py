@@ -15,8 +15,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.problem.residuals import Problem
-from measurement.values.run import Array
+from haptid.identification.problem.residuals import Problem
+from haptid.measurement.values.run import Array
 
 LEAST = 1e-9
 """Least spring, as a share of its typical size, at which its equilibrium position still moves with it."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.run import Array, Run
+from haptid.measurement.values.run import Array, Run
 
 PAPER = (0.5, 1.0)
 """Weights of the first and the second half of a run."""

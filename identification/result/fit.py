@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from identification.result.outcome import Outcome
-from measurement.values.run import Array, frozen
-from model.equations.equations import Equations
+from haptid.identification.result.outcome import Outcome
+from haptid.measurement.values.run import Array, frozen
+from haptid.model.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

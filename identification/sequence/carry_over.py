@@ -12,12 +12,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.result.fit import Fit
-from measurement.values.run import Array
-from model.equations.equations import Equations
-from model.equations.quantity import Normal, Quantity
-from model.planning.inertial_belief import LinkBelief, Measurement
-from model.rigid_body.locked_dynamics import Coefficient
+from haptid.identification.result.fit import Fit
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.model.rigid_body.locked_dynamics import Coefficient
 
 LEAST = 1e-6
 """Least information of a measured coefficient, as a share of its prior's."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.checks.summary import AT_REST
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from model.device.device import Device
-from model.planning.locking_order import locking_order
-from support.errors import InputError
+from haptid.measurement.checks.summary import AT_REST
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.model.device.device import Device
+from haptid.model.planning.locking_order import locking_order
+from haptid.support.errors import InputError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from identification.fit.initial_guess import guess
-from measurement.format.devices import SINGLE_JOINT
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from model.device.device import Device
-from model.device.reader import load_device
-from model.equations.equations import Equations
-from model.equations.quantity import Normal, Quantity
-from model.joint.coupled_joints import configuration_equations
-from model.joint.locked_joint import joint_equations
-from support.errors import InputError
+from haptid.identification.fit.initial_guess import guess
+from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.errors import InputError
 
 Overrides = Mapping[str, Mapping[str, Any]]
 

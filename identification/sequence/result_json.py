@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from identification.links.consistency import Agreement
-from identification.result.fit import Basin, Combination, Fit, Interval, RunScore
-from identification.result.outcome import Outcome
-from identification.sequence.step import Step
-from model.equations.equations import Equations
+from haptid.identification.links.consistency import Agreement
+from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.step import Step
+from haptid.model.equations.equations import Equations
 
 SCHEMA = "identification/1"
 

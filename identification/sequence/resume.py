@@ -6,12 +6,12 @@ import hashlib
 from pathlib import Path
 from typing import Any
 
-from fmu_build.exchange.identification_json import read_identification
-from identification.problem.options import FitOptions
-from identification.sequence.configurations import Configuration
-from measurement.values.campaign import Campaign
-from model.device.device import Device
-from support.errors import InputError
+from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.sequence.configurations import Configuration
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.support.errors import InputError
 
 CODE = ("identification", "model", "measurement")
 

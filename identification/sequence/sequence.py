@@ -7,24 +7,24 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
-from identification.fit.fit_runs import fit_runs
-from identification.links.consistency import Agreement, coefficients_agree, parameters_agree
-from identification.optimise.workers import Workers
-from identification.problem.options import FitOptions
-from identification.result.outcome import Outcome
-from identification.sequence.carry_over import carried, measurement_of
-from identification.sequence.configurations import Configuration
-from identification.sequence.equations_for import equations_for
-from identification.sequence.result_json import fit_from_json
-from identification.sequence.step import Step
-from identification.simulators.inverse_dynamics import torque_equations
-from identification.simulators.protocol import Simulator
-from measurement.values.campaign import Campaign
-from model.device.device import Device
-from model.equations.equations import Equations
-from model.joint.joint_in_device import INERTIAL
-from model.planning.inertial_belief import LinkBelief, Measurement
-from model.rigid_body.locked_dynamics import Coefficient, locked_motion
+from haptid.identification.fit.fit_runs import fit_runs
+from haptid.identification.links.consistency import Agreement, coefficients_agree, parameters_agree
+from haptid.identification.optimise.workers import Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.carry_over import carried, measurement_of
+from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.sequence.result_json import fit_from_json
+from haptid.identification.sequence.step import Step
+from haptid.identification.simulators.inverse_dynamics import torque_equations
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.joint_in_device import INERTIAL
+from haptid.model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.model.rigid_body.locked_dynamics import Coefficient, locked_motion
 
 Build = Callable[[Equations], Simulator]
 

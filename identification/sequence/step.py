@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from identification.links.consistency import Agreement
-from identification.result.fit import Fit
-from identification.sequence.configurations import Configuration
+from haptid.identification.links.consistency import Agreement
+from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.configurations import Configuration
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from identification.sequence.step import Step
+from haptid.identification.sequence.step import Step
 
 HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "seconds", "outcome")
 

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.result.fit import RunScore
-from identification.sequence.step import Step
-from identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
-from identification.simulators.observer import Observed
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array, Run
-from measurement.values.units import unit_for
-from model.equations.equations import Equations
+from haptid.identification.result.fit import RunScore
+from haptid.identification.sequence.step import Step
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
+from haptid.identification.simulators.observer import Observed
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
+from haptid.model.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

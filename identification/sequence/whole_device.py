@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.links.consistent_links import LinkEstimates, consistent_links
-from identification.links.physical_draws import physical_draws
-from identification.sequence.sequence import joint_values, links_of
-from identification.sequence.step import Step
-from measurement.values.run import Array
-from model.device.device import Device
-from model.planning.inertial_belief import LinkBelief, Measurement
-from model.rigid_body.inertial_parameters import standard_ids, to_standard
+from haptid.identification.links.consistent_links import LinkEstimates, consistent_links
+from haptid.identification.links.physical_draws import physical_draws
+from haptid.identification.sequence.sequence import joint_values, links_of
+from haptid.identification.sequence.step import Step
+from haptid.measurement.values.run import Array
+from haptid.model.device.device import Device
+from haptid.model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.model.rigid_body.inertial_parameters import standard_ids, to_standard
 
 DRAWS = 20
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from measurement.values.run import Array, Run, frozen
-from model.kernel.compiled import CompiledKernel
-from support.errors import InputError
+from haptid.measurement.values.run import Array, Run, frozen
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.support.errors import InputError
 
 TABLE = "campaign.toml, [controller]"
 PROPORTIONAL, DERIVATIVE, FILTER = "Kp_Nm_per_rad", "Kd_Nms_per_rad", "filter_time_constant_s"

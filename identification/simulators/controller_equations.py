@@ -13,9 +13,9 @@ from collections.abc import Sequence
 import numpy as np
 import sympy as sp
 
-from identification.simulators.closed_loop import Controller
-from model.equations.equations import Equations, Input, Output, State
-from model.equations.quantity import Quantity
+from haptid.identification.simulators.closed_loop import Controller
+from haptid.model.equations.equations import Equations, Input, Output, State
+from haptid.model.equations.quantity import Quantity
 
 SHORTEST = 1e-9
 """Time constant [s] that stands for no filter."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array, Run
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array, Run
 
 
 def growth(simulator: Simulator, theta: Array, run: Run) -> float:

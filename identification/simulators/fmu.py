@@ -9,16 +9,16 @@ from pathlib import Path
 
 import numpy as np
 
-from fmu_build.building.packaging import Fmu
-from fmu_build.description.variables import INNER_STEP, SENSITIVITY_SWITCH, sensitivity_name, structured_name
-from identification.simulators.fmu_slave import FmuSlave
-from identification.simulators.protocol import Trajectory, initial_state, observer_hold, observer_inputs
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
-from model.equations.output_injection import with_observer
-from model.kernel.generate import DEFAULT_STEP
-from model.kernel.tangent import tangent_columns
-from support.errors import NumericalError
+from haptid.fmu_build.building.packaging import Fmu
+from haptid.fmu_build.description.variables import INNER_STEP, SENSITIVITY_SWITCH, sensitivity_name, structured_name
+from haptid.identification.simulators.fmu_slave import FmuSlave
+from haptid.identification.simulators.protocol import Trajectory, initial_state, observer_hold, observer_inputs
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.output_injection import with_observer
+from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.model.kernel.tangent import tangent_columns
+from haptid.support.errors import NumericalError
 
 
 @lru_cache(maxsize=64)

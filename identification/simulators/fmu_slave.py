@@ -27,12 +27,12 @@ from fmpy.fmi2 import (
 )
 from fmpy.model_description import ModelDescription
 
-from measurement.values.run import Array
-from model.kernel.compiler import compile_shared
-from model.kernel.generate import DEFAULT_STEP
-from model.kernel.pieces import pieces
-from support.errors import NumericalError
-from support.files.cache import cache_folder, is_sealed, seal
+from haptid.measurement.values.run import Array
+from haptid.model.kernel.compiler import compile_shared
+from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.model.kernel.pieces import pieces
+from haptid.support.errors import NumericalError
+from haptid.support.files.cache import cache_folder, is_sealed, seal
 
 FUNCTIONS = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")
 KEPT_MESSAGES = 20
@@ -40,7 +40,7 @@ KEPT_MESSAGES = 20
 
 @lru_cache(maxsize=1)
 def _driver_path() -> Path:
-    text = resources.files("identification.simulators").joinpath("fmu_driver.c").read_text(encoding="utf-8")
+    text = resources.files("haptid.identification.simulators").joinpath("fmu_driver.c").read_text(encoding="utf-8")
     return compile_shared({"fmu_driver.c": text}, main=("fmu_driver.c",))
 
 

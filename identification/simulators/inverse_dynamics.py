@@ -12,16 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.simulators.protocol import Trajectory
-from measurement.signals.noise import estimate_noise
-from measurement.signals.resolution import estimate_resolution
-from measurement.signals.smoothing import smoothed
-from measurement.values.run import Array, Run
-from model.effects.effect import q, v, z
-from model.equations.equations import Equations, Input, Output
-from model.friction.lugre import LuGreParameters, lugre
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
+from haptid.identification.simulators.protocol import Trajectory
+from haptid.measurement.signals.noise import estimate_noise
+from haptid.measurement.signals.resolution import estimate_resolution
+from haptid.measurement.signals.smoothing import smoothed
+from haptid.measurement.values.run import Array, Run
+from haptid.model.effects.effect import q, v, z
+from haptid.model.equations.equations import Equations, Input, Output
+from haptid.model.friction.lugre import LuGreParameters, lugre
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
 
 WIDTH_S = 0.02
 """Standard deviation of the Gaussian that smooths the measured motion [s]."""

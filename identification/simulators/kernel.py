@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.simulators.protocol import Trajectory, initial_state, observer_hold, observer_inputs
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
-from model.equations.output_injection import with_observer
-from model.kernel.compiled import CompiledKernel
-from model.kernel.generate import DEFAULT_STEP
+from haptid.identification.simulators.protocol import Trajectory, initial_state, observer_hold, observer_inputs
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.output_injection import with_observer
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.kernel.generate import DEFAULT_STEP
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from identification.simulators.protocol import Simulator, Trajectory, at_step
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
+from haptid.identification.simulators.protocol import Simulator, Trajectory, at_step
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True)

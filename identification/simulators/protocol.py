@@ -7,8 +7,8 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from measurement.values.run import Array, Run, frozen
-from model.equations.equations import Equations
+from haptid.measurement.values.run import Array, Run, frozen
+from haptid.model.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

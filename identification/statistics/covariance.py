@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.problem.residuals import Blocks, Problem
-from identification.statistics.semidefinite import sandwich
-from measurement.values.run import Array
+from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.identification.statistics.semidefinite import sandwich
+from haptid.measurement.values.run import Array
 
 LONGEST = 0.1
 """Longest lag as a share of the shortest run."""

@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from measurement.values.run import Array
-from model.equations.equations import Equations
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
 
 FEW_ROWS = 20
 

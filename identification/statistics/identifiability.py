@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from identification.problem.parametrisation import Scaling
-from identification.result.fit import Combination
-from identification.statistics.semidefinite import inverse
-from measurement.values.run import Array
+from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.result.fit import Combination
+from haptid.identification.statistics.semidefinite import inverse
+from haptid.measurement.values.run import Array
 
 KNOWN = 0.5
 SMALL, LONGEST = 0.1, 4

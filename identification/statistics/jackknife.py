@@ -17,15 +17,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.optimise.levenberg_marquardt import gauss_newton
-from identification.optimise.workers import Here, Workers
-from identification.problem.options import FitOptions
-from identification.problem.residuals import Problem
-from identification.result.fit import Fit
-from identification.simulators.protocol import Simulator
-from identification.statistics.covariance import curvature
-from identification.statistics.identifiability import combinations, statuses
-from measurement.values.run import Array, Run
+from haptid.identification.optimise.levenberg_marquardt import gauss_newton
+from haptid.identification.optimise.workers import Here, Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.fit import Fit
+from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.statistics.covariance import curvature
+from haptid.identification.statistics.identifiability import combinations, statuses
+from haptid.measurement.values.run import Array, Run
 
 BLOCKS = 6
 ITERATIONS = 12

@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from identification.optimise.levenberg_marquardt import cost_of
-from identification.problem.bounded_lsq import step_within, triangle
-from identification.problem.residuals import Blocks, Problem
-from identification.result.fit import Interval
-from identification.statistics.covariance import Curvature
-from measurement.values.run import Array
+from haptid.identification.optimise.levenberg_marquardt import cost_of
+from haptid.identification.problem.bounded_lsq import step_within, triangle
+from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.identification.result.fit import Interval
+from haptid.identification.statistics.covariance import Curvature
+from haptid.measurement.values.run import Array
 
 LEVEL = float(chi2.ppf(0.95, 1))
 ITERATIONS, HALVINGS, TRIALS = 12, 6, 10

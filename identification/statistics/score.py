@@ -10,10 +10,10 @@ from typing import Protocol
 
 import numpy as np
 
-from identification.problem.initial_states import Start, start_of
-from identification.result.fit import RunScore
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array, Run
+from haptid.identification.problem.initial_states import Start, start_of
+from haptid.identification.result.fit import RunScore
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array, Run
 
 STEPS = 8
 

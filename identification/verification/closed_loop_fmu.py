@@ -12,15 +12,15 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Slave
 
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from fmu_build.description.variables import structured_name
-from fmu_build.exchange.ssp import Connection, write_ssp
-from fmu_build.native.platforms import Platform
-from identification.simulators.closed_loop import Controller, reference_of
-from identification.simulators.controller_equations import controller_equations
-from identification.verification.result import Verification
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.description.variables import structured_name
+from haptid.fmu_build.exchange.ssp import Connection, write_ssp
+from haptid.fmu_build.native.platforms import Platform
+from haptid.identification.simulators.closed_loop import Controller, reference_of
+from haptid.identification.simulators.controller_equations import controller_equations
+from haptid.identification.verification.result import Verification
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

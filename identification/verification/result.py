@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 Mode = Literal["closed_loop", "open_loop"]
 SENTENCES: Mapping[Mode, str] = {

@@ -7,14 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop, simulate_recorded
-from identification.verification.result import JointCheck, Mode, RunCheck, Verification
-from measurement.values.run import Array, Run
-from model.device.device import Device
-from model.joint.joint_in_device import Effects
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
-from support.errors import InputError
+from haptid.identification.simulators.closed_loop import (
+    Controller,
+    reference_of,
+    simulate_closed_loop,
+    simulate_recorded,
+)
+from haptid.identification.verification.result import JointCheck, Mode, RunCheck, Verification
+from haptid.measurement.values.run import Array, Run
+from haptid.model.device.device import Device
+from haptid.model.joint.joint_in_device import Effects
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.support.errors import InputError
 
 
 def verify(

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from support.errors import InputError
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.support.errors import InputError
 
 SLOWEST = 0.5
 """Usual time between rows [s] above which nothing of a joint's friction is left to see."""

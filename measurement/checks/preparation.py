@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from measurement.checks.clock import check_clocks
-from measurement.checks.stated import check_stated
-from measurement.format.reading import read_campaign
-from measurement.signals.hold_out import with_validation
-from measurement.signals.noise import campaign_with_noise
-from measurement.values.campaign import Campaign
-from measurement.values.warning import warnings_on_stderr
+from haptid.measurement.checks.clock import check_clocks
+from haptid.measurement.checks.stated import check_stated
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.signals.hold_out import with_validation
+from haptid.measurement.signals.noise import campaign_with_noise
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.warning import warnings_on_stderr
 
 
 def prepare(campaign: Campaign) -> Campaign:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from measurement.format.devices import SINGLE_JOINT
-from measurement.values.campaign import Campaign
-from model.device.device import Device
-from model.device.reader import load_device
-from model.joint.coupled_joints import configuration_equations
-from model.joint.locked_joint import joint_equations
-from support.errors import InputError
-from support.suggestion import did_you_mean
+from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.errors import InputError
+from haptid.support.suggestion import did_you_mean
 
 
 def check_stated(campaign: Campaign) -> Campaign:

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.checks.stated import torque_limits
-from measurement.checks.suspicions import suspicions, twins
-from measurement.signals.control_detection import position_control
-from measurement.signals.cycles import find_cycles
-from measurement.signals.noise import with_noise
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
+from haptid.measurement.checks.stated import torque_limits
+from haptid.measurement.checks.suspicions import suspicions, twins
+from haptid.measurement.signals.control_detection import position_control
+from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.signals.noise import with_noise
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
 
 HEADER = (
     "file",

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from measurement.signals.cycles import find_cycles
-from measurement.values.run import Array, Run
+from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.values.run import Array, Run
 
 MANY_TURNS = 8 * np.pi
 """Travel [rad] of a joint that turns, four turns, above which degrees are more likely."""

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.format.table import Table
-from measurement.values.run import Array
-from support.errors import InputError
+from haptid.measurement.format.table import Table
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
 
 KNOWN = re.compile(
     r"time_s|(torque|torque_command|torque_measured)_\d+_Nm|(force|force_command|force_measured)_\d+_N|current_\d+_A"

@@ -7,11 +7,11 @@ from importlib.resources import files
 from pathlib import Path
 from xml.etree import ElementTree
 
-from measurement.format.places import check_inside
-from measurement.values.warning import warn
-from support.errors import InputError
-from support.files.files import is_file
-from support.suggestion import did_you_mean
+from haptid.measurement.format.places import check_inside
+from haptid.measurement.values.warning import warn
+from haptid.support.errors import InputError
+from haptid.support.files.files import is_file
+from haptid.support.suggestion import did_you_mean
 
 SINGLE_JOINT = "single_joint"
 SUFFIXES = (".toml", ".urdf")
@@ -19,7 +19,7 @@ SUFFIXES = (".toml", ".urdf")
 
 def device_names() -> tuple[str, ...]:
     """Names of the built-in devices: the TOML files of ``model/devices``, and ``single_joint``."""
-    folder = files("model.device") / "built_in"
+    folder = files("haptid.model.device") / "built_in"
     found = {item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")}
     return tuple(sorted(found | {SINGLE_JOINT}))
 
@@ -50,7 +50,7 @@ def joint_count(device: str) -> int | None:
     if device == SINGLE_JOINT:
         return None
     is_file = device.endswith(SUFFIXES)
-    source = Path(device) if is_file else files("model.device") / "built_in" / f"{device}.toml"
+    source = Path(device) if is_file else files("haptid.model.device") / "built_in" / f"{device}.toml"
     try:
         text = source.read_text(encoding="utf-8")
         return _urdf_joints(text) if device.endswith(".urdf") else _toml_joints(text)

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from measurement.format import schema
-from measurement.format.toml_source import TomlSource
-from measurement.values.run import Array
-from support.errors import InputError
-from support.suggestion import did_you_mean
+from haptid.measurement.format import schema
+from haptid.measurement.format.toml_source import TomlSource
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
+from haptid.support.suggestion import did_you_mean
 
 Overrides = dict[int, dict[str, dict[str, Any]]]
 

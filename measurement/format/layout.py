@@ -7,7 +7,7 @@ import zlib
 from pathlib import Path
 from typing import TextIO
 
-from support.errors import InputError
+from haptid.support.errors import InputError
 
 LINES = 200
 """Lines from the start that are looked at: a layout is the same all through a file."""

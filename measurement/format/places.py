@@ -10,9 +10,9 @@ from typing import TypeVar
 
 import click
 
-from measurement.values.warning import warn
-from support.errors import InputError, shortened
-from support.files.files import is_file
+from haptid.measurement.values.warning import warn
+from haptid.support.errors import InputError, shortened
+from haptid.support.files.files import is_file
 
 F = TypeVar("F", bound=Callable[..., object])
 OPTION = "--allow-outside"

@@ -8,22 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from measurement.format import schema
-from measurement.format.devices import joint_count, resolve_device
-from measurement.format.joint_tables import joint_tables, read_overrides
-from measurement.format.run_entries import read_runs
-from measurement.format.toml_source import TomlSource
-from measurement.values.campaign import Campaign
-from measurement.values.warning import warn
-from support.errors import InputError, one_line
-from support.suggestion import did_you_mean
+from haptid.measurement.format import schema
+from haptid.measurement.format.devices import joint_count, resolve_device
+from haptid.measurement.format.joint_tables import joint_tables, read_overrides
+from haptid.measurement.format.run_entries import read_runs
+from haptid.measurement.format.toml_source import TomlSource
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.warning import warn
+from haptid.support.errors import InputError, one_line
+from haptid.support.suggestion import did_you_mean
 
 TABLES = ("campaign", "sensor", "joint", "runs")
 
 
 def embedded_campaign() -> Path:
     """Folder of the campaign that comes with the package."""
-    return Path(str(files("measurement") / "campaigns" / "freedom6s"))
+    return Path(str(files("haptid.measurement") / "campaigns" / "freedom6s"))
 
 
 def read_campaign(folder: Path | str | None = None) -> Campaign:

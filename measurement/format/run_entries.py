@@ -6,15 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from measurement.format import schema
-from measurement.format.columns import Signals, read_signals
-from measurement.format.devices import SINGLE_JOINT, joint_count
-from measurement.format.joint_tables import drive_constants, sensor_of
-from measurement.format.places import check_inside
-from measurement.format.table import read_table
-from measurement.format.toml_source import TomlSource
-from measurement.values.run import Array, Run
-from support.errors import InputError, one_line
+from haptid.measurement.format import schema
+from haptid.measurement.format.columns import Signals, read_signals
+from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
+from haptid.measurement.format.joint_tables import drive_constants, sensor_of
+from haptid.measurement.format.places import check_inside
+from haptid.measurement.format.table import read_table
+from haptid.measurement.format.toml_source import TomlSource
+from haptid.measurement.values.run import Array, Run
+from haptid.support.errors import InputError, one_line
 
 
 def read_runs(

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeGuard
 
-from measurement.format.toml_source import TomlSource
-from support.errors import InputError
-from support.suggestion import did_you_mean
+from haptid.measurement.format.toml_source import TomlSource
+from haptid.support.errors import InputError
+from haptid.support.suggestion import did_you_mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from measurement.format.layout import check_layout, refuse_bomb
-from measurement.format.misnamed import advice
-from measurement.values.run import Array
-from support.errors import InputError
-from support.files.files import is_file
-from support.installing.extras import need
+from haptid.measurement.format.layout import check_layout, refuse_bomb
+from haptid.measurement.format.misnamed import advice
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
+from haptid.support.files.files import is_file
+from haptid.support.installing.extras import need
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
 LEAST_ROWS = 8

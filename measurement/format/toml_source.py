@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from support.errors import InputError
-from support.files.data import parse_toml
-from support.files.files import reason_of
+from haptid.support.errors import InputError
+from haptid.support.files.data import parse_toml
+from haptid.support.files.files import reason_of
 
 HEADER = re.compile(r"^\s*\[{1,2}([^\[\]]+)\]{1,2}\s*(#.*)?$")
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from measurement.format.columns import KNOWN
-from measurement.format.table import Table
-from support.errors import InputError
+from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.format.table import Table
+from haptid.support.errors import InputError
 
 TORQUE = re.compile(r"(?:torque_(\d+)_Nm|force_(\d+)_N|current_(\d+)_A)")
 FLAG = "--map"

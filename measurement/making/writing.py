@@ -10,11 +10,11 @@ import numpy as np
 import pandas as pd
 import tomli_w
 
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from support.errors import InputError
-from support.files.files import write_bytes, write_text
-from support.installing.extras import need
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_bytes, write_text
+from haptid.support.installing.extras import need
 
 
 def run_frame(run: Run) -> pd.DataFrame:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.signals.noise import contrasts, robust_std
-from measurement.values.run import Array, Run
+from haptid.measurement.signals.noise import contrasts, robust_std
+from haptid.measurement.values.run import Array, Run
 
 STEADY = 0.95
 """Share of moving rows at one speed, from which a motion counts as a prescribed sweep."""

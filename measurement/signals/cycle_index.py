@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from measurement.signals.cycles import PERIODIC, SLIVER, find_cycles
-from measurement.values.run import Run
+from haptid.measurement.signals.cycles import PERIODIC, SLIVER, find_cycles
+from haptid.measurement.values.run import Run
 
 
 def cycle_index(run: Run) -> NDArray[np.int64]:

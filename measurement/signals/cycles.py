@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from measurement.values.run import Array, Run
+from haptid.measurement.values.run import Array, Run
 
 PERIODIC = 0.5
 """Least share of the torque's variance on one line for a run to count as periodic."""

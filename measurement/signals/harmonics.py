@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.signals.cycles import Cycles
-from measurement.values.run import Array, Run
+from haptid.measurement.signals.cycles import Cycles
+from haptid.measurement.values.run import Array, Run
 
 HIGHEST = 40.0
 """Highest angular frequency of a harmonic [rad/s]."""

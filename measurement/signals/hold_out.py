@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
 
 SHARE = 2.0 / 3.0
 LEAST_ROWS = 24

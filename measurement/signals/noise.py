@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.signals.resolution import estimate_resolution
-from measurement.values.campaign import Campaign
-from measurement.values.run import Array, Run
+from haptid.measurement.signals.resolution import estimate_resolution
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array, Run
 
 ORDERS = (3, 4, 5, 6, 7, 8)
 CUT = 3.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 NEGLIGIBLE = 1e-9
 """Differences below this share of the range are rounding of binary numbers, not steps."""

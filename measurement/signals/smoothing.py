@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
-from measurement.values.run import Array, Run
+from haptid.measurement.values.run import Array, Run
 
 SHARE = 1.0 / 60.0
 """Width of the Gaussian as a share of the motion's period."""

@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from measurement.signals.cycles import Cycles, find_cycles
-from measurement.values.run import Run
+from haptid.measurement.signals.cycles import Cycles, find_cycles
+from haptid.measurement.values.run import Run
 
 
 @lru_cache(maxsize=64)

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from measurement.values.run import Hold, Run, Use
+from haptid.measurement.values.run import Hold, Run, Use
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from model.equations.joint_parameters import sliding
+from haptid.model.equations.joint_parameters import sliding
 
 
 def unit_for(unit: str, prismatic: Iterable[bool]) -> str:

@@ -13,9 +13,9 @@ from typing import Any
 
 import sympy as sp
 
-from model.algebra.trig_polynomials import position_symbol
-from model.algebra.vectors import Scalar
-from model.device.device import Device
+from haptid.model.algebra.trig_polynomials import position_symbol
+from haptid.model.algebra.vectors import Scalar
+from haptid.model.device.device import Device
 
 Key = tuple[Any, ...]
 """(kind, operands): numbers of nodes, a constant, a symbol."""

@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import NDArray
 
-from model.algebra.vectors import Scalar
+from haptid.model.algebra.vectors import Scalar
 
 Array = NDArray[np.float64]
 

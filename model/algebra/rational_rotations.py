@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from fractions import Fraction
 
-from model.algebra.vectors import IDENTITY, Mat, Scalar, Vec, add_matrices, plus, product, scale, times
-from model.device.device import Link, Vector
+from haptid.model.algebra.vectors import IDENTITY, Mat, Scalar, Vec, add_matrices, plus, product, scale, times
+from haptid.model.device.device import Link, Vector
 
 DENOMINATOR = 10**8
 """Angles are met to about the square of its inverse."""

@@ -14,9 +14,9 @@ import sympy as sp
 from sympy.polys.domains import QQ
 from sympy.polys.rings import ring
 
-from model.algebra.rational_rotations import cos_sin, rational
-from model.algebra.vectors import Scalar
-from model.device.device import Device
+from haptid.model.algebra.rational_rotations import cos_sin, rational
+from haptid.model.algebra.vectors import Scalar
+from haptid.model.device.device import Device
 
 Polynomial = Any
 """An element of a `TrigRing` (SymPy's sparse PolyElement)."""

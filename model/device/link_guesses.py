@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from model.device.device import STANDARD, Guess, Inertial
-from support.errors import InputError
+from haptid.model.device.device import STANDARD, Guess, Inertial
+from haptid.support.errors import InputError
 
 LARGEST = 1e12
 """No mass, length or inertia of a link is larger."""

@@ -13,11 +13,11 @@ from typing import Any
 import jsonschema
 from jsonschema.exceptions import best_match
 
-from model.device.device import BASE, Device, Guess, Joint, Link, Motor, Vector
-from model.device.link_guesses import Uncertainty, inertial
-from support.errors import InputError, one_line
-from support.files.data import parse_toml
-from support.files.files import is_file, reason_of
+from haptid.model.device.device import BASE, Device, Guess, Joint, Link, Motor, Vector
+from haptid.model.device.link_guesses import Uncertainty, inertial
+from haptid.support.errors import InputError, one_line
+from haptid.support.files.data import parse_toml
+from haptid.support.files.files import is_file, reason_of
 
 Table = Mapping[str, Any]
 Raw = float | Mapping[str, float]
@@ -40,7 +40,7 @@ def load_device(name: str | Path, folder: Path | None = None) -> Device:
     """
     path = _find(str(name), folder)
     if path.suffix == ".urdf":
-        from model.device.urdf import load_urdf  # noqa: PLC0415 (yourdfpy is slow to import and rarely needed)
+        from haptid.model.device.urdf import load_urdf  # noqa: PLC0415 (yourdfpy is slow to import and rarely needed)
 
         return load_urdf(path)
     try:
@@ -52,7 +52,7 @@ def load_device(name: str | Path, folder: Path | None = None) -> Device:
 
 def builtin_devices() -> tuple[str, ...]:
     """Return the names of the devices that come with the package."""
-    files = (Path(entry.name) for entry in resources.files("model.device.built_in").iterdir())
+    files = (Path(entry.name) for entry in resources.files("haptid.model.device.built_in").iterdir())
     return tuple(sorted(file.stem for file in files if file.suffix == ".toml"))
 
 
@@ -61,7 +61,9 @@ def _find(name: str, folder: Path | None) -> Path:
     for path in candidates:
         if is_file(path):
             return path
-    builtin = Path(str(resources.files("model.device.built_in"))) / (name if Path(name).suffix else f"{name}.toml")
+    builtin = Path(str(resources.files("haptid.model.device.built_in"))) / (
+        name if Path(name).suffix else f"{name}.toml"
+    )
     if Path(name).name == name and builtin.is_file():
         return builtin
     known = ", ".join(builtin_devices())
@@ -110,7 +112,7 @@ def _shown(value: Any) -> Any:
 
 
 def _check_schema(table: Table, where: str) -> None:
-    schema = json.loads((resources.files("model.device") / "device.schema.json").read_text(encoding="utf-8"))
+    schema = json.loads((resources.files("haptid.model.device") / "device.schema.json").read_text(encoding="utf-8"))
     error = best_match(jsonschema.Draft202012Validator(schema).iter_errors(table))
     if error is None:
         return

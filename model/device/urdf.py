@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.device.device import BASE, Device
-from model.device.reader import parse_device
-from model.device.urdf_check import check_urdf
-from support.errors import InputError
-from support.installing.extras import need
+from haptid.model.device.device import BASE, Device
+from haptid.model.device.reader import parse_device
+from haptid.model.device.urdf_check import check_urdf
+from haptid.support.errors import InputError
+from haptid.support.installing.extras import need
 
 MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 

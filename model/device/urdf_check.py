@@ -9,9 +9,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from support.errors import InputError
-from support.files.files import reason_of
-from support.suggestion import did_you_mean
+from haptid.support.errors import InputError
+from haptid.support.files.files import reason_of
+from haptid.support.suggestion import did_you_mean
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 NUMBERS = {

@@ -13,10 +13,10 @@ from typing import Any
 
 import sympy as sp
 
-from model.effects.scales import Scales
-from model.equations.equations import TIME, State
-from model.equations.joint_parameters import sliding
-from model.equations.quantity import Quantity
+from haptid.model.effects.scales import Scales
+from haptid.model.equations.equations import TIME, State
+from haptid.model.equations.joint_parameters import sliding
+from haptid.model.equations.quantity import Quantity
 
 q, v, z, w, a, y, tau = (sp.Symbol(name, real=True) for name in ("q", "v", "z", "w", "a", "y", "tau"))
 t = TIME

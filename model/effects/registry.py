@@ -9,8 +9,8 @@ from functools import cache
 from pathlib import Path
 from types import ModuleType
 
-from model.effects.effect import Effect
-from support.errors import InputError
+from haptid.model.effects.effect import Effect
+from haptid.support.errors import InputError
 
 
 @cache

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy as sp
 
-from model.equations.quantity import Quantity
+from haptid.model.equations.quantity import Quantity
 
 TIME = sp.Symbol("t", real=True)
 """Time since the start of the run [s]."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from model.equations.quantity import Quantity
+from haptid.model.equations.quantity import Quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from model.equations.equations import Equations, Input
+from haptid.model.equations.equations import Equations, Input
 
 GAIN = "observer_gain"
 

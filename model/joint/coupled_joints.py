@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.device.device import Device
-from model.equations.equations import Equations
-from model.equations.quantity import Normal, Quantity
-from model.joint.joint_in_device import (
+from haptid.model.device.device import Device
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.joint.joint_in_device import (
     INERTIAL,
     Effects,
     joint_inputs,
@@ -26,8 +26,8 @@ from model.joint.joint_in_device import (
     joint_states,
     names_of,
 )
-from model.joint.locked_joint import joint_equations
-from model.rigid_body.locked_dynamics import Coefficient, LockedDynamics, locked_motion
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.rigid_body.locked_dynamics import Coefficient, LockedDynamics, locked_motion
 
 SPREAD = 5.0
 """Bounds of an inertial coefficient lie this many standard deviations of its prior from its first guess."""

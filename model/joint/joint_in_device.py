@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from model.algebra.trig_polynomials import velocity_symbol
-from model.device.device import Device, Guess
-from model.effects import effect as sym
-from model.effects.effect import Effect
-from model.equations.equations import Input, Output, State
-from model.equations.joint_parameters import TABLE, Row, sliding
-from model.equations.quantity import Normal, Quantity
-from model.joint.slots import Terms, with_effects
+from haptid.model.algebra.trig_polynomials import velocity_symbol
+from haptid.model.device.device import Device, Guess
+from haptid.model.effects import effect as sym
+from haptid.model.effects.effect import Effect
+from haptid.model.equations.equations import Input, Output, State
+from haptid.model.equations.joint_parameters import TABLE, Row, sliding
+from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.joint.slots import Terms, with_effects
 
 INERTIAL = ("inertia", "gravity_cos", "gravity_sin")
 """Parameters of a locked joint that come from the rigid bodies."""

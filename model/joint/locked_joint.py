@@ -10,12 +10,12 @@ from dataclasses import replace
 
 import sympy as sp
 
-from model.effects import effect as sym
-from model.effects.effect import Effect
-from model.equations.equations import Equations, Input, Output, State
-from model.equations.joint_parameters import joint_parameters, sliding
-from model.equations.quantity import Quantity
-from model.joint.slots import with_effects
+from haptid.model.effects import effect as sym
+from haptid.model.effects.effect import Effect
+from haptid.model.equations.equations import Equations, Input, Output, State
+from haptid.model.equations.joint_parameters import joint_parameters, sliding
+from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.slots import with_effects
 
 
 def _gravity(q: sp.Expr, parameters: dict[str, sp.Symbol], prismatic: bool) -> sp.Expr:

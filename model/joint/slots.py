@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from model.effects import effect as sym
-from model.effects.effect import Effect, EffectState
-from model.friction.lugre import LuGre, LuGreParameters, lugre
+from haptid.model.effects import effect as sym
+from haptid.model.effects.effect import Effect, EffectState
+from haptid.model.friction.lugre import LuGre, LuGreParameters, lugre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from model.algebra.trig_polynomials import velocity_symbol
-from model.device.device import Device
-from model.equations.equations import Equations, Input, Output
-from model.joint.joint_in_device import (
+from haptid.model.algebra.trig_polynomials import velocity_symbol
+from haptid.model.device.device import Device
+from haptid.model.equations.equations import Equations, Input, Output
+from haptid.model.joint.joint_in_device import (
     Effects,
     JointPart,
     joint_inputs,
@@ -20,7 +20,7 @@ from model.joint.joint_in_device import (
     joint_states,
     names_of,
 )
-from model.rigid_body.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, ForwardDynamics, forward_dynamics
+from haptid.model.rigid_body.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, ForwardDynamics, forward_dynamics
 
 
 def full_equations(device: Device, effects: Effects | None = None) -> Equations:

@@ -8,11 +8,11 @@ from functools import cache
 from importlib import resources
 from pathlib import Path
 
-from model.equations.equations import Equations
-from model.kernel.compiled import CompiledKernel
-from model.kernel.generate import Kernel
-from support.files.cache import cache_folder, is_sealed, machine, seal
-from support.files.files import write_json
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.kernel.generate import Kernel
+from haptid.support.files.cache import cache_folder, is_sealed, machine, seal
+from haptid.support.files.files import write_json
 
 SUBSTEPS = 8
 """Most sub-steps of a step: a trial that asks for more has contacts that are rigid at the pace of the readings."""
@@ -22,7 +22,7 @@ SUBSTEPS = 8
 def generator() -> str:
     """Return a digest of the generator's code and of the machine: a kernel of another one is not taken."""
     found = hashlib.sha256(f"{machine()} {SUBSTEPS}".encode())
-    for part in sorted(resources.files("model.kernel").iterdir(), key=lambda p: p.name):
+    for part in sorted(resources.files("haptid.model.kernel").iterdir(), key=lambda p: p.name):
         if part.name.endswith((".py", ".c", ".h")):
             found.update(part.read_bytes())
     return found.hexdigest()[:16]

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from model.equations.equations import Equations
-from model.kernel.compiler import compile_kernel
-from model.kernel.generate import Kernel, generate
-from model.kernel.pieces import MOST_STEPS, pieces
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.compiler import compile_kernel
+from haptid.model.kernel.generate import Kernel, generate
+from haptid.model.kernel.pieces import MOST_STEPS, pieces
 
 Array = NDArray[np.float64]
 LANES = 4

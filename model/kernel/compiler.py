@@ -12,8 +12,8 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from support.errors import NumericalError
-from support.files.cache import cache_folder, is_sealed, machine, seal
+from haptid.support.errors import NumericalError
+from haptid.support.files.cache import cache_folder, is_sealed, machine, seal
 
 FLAGS = (
     "-std=gnu11",

@@ -9,10 +9,10 @@ from itertools import combinations
 
 import sympy as sp
 
-from model.equations.equations import Equations
-from model.kernel.printing import Magnitude, slopes
-from model.kernel.tangent import tangent_columns, tangent_source
-from model.kernel.text import assignments
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.printing import Magnitude, slopes
+from haptid.model.kernel.tangent import tangent_columns, tangent_source
+from haptid.model.kernel.text import assignments
 
 DEFAULT_STEP = 5e-4
 """Inner step [s]: the one of Tam, Kubica and Wang (2005), section IV."""
@@ -34,7 +34,7 @@ class Kernel:
 
 def template(name: str) -> str:
     """Return the text of a fixed part of the kernel."""
-    return resources.files("model.kernel").joinpath(name).read_text(encoding="utf-8")
+    return resources.files("haptid.model.kernel").joinpath(name).read_text(encoding="utf-8")
 
 
 def coupling(equations: Equations) -> sp.Expr:

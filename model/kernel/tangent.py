@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.equations.equations import Equations
-from model.kernel.printing import of_reals, slopes
-from model.kernel.text import assignments
+from haptid.model.equations.equations import Equations
+from haptid.model.kernel.printing import of_reals, slopes
+from haptid.model.kernel.text import assignments
 
 
 def tangent_columns(equations: Equations) -> tuple[str, ...]:

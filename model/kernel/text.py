@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from model.equations.equations import TIME, Equations
-from model.kernel.printing import CPrinter, check_functions
+from haptid.model.equations.equations import TIME, Equations
+from haptid.model.kernel.printing import CPrinter, check_functions
 
 
 def symbol_names(equations: Equations, state: str) -> dict[str, str]:

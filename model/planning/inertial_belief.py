@@ -12,9 +12,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.device.device import Device
-from model.rigid_body.inertial_parameters import pi_prior
-from model.rigid_body.locked_dynamics import Coefficient
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.inertial_parameters import pi_prior
+from haptid.model.rigid_body.locked_dynamics import Coefficient
 
 Array = NDArray[np.float64]
 

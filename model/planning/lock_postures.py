@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import qmc
 
-from model.device.device import Device
-from model.rigid_body.inertial_parameters import pi_prior
-from model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
-from model.rigid_body.regressor import regressor
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.inertial_parameters import pi_prior
+from haptid.model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
+from haptid.model.rigid_body.regressor import regressor
 
 Array = NDArray[np.float64]
 REACH = 0.9

@@ -10,12 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 
-from model.algebra.echelon import Echelon, Row
-from model.device.device import Device
-from model.rigid_body.base_parameters import equation_forms, full_lagrangian, rows, span
-from model.rigid_body.lagrange import Lagrangian
-from model.rigid_body.locked_dynamics import locked_motion
-from model.rigid_body.standard_parameters import contained
+from haptid.model.algebra.echelon import Echelon, Row
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.base_parameters import equation_forms, full_lagrangian, rows, span
+from haptid.model.rigid_body.lagrange import Lagrangian
+from haptid.model.rigid_body.locked_dynamics import locked_motion
+from haptid.model.rigid_body.standard_parameters import contained
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

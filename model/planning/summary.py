@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from model.device.device import STANDARD, Device, Guess
-from model.planning.lock_postures import PosturePlan
-from model.planning.locking_order import LockingOrder, Stage
-from model.planning.torque_design import ExcitationPlan
-from model.rigid_body.base_parameters import base_parameters, numeric_rank
-from model.rigid_body.inertial_parameters import pi_ids, standard_ids
-from model.rigid_body.locked_dynamics import locked_motion
+from haptid.model.device.device import STANDARD, Device, Guess
+from haptid.model.planning.lock_postures import PosturePlan
+from haptid.model.planning.locking_order import LockingOrder, Stage
+from haptid.model.planning.torque_design import ExcitationPlan
+from haptid.model.rigid_body.base_parameters import base_parameters, numeric_rank
+from haptid.model.rigid_body.inertial_parameters import pi_ids, standard_ids
+from haptid.model.rigid_body.locked_dynamics import locked_motion
 
 Data = dict[str, Any]
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.device.device import Device
-from model.equations.joint_parameters import joint_parameters
-from model.equations.quantity import Quantity
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
-from model.rigid_body.locked_dynamics import locked_motion
-from support.errors import NumericalError
+from haptid.model.device.device import Device
+from haptid.model.equations.joint_parameters import joint_parameters
+from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.rigid_body.locked_dynamics import locked_motion
+from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
 AMPLITUDES = (0.15, 0.3, 0.5, 0.75, 1.0)

@@ -14,11 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from model.algebra.echelon import Echelon, Row
-from model.device.device import Device
-from model.rigid_body.lagrange import Lagrangian, LinearForm, derive
-from model.rigid_body.locked_dynamics import rows_of
-from model.rigid_body.regressor import regressor
+from haptid.model.algebra.echelon import Echelon, Row
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.lagrange import Lagrangian, LinearForm, derive
+from haptid.model.rigid_body.locked_dynamics import rows_of
+from haptid.model.rigid_body.regressor import regressor
 
 Array = NDArray[np.float64]
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 
-from model.algebra.vectors import Mat, Scalar, Vec, plus, times
-from model.device.device import Link
-from model.rigid_body.kinematics import Coordinates
+from haptid.model.algebra.vectors import Mat, Scalar, Vec, plus, times
+from haptid.model.device.device import Link
+from haptid.model.rigid_body.kinematics import Coordinates
 
 Inertials = Mapping[str, tuple[Scalar, ...]]
 """Link → (m, mx, my, mz, L11, L22, L33, L12, L13, L23) about its origin, over the scalar; massless links are absent."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from fractions import Fraction
 
-from model.algebra.vectors import (
+from haptid.model.algebra.vectors import (
     Mat,
     Scalar,
     Vec,
@@ -25,9 +25,9 @@ from model.algebra.vectors import (
     times,
     turn,
 )
-from model.device.device import BASE, Device, Link
-from model.rigid_body.body import Body, Inertials, body, ratio_of
-from model.rigid_body.kinematics import Coordinates, Pose, poses
+from haptid.model.device.device import BASE, Device, Link
+from haptid.model.rigid_body.body import Body, Inertials, body, ratio_of
+from haptid.model.rigid_body.kinematics import Coordinates, Pose, poses
 
 
 def mass_matrix(

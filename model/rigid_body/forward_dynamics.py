@@ -12,18 +12,18 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from model.algebra.expression_tape import Tape
-from model.algebra.rational_rotations import rational_vector
-from model.algebra.trig_polynomials import velocity_symbol
-from model.algebra.vectors import Mat, Scalar, Vec, add, apply, cross, dot, plus, times, transpose
-from model.device.device import BASE, LINK_UNITS, STANDARD, Device
-from model.equations.quantity import Normal, Quantity
-from model.rigid_body.body import Inertials
-from model.rigid_body.composite_bodies import mass_matrix
-from model.rigid_body.inertial_parameters import barycentric, standard_ids
-from model.rigid_body.kinematics import base_poses, constant_vector, poses
-from model.rigid_body.newton_euler import inverse_dynamics
-from model.rigid_body.quaternion import orientation
+from haptid.model.algebra.expression_tape import Tape
+from haptid.model.algebra.rational_rotations import rational_vector
+from haptid.model.algebra.trig_polynomials import velocity_symbol
+from haptid.model.algebra.vectors import Mat, Scalar, Vec, add, apply, cross, dot, plus, times, transpose
+from haptid.model.device.device import BASE, LINK_UNITS, STANDARD, Device
+from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.rigid_body.body import Inertials
+from haptid.model.rigid_body.composite_bodies import mass_matrix
+from haptid.model.rigid_body.inertial_parameters import barycentric, standard_ids
+from haptid.model.rigid_body.kinematics import base_poses, constant_vector, poses
+from haptid.model.rigid_body.newton_euler import inverse_dynamics
+from haptid.model.rigid_body.quaternion import orientation
 
 HANDLE_FORCE = tuple(sp.Symbol(f"handle_force_{axis}", real=True) for axis in "xyz")
 """Force on the control point, in the base frame [N]."""

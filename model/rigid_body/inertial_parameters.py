@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from model.algebra.vectors import Scalar, plus, times
-from model.device.device import STANDARD, Device
+from haptid.model.algebra.vectors import Scalar, plus, times
+from haptid.model.device.device import STANDARD, Device
 
 Array = NDArray[np.float64]
 BARYCENTRIC = ("m", "mx", "my", "mz", "L11", "L22", "L33", "L12", "L13", "L23")

@@ -12,9 +12,9 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Protocol
 
-from model.algebra.rational_rotations import axis_rotation, home_rotation, rational, unit_vector
-from model.algebra.vectors import IDENTITY, ZERO, Mat, Scalar, Vec, add, apply, cross, product, scale, transpose
-from model.device.device import BASE, Device, Link
+from haptid.model.algebra.rational_rotations import axis_rotation, home_rotation, rational, unit_vector
+from haptid.model.algebra.vectors import IDENTITY, ZERO, Mat, Scalar, Vec, add, apply, cross, product, scale, transpose
+from haptid.model.device.device import BASE, Device, Link
 
 
 class Coordinates(Protocol):

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from model.algebra.rational_rotations import rational_vector
-from model.algebra.trig_polynomials import Polynomial, TrigRing
-from model.algebra.vectors import Scalar, add, apply, cross, dot, plus, times, transpose
-from model.device.device import Device
-from model.rigid_body.kinematics import Column, base_poses, body_jacobians, constant_vector
+from haptid.model.algebra.rational_rotations import rational_vector
+from haptid.model.algebra.trig_polynomials import Polynomial, TrigRing
+from haptid.model.algebra.vectors import Scalar, add, apply, cross, dot, plus, times, transpose
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.kinematics import Column, base_poses, body_jacobians, constant_vector
 
 LinearForm = dict[int, Polynomial]
 """Index into π → coefficient; absent where it is zero."""

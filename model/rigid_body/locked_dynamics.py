@@ -15,11 +15,11 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from model.algebra.echelon import Echelon, Row
-from model.algebra.trig_polynomials import Monomial, TrigRing, position_symbol, velocity_symbol
-from model.device.device import Device
-from model.rigid_body.inertial_parameters import pi_ids, pi_prior
-from model.rigid_body.lagrange import Lagrangian, LinearForm, derive
+from haptid.model.algebra.echelon import Echelon, Row
+from haptid.model.algebra.trig_polynomials import Monomial, TrigRing, position_symbol, velocity_symbol
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.inertial_parameters import pi_ids, pi_prior
+from haptid.model.rigid_body.lagrange import Lagrangian, LinearForm, derive
 
 Array = NDArray[np.float64]
 

@@ -10,11 +10,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from model.algebra.rational_rotations import rational_vector
-from model.algebra.vectors import ZERO, Mat, Scalar, Vec, add, apply, cross, dot, minus, plus, scale, times, transpose
-from model.device.device import BASE, Device
-from model.rigid_body.body import Body, Inertials, Rates, body, coordinate, ratio_of
-from model.rigid_body.kinematics import Coordinates, Pose, constant_vector, poses
+from haptid.model.algebra.rational_rotations import rational_vector
+from haptid.model.algebra.vectors import (
+    ZERO,
+    Mat,
+    Scalar,
+    Vec,
+    add,
+    apply,
+    cross,
+    dot,
+    minus,
+    plus,
+    scale,
+    times,
+    transpose,
+)
+from haptid.model.device.device import BASE, Device
+from haptid.model.rigid_body.body import Body, Inertials, Rates, body, coordinate, ratio_of
+from haptid.model.rigid_body.kinematics import Coordinates, Pose, constant_vector, poses
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

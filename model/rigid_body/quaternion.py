@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from model.algebra.rational_rotations import cos_sin
-from model.algebra.vectors import Scalar, Vec, add, cross, dot, plus, scale, times
-from model.device.device import BASE, Device, Link
-from model.rigid_body.kinematics import Coordinates, constant_vector, geometry
+from haptid.model.algebra.rational_rotations import cos_sin
+from haptid.model.algebra.vectors import Scalar, Vec, add, cross, dot, plus, scale, times
+from haptid.model.device.device import BASE, Device, Link
+from haptid.model.rigid_body.kinematics import Coordinates, constant_vector, geometry
 
 Quaternion = tuple[Scalar, Vec]
 """Scalar part and vector part."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from model.algebra.numeric_coordinates import Numbers
-from model.device.device import Device
-from model.rigid_body.inertial_parameters import pi_ids
-from model.rigid_body.newton_euler import inverse_dynamics
+from haptid.model.algebra.numeric_coordinates import Numbers
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.inertial_parameters import pi_ids
+from haptid.model.rigid_body.newton_euler import inverse_dynamics
 
 Array = NDArray[np.float64]
 

@@ -9,9 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from fractions import Fraction
 
-from model.algebra.echelon import Row
-from model.device.device import Device
-from model.rigid_body.inertial_parameters import standard_ids
+from haptid.model.algebra.echelon import Row
+from haptid.model.device.device import Device
+from haptid.model.rigid_body.inertial_parameters import standard_ids
 
 _DIAGONAL = {"x": ("L22", "L33"), "y": ("L11", "L33"), "z": ("L11", "L22")}
 _PRODUCTS = {"L12": "xy", "L13": "xz", "L23": "yz"}

@@ -9,7 +9,7 @@ import jinja2
 from markupsafe import Markup
 
 _ENVIRONMENT = jinja2.Environment(
-    loader=jinja2.PackageLoader("report.common", ""),
+    loader=jinja2.PackageLoader("haptid.report.common", ""),
     autoescape=True,
     trim_blocks=True,
     lstrip_blocks=True,

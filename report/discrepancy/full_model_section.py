@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from identification.verification.result import RunCheck, Verification
-from measurement.values.units import unit_for
-from report.common.page import Picture, Section, Table
-from report.common.style import BAND, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.identification.verification.result import RunCheck, Verification
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.page import Picture, Section, Table
+from haptid.report.common.style import BAND, MEASURED, SIMULATED, data_uri, figure, style
 
 
 def full_model_sections(verification: Verification) -> list[Section]:

@@ -9,17 +9,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from discrepancy.detect.familywise import DRAWS
-from discrepancy.detect.localise import AXES, Map, told
-from discrepancy.detect.score_tests import Score
-from discrepancy.finding.finding import Curve, Finding
-from discrepancy.unnamed.missing_torque import Shape
-from discrepancy.verdict.estimate import Estimate
-from measurement.values.units import unit_for
-from report.common.numbers import rounded, with_error
-from report.common.page import Picture, Section, Table, render_page
-from report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
-from support.numbers import plain
+from haptid.discrepancy.detect.familywise import DRAWS
+from haptid.discrepancy.detect.localise import AXES, Map, told
+from haptid.discrepancy.detect.score_tests import Score
+from haptid.discrepancy.finding.finding import Curve, Finding
+from haptid.discrepancy.unnamed.missing_torque import Shape
+from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.numbers import rounded, with_error
+from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.support.numbers import plain
 
 PARTLY = 0.5
 """Share of the gap below which one variable does not tell what is missing."""

@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from discrepancy.candidate.candidate import FAMILY
-from discrepancy.detect.score_tests import Scan
-from discrepancy.finding.finding import Curve, Finding
-from discrepancy.finding.stages import Staged
-from measurement.values.units import unit_for
-from report.common.page import Picture
-from report.common.style import ACCENT, BAND, RESIDUAL, data_uri, figure, style
-from report.discrepancy.page import before_after_picture, where_picture
-from support.files.files import write_bytes
+from haptid.discrepancy.candidate.candidate import FAMILY
+from haptid.discrepancy.detect.score_tests import Scan
+from haptid.discrepancy.finding.finding import Curve, Finding
+from haptid.discrepancy.finding.stages import Staged
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.page import Picture
+from haptid.report.common.style import ACCENT, BAND, RESIDUAL, data_uri, figure, style
+from haptid.report.discrepancy.page import before_after_picture, where_picture
+from haptid.support.files.files import write_bytes
 
 SHOWN = 15
 """Entries in the picture of the scores."""

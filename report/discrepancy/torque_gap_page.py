@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from discrepancy.finding.torque_finding import TorqueFinding
-from measurement.values.units import unit_for
-from report.common.numbers import with_error
-from report.common.page import Picture, Section, Table, render_page
-from report.common.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
-from report.discrepancy.page import where_picture
+from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.numbers import with_error
+from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.report.discrepancy.page import where_picture
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:

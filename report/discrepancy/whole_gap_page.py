@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from discrepancy.finding.full_model import Missed, WholeFinding
-from measurement.values.units import unit_for
-from report.common.page import Picture, Section, Table, render_page
-from report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.discrepancy.finding.full_model import Missed, WholeFinding
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
 
 
 def missed_picture(finding: WholeFinding) -> Picture:

@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from identification.sequence.traces import Trace
-from identification.verification.result import RunCheck
-from measurement.values.run import Array
-from measurement.values.units import unit_for
-from report.common.page import Picture
-from report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.identification.sequence.traces import Trace
+from haptid.identification.verification.result import RunCheck
+from haptid.measurement.values.run import Array
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.page import Picture
+from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
 MOST_POINTS = 2500
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from identification.links.consistency import summary as consistency_summary
-from identification.sequence.step import Step
-from identification.sequence.summary import HEADER, attention, step_row
-from identification.sequence.traces import Trace
-from identification.verification.result import Verification
-from measurement.values.units import unit_for
-from report.common.numbers import with_error
-from report.common.page import Picture, Section, Table, render_page
-from report.identification.figures import run_picture, whole_picture
+from haptid.identification.links.consistency import summary as consistency_summary
+from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.summary import HEADER, attention, step_row
+from haptid.identification.sequence.traces import Trace
+from haptid.identification.verification.result import Verification
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.numbers import with_error
+from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.identification.figures import run_picture, whole_picture
 
 METHOD = (
     "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from report.common.page import Section, Table, render_page
-from report.locking_plan.tables import (
+from haptid.report.common.page import Section, Table, render_page
+from haptid.report.locking_plan.tables import (
     COUNTS_HEADER,
     ERRORS_HEADER,
     POSTURES_HEADER,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from report.locking_plan.tables import (
+from haptid.report.locking_plan.tables import (
     COUNTS_HEADER,
     ERRORS_HEADER,
     POSTURES_HEADER,

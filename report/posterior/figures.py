@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from measurement.values.run import Array
-from measurement.values.units import unit_for
-from report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
-from uq.prediction.predict import Bands
+from haptid.measurement.values.run import Array
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
+from haptid.uq.prediction.predict import Bands
 
 
 def corner(values: Array, names: Sequence[str], logarithmic: Sequence[bool]) -> Figure:

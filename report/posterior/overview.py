@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from report.common.page import Section, Table
-from uq.result.posterior import Posterior
-from uq.result.summary import PRIOR_BOUND, ParameterSummary
+from haptid.report.common.page import Section, Table
+from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.summary import PRIOR_BOUND, ParameterSummary
 
 AGREE = 1.01
 """R̂ from which ensembles count as disagreeing."""

@@ -6,15 +6,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from measurement.values.units import unit_for
-from report.common.numbers import rounded
-from report.common.page import Picture, Section, Table, render_page
-from report.common.style import data_uri
-from report.posterior.figures import bands, corner, cycles, ranks, widths
-from report.posterior.overview import lead, overview, physical, width
-from uq.prediction.choice import MARGIN
-from uq.result.posterior import Posterior
-from uq.result.summary import ParameterSummary
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.numbers import rounded
+from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.style import data_uri
+from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
+from haptid.report.posterior.overview import lead, overview, physical, width
+from haptid.uq.prediction.choice import MARGIN
+from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.summary import ParameterSummary
 
 BANDS = (
     "Left: measured position and 95 % predictive band. Right: what is left after the predictive median, with the "

@@ -7,11 +7,11 @@ from typing import Any
 
 import click
 
-from report.common.style import png
+from haptid.report.common.style import png
+from haptid.support.command import exit_codes
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_json, write_bytes, write_text
 from studies.blind.picture import confusion_picture
-from support.command import exit_codes
-from support.errors import InputError
-from support.files.files import read_json, write_bytes, write_text
 
 Row = dict[str, Any]
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from report.common.style import figure, style
+from haptid.report.common.style import figure, style
 
 Counts = dict[str, dict[str, int]]
 RIGHT, WRONG = "#0b7285", "#c92a2a"

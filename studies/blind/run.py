@@ -20,15 +20,15 @@ from typing import Any
 import click
 import numpy as np
 
-from model.effects.effect import renamed
-from model.effects.registry import catalogue
+from haptid.model.effects.effect import renamed
+from haptid.model.effects.registry import catalogue
+from haptid.support.command import exit_codes, progress
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_json
 from studies.blind.outcome import MEANING, Outcome, score_case
 from studies.blind.score import summary
 from studies.blind.settle import with_run
 from studies.blind.study import ROOT, Job, digest, make, work_all
-from support.command import exit_codes, progress
-from support.errors import InputError
-from support.files.files import write_json
 
 SCHEMA = "blind/1"
 WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}

@@ -9,10 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from haptid.support.errors import NumericalError
+from haptid.support.files.files import write_json
 from studies.blind.outcome import Outcome
 from studies.blind.study import ROOT, Job, last_line
-from support.errors import NumericalError
-from support.files.files import write_json
 
 
 def with_run(out: Path, outcomes: Sequence[Outcome]) -> list[Job]:

@@ -19,10 +19,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from support.command import INTERRUPTED, TERMINATED
-from support.errors import InputError, NumericalError
-from support.files.files import write_json
-from support.processes.running import Running
+from haptid.support.command import INTERRUPTED, TERMINATED
+from haptid.support.errors import InputError, NumericalError
+from haptid.support.files.files import write_json
+from haptid.support.processes.running import Running
 
 ROOT = Path(__file__).parents[2]
 PACKAGES = ("discrepancy", "fmu_build", "identification", "measurement", "model", "noise", "report", "support")

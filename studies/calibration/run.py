@@ -12,20 +12,20 @@ from typing import Any
 import click
 import numpy as np
 
-from identification.optimise.workers import Processes
-from identification.sequence.equations_for import device_of, equations_for
-from measurement.checks.preparation import campaign_for_command
-from measurement.values.campaign import Campaign
-from measurement.values.run import Array
-from model.equations.equations import Equations
-from model.equations.quantity import Normal
-from noise.hyper import NOISE_KNOWN
-from noise.noise_model import NoiseModel
+from haptid.identification.optimise.workers import Processes
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal
+from haptid.noise.hyper import NOISE_KNOWN
+from haptid.noise.noise_model import NoiseModel
+from haptid.support.command import exit_codes, parse_joints, progress
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_json, write_text
 from studies.calibration.result import judged, page, table
 from studies.calibration.simulation_based import Design, Outcome, rank_one_set
-from support.command import exit_codes, parse_joints, progress
-from support.errors import InputError
-from support.files.files import write_json, write_text
 
 PRIOR = 0.1
 """Relative width of the priors from which truths are drawn."""

@@ -11,20 +11,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.fit.multistart import fit
-from identification.problem.options import FitOptions
-from measurement.signals.cycle_index import cycle_index
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
-from noise.hyper import NOISE_KNOWN
-from noise.noise_model import NoiseModel
-from uq.density.coordinates import Coordinates
-from uq.density.equilibrium import equilibrium
-from uq.density.forward import FINE, KernelForward, kernel_of
-from uq.density.laplace import Laplace
-from uq.density.solver_step import longest_step
-from uq.prediction.choice import Problem
-from uq.sampling.sampling import SamplingOptions, sample
+from haptid.identification.fit.multistart import fit
+from haptid.identification.problem.options import FitOptions
+from haptid.measurement.signals.cycle_index import cycle_index
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
+from haptid.noise.hyper import NOISE_KNOWN
+from haptid.noise.noise_model import NoiseModel
+from haptid.uq.density.coordinates import Coordinates
+from haptid.uq.density.equilibrium import equilibrium
+from haptid.uq.density.forward import FINE, KernelForward, kernel_of
+from haptid.uq.density.laplace import Laplace
+from haptid.uq.density.solver_step import longest_step
+from haptid.uq.prediction.choice import Problem
+from haptid.uq.sampling.sampling import SamplingOptions, sample
 
 RANKS = 199
 """Posterior draws among which the truth is ranked: ranks 0 to 199, of which 95 % are a whole number."""

@@ -11,11 +11,11 @@ from typing import Any
 
 import tomli_w
 
-from support.errors import InputError
-from support.files.files import read_json, write_bytes, write_text
-from virtual_device.recording.campaign import joint_runs
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_json, write_bytes, write_text
+from haptid.virtual_device.recording.campaign import joint_runs
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 
 LONGEST = 60.0
 """Longest run that can be asked for [s]."""

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from support.errors import InputError
-from virtual_device.machine.effects import LISTED, UNLISTED
+from haptid.support.errors import InputError
+from haptid.virtual_device.machine.effects import LISTED, UNLISTED
 
 KINDS = {"none": 4, "single": 10, "pair": 2, "scatter": 1, "scatter_with": 2, "unlisted": 2}
 """Kinds of cases with the share that each takes of a mixed set."""

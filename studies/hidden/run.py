@@ -16,21 +16,21 @@ from typing import Any
 import click
 import numpy as np
 
+from haptid.support.command import exit_codes
+from haptid.support.errors import InputError, NumericalError
+from haptid.support.files.files import write_json
+from haptid.support.processes.pool import Pool
+from haptid.virtual_device.machine.arm import JOINTS, Arm
+from haptid.virtual_device.machine.effects import Scales, Shape
+from haptid.virtual_device.machine.joint import BASE, rest_position
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.machine.variation import vary
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine, rich, table3
+from haptid.virtual_device.recording.sensor import Sensor
 from studies.hidden.further_run import add_run
 from studies.hidden.plan import KINDS, RANDOM, SIZES, UPRIGHT, Case, plan
 from studies.hidden.sizing import Reach, formula, marked_size, reach, share_size, threshold_size
-from support.command import exit_codes
-from support.errors import InputError, NumericalError
-from support.files.files import write_json
-from support.processes.pool import Pool
-from virtual_device.machine.arm import JOINTS, Arm
-from virtual_device.machine.effects import Scales, Shape
-from virtual_device.machine.joint import BASE, rest_position
-from virtual_device.machine.truth import read_truth
-from virtual_device.machine.variation import vary
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine, rich, table3
-from virtual_device.recording.sensor import Sensor
 
 WIDTH = 0.2
 """Spread of the machines around the one of the embedded campaign, itself within ±30 % of its design."""

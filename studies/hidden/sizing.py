@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from support.errors import NumericalError
-from virtual_device.machine.compiled import Array
-from virtual_device.machine.effects import FORMULAS, Scales, Shape, Values
-from virtual_device.machine.joint import BASE, integrate, rest_position
-from virtual_device.recording.inputs import Cosine
+from haptid.support.errors import NumericalError
+from haptid.virtual_device.machine.compiled import Array
+from haptid.virtual_device.machine.effects import FORMULAS, Scales, Shape, Values
+from haptid.virtual_device.machine.joint import BASE, integrate, rest_position
+from haptid.virtual_device.recording.inputs import Cosine
 
 COARSE = 1e-4
 """Integration step of these estimates [s]."""

@@ -13,7 +13,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from support.files.files import write_text
+from haptid.support.files.files import write_text
 
 VARIABLE = "HAPTID_CACHE"
 _PRIVATE = 0o700

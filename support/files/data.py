@@ -9,7 +9,7 @@ import tomllib
 from collections.abc import Iterator
 from typing import Any, NoReturn
 
-from support.errors import InputError
+from haptid.support.errors import InputError
 
 DEEPEST = 64
 """Levels of tables and lists: no format read here needs a third of them."""

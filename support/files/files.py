@@ -9,9 +9,9 @@ import secrets
 from pathlib import Path
 from typing import Any
 
-from support.errors import HaptidError, InputError
-from support.files.data import parse_json
-from support.files.json_schema import check_content
+from haptid.support.errors import HaptidError, InputError
+from haptid.support.files.data import parse_json
+from haptid.support.files.json_schema import check_content
 
 LARGEST_FILE = 100_000_000
 """Bytes of a JSON file that is read; the result of a campaign of 500 runs has a hundredth of it."""

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from support.errors import InputError
+from haptid.support.errors import InputError
 
 
 @contextmanager

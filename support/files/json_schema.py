@@ -12,7 +12,7 @@ from typing import Any
 import jsonschema
 from jsonschema.exceptions import best_match
 
-from support.errors import InputError
+from haptid.support.errors import InputError
 
 _WORDS = {
     "object": "a table { … }", "array": "a list [ … ]", "string": "a text", "number": "a number",

@@ -171,7 +171,7 @@ def ready(extra: str | None = None) -> None:
     any. It acts only while ``python -m`` looks for the command (``sys.argv[0]`` is then ``-m``), so that it costs a
     library import nothing.
     """
-    if sys.argv[:1] != ["-m"]:
+    if sys.argv[:1] != ["-m"] or not (ROOT / "pyproject.toml").is_file():  # installed: pip saw to it
         return
     sys.excepthook = _told
     lacking = missing(extra=extra)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from functools import cache
 
-from support.errors import InputError
-from support.installing.environment import missing
-from support.installing.lock_file import amount
+from haptid.support.errors import InputError
+from haptid.support.installing.environment import missing
+from haptid.support.installing.lock_file import amount
 
 
 def need(extra: str, where: str) -> None:

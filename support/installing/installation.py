@@ -16,8 +16,16 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from support.installing.environment import BAD_SETUP, ROOT, VENV_PYTHON, in_venv, missing, replace_process, unfinished
-from support.installing.lock_file import CORE, DEV, Amount, amount, locked_file
+from haptid.support.installing.environment import (
+    BAD_SETUP,
+    ROOT,
+    VENV_PYTHON,
+    in_venv,
+    missing,
+    replace_process,
+    unfinished,
+)
+from haptid.support.installing.lock_file import CORE, DEV, Amount, amount, locked_file
 
 INTERRUPTED = 130
 USAGE = "usage: python support/bootstrap.py [--dev | --extra NAME] [-m module [arguments]]"

@@ -14,7 +14,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from support.installing.environment import ROOT, applies
+from haptid.support.installing.environment import ROOT, applies
 
 FOLDER = ROOT / "support" / "installing" / "locked"
 CORE, DEV = "core", "dev"

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import click
 
-from support.command import exit_codes
-from support.errors import HaptidError
-from support.files.files import write_text
-from support.installing.environment import ROOT
-from support.installing.lock_file import CORE, DEV, locked_file, pins
+from haptid.support.command import exit_codes
+from haptid.support.errors import HaptidError
+from haptid.support.files.files import write_text
+from haptid.support.installing.environment import ROOT
+from haptid.support.installing.lock_file import CORE, DEV, locked_file, pins
 
 LICENCES = ROOT / "THIRD_PARTY.md"
 SBOM = ROOT / "artifacts" / "sbom.cdx.json"

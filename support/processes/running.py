@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from threading import Lock
 
-from support.command import TERMINATED
+from haptid.support.command import TERMINATED
 
 GRACE = 10.0
 """Time [s] that a command has to end by itself, its workers with it, before it is killed."""

@@ -10,15 +10,15 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
-from discrepancy.verdict.estimate import Estimate
-from model.effects.registry import catalogue
+from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.model.effects.registry import catalogue
+from haptid.virtual_device.machine.joint import neutral
 from studies.blind.outcome import MEANING, RIGHT, Outcome, score_case
 from studies.blind.page import blind_page, main
 from studies.blind.score import confusion, coverage, rate, settled, spread, summary
 from studies.blind.settle import options_of
 from studies.blind.truth import FORMULAS, SAME, WAVES, true_value
 from studies.hidden.run import make_cases
-from virtual_device.machine.joint import neutral
 
 BASE = {"inertia": 2e-4}
 

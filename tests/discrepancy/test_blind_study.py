@@ -12,13 +12,13 @@ from typing import Any
 import pytest
 from click.testing import CliRunner
 
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_json
+from haptid.support.processes.running import Running
 from studies.blind.outcome import score_case
 from studies.blind.run import main
 from studies.blind.settle import with_run
 from studies.blind.study import FAILED, ROOT, STAMP, Job, digest, make, work, work_all
-from support.errors import InputError
-from support.files.files import write_json
-from support.processes.running import Running
 
 ASKED = {"cases": 2, "seed": 4, "kinds": "none", "sizes": "", "inputs": "table3", "effects": ""}
 FINDING = {

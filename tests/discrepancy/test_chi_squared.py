@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from discrepancy.detect.chi_squared import log_tail
+from haptid.discrepancy.detect.chi_squared import log_tail
 
 
 @pytest.mark.parametrize("T", [1.0, 400.0, 600.0, 1e4, 5e6])

@@ -4,14 +4,14 @@ from pathlib import Path
 
 import pytest
 
-from discrepancy.detect.inner_step import INVISIBLE, at_step, visible
-from discrepancy.fit.solution import solve
-from discrepancy.search.forward_selection import search
-from discrepancy.study.simulators import COARSE
-from model.effects.registry import catalogue
-from noise.correlation import Noise
+from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, visible
+from haptid.discrepancy.fit.solution import solve
+from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.study.simulators import COARSE
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import found, study_with
-from virtual_device.recording.sensor import Sensor
 
 DELAY = 4.5e-4
 QUIET = Sensor(noise=2e-5, resolution=0.0)

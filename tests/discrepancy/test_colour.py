@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from discrepancy.detect.chi_squared import log_tail
-from measurement.values.run import Run
-from noise.arma import LEAST_FREEDOM, _freedom, estimate_colour, to_arma
-from noise.correlation import Colour
+from haptid.discrepancy.detect.chi_squared import log_tail
+from haptid.measurement.values.run import Run
+from haptid.noise.arma import LEAST_FREEDOM, _freedom, estimate_colour, to_arma
+from haptid.noise.correlation import Colour
 
 T = np.arange(1601) * 0.01
 OMEGAS = (0.6, 1.1, 1.7, 2.2)

@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from discrepancy.candidate.candidate import LACK
-from discrepancy.candidate.parameter_constancy import _p, constancy
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.study.study import Study, study_of
-from measurement.format.reading import read_campaign
-from model.effects.registry import catalogue
-from noise.correlation import Noise
+from haptid.discrepancy.candidate.candidate import LACK
+from haptid.discrepancy.candidate.parameter_constancy import _p, constancy
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.study.study import Study, study_of
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import TRUTH
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
 
 ENTRIES = catalogue()
 FREE = ("inertia", "Ks", "sigma2")

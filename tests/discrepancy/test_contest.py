@@ -9,19 +9,19 @@ import pytest
 import sympy as sp
 from scipy.integrate import solve_ivp
 
-from discrepancy.candidate.candidate import Trial
-from discrepancy.candidate.refit import settle
-from discrepancy.finding.finding import Finding, as_json, find
-from discrepancy.fit.solution import solve
-from discrepancy.search.contenders import contested
-from discrepancy.search.search_result import Search
-from model.effects.effect import w
-from model.effects.parts.cascade import cascade
-from model.effects.registry import catalogue
-from noise.correlation import Noise
+from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.refit import settle
+from haptid.discrepancy.finding.finding import Finding, as_json, find
+from haptid.discrepancy.fit.solution import solve
+from haptid.discrepancy.search.contenders import contested
+from haptid.discrepancy.search.search_result import Search
+from haptid.model.effects.effect import w
+from haptid.model.effects.parts.cascade import cascade
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import study_with
 from tests.discrepancy.test_search import tools_of
-from virtual_device.recording.sensor import Sensor
 
 LATE = {"amplifier_lag": ("amplifier_lag", "amplifier_lag:rest"), "time_delay": ("delay", "time_delay")}
 

@@ -7,30 +7,30 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from discrepancy.finding.finding import Finding, as_json, find
-from discrepancy.fit.nominal_fit import fit_base
-from discrepancy.run import main
-from discrepancy.search.forward_selection import search
-from discrepancy.study.coupled_study import CoupledStudy, coupled_study_of, placed, taken_off
-from discrepancy.unnamed import missing_torque as shape
-from discrepancy.unnamed.missing_torque import missing
-from discrepancy.unnamed.splines import SYMBOLS, without_polynomial
-from fmu_build.exchange.discrepancy_json import at_values
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from measurement.values.campaign import Campaign
-from model.effects.registry import catalogue
-from model.joint.joint_in_device import of_the_test_alone
-from support.files.files import write_json
+from haptid.discrepancy.finding.finding import Finding, as_json, find
+from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.run import main
+from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.study.coupled_study import CoupledStudy, coupled_study_of, placed, taken_off
+from haptid.discrepancy.unnamed import missing_torque as shape
+from haptid.discrepancy.unnamed.missing_torque import missing
+from haptid.discrepancy.unnamed.splines import SYMBOLS, without_polynomial
+from haptid.fmu_build.exchange.discrepancy_json import at_values
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.effects.registry import catalogue
+from haptid.model.joint.joint_in_device import of_the_test_alone
+from haptid.support.files.files import write_json
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.truth import DRIVE, read_truth
+from haptid.virtual_device.recording.campaign import header
+from haptid.virtual_device.recording.inputs import AMPLITUDE, Cosine
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.tables import write_campaign
+from haptid.virtual_device.recording.whole import Controller, Reference, controlled_run, coupled_run, coupled_test
 from tests.fmu_build.test_commands import identification
 from tests.identification.test_verification import true_values
-from virtual_device.machine.arm import Arm
-from virtual_device.machine.truth import DRIVE, read_truth
-from virtual_device.recording.campaign import header
-from virtual_device.recording.inputs import AMPLITUDE, Cosine
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.tables import write_campaign
-from virtual_device.recording.whole import Controller, Reference, controlled_run, coupled_run, coupled_test
 
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4)
 COG = {"cog": 2e-3, "cog_number": 9.0, "cog_phase": 0.4}

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from discrepancy.detect.detectable import LEVEL, POWER, noncentrality, smallest
-from discrepancy.detect.signatures import Point
-from model.effects.registry import catalogue
-from model.effects.scales import Scales
+from haptid.discrepancy.detect.detectable import LEVEL, POWER, noncentrality, smallest
+from haptid.discrepancy.detect.signatures import Point
+from haptid.model.effects.registry import catalogue
+from haptid.model.effects.scales import Scales
 
 ENTRIES = {key: catalogue()[key].at(Scales(torque=0.01)) for key in ("cubic_spring", "cogging")}
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from discrepancy.verdict.estimate import Estimate
+from haptid.discrepancy.verdict.estimate import Estimate
 
 
 def test_the_interval_of_a_standard_deviation_of_few_cycles_holds_it() -> None:

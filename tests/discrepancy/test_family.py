@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from discrepancy.detect.chi_squared import log_tails
-from discrepancy.detect.familywise import by_sign_flips, independent_tests
-from discrepancy.detect.signatures import Point
-from measurement.values.run import Array, Run
+from haptid.discrepancy.detect.chi_squared import log_tails
+from haptid.discrepancy.detect.familywise import by_sign_flips, independent_tests
+from haptid.discrepancy.detect.signatures import Point
+from haptid.measurement.values.run import Array, Run
 from tests.discrepancy.test_finding import ENTRIES, study_with
 
 POINTS = [Point(key=f"{k}", values=({},), columns=slice(k, k + 1)) for k in range(8)]

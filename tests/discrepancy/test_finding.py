@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from fmpy import simulate_fmu
 
-from discrepancy.finding.finding import Finding, as_json, find
-from discrepancy.study.study import Study, study_of
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from model.effects.effect import Effect
-from model.effects.registry import catalogue
-from report.discrepancy.page import discrepancy_page
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
+from haptid.discrepancy.finding.finding import Finding, as_json, find
+from haptid.discrepancy.study.study import Study, study_of
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.registry import catalogue
+from haptid.report.discrepancy.page import discrepancy_page
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 
 ENTRIES = {key: catalogue()[key] for key in ("cubic_spring", "cogging", "amplitude_scatter")}
 TRUTH = {

@@ -7,18 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discrepancy.candidate.refit import settle
-from discrepancy.fit.discontinuity import around, places, torques
-from discrepancy.fit.held_out import predict
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.study.study import Study, study_of
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from model.effects.registry import catalogue
-from noise.correlation import Noise
+from haptid.discrepancy.candidate.refit import settle
+from haptid.discrepancy.fit.discontinuity import around, places, torques
+from haptid.discrepancy.fit.held_out import predict
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.study.study import Study, study_of
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import INPUTS, TRUTH
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.sensor import Sensor
 
 HIDDEN = 1.3e-3
 JUMP = catalogue()["amplifier_dead_band:jump"]

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from discrepancy.study.simulators import COARSE, Factory
-from identification.simulators.protocol import initial_state
-from measurement.values.run import Run
-from model.effects.registry import catalogue
-from model.joint.locked_joint import joint_equations
-from model.kernel import cache as kernel_cache
-from model.kernel.cache import cached_kernel
-from model.kernel.compiled import CompiledKernel
+from haptid.discrepancy.study.simulators import COARSE, Factory
+from haptid.identification.simulators.protocol import initial_state
+from haptid.measurement.values.run import Run
+from haptid.model.effects.registry import catalogue
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel import cache as kernel_cache
+from haptid.model.kernel.cache import cached_kernel
+from haptid.model.kernel.compiled import CompiledKernel
 
 VALUES = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,

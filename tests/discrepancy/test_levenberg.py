@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from discrepancy.fit.levenberg_marquardt import FAR, minimise, triangle_by_runs
-from identification.problem.bounded_lsq import triangle
-from identification.problem.residuals import Blocks
-from measurement.values.run import Array
+from haptid.discrepancy.fit.levenberg_marquardt import FAR, minimise, triangle_by_runs
+from haptid.identification.problem.bounded_lsq import triangle
+from haptid.identification.problem.residuals import Blocks
+from haptid.measurement.values.run import Array
 
 
 def test_runs_apart_give_the_same_normal_equations_as_all_at_once():

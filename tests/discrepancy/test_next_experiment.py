@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.study.study import Study, study_of
-from discrepancy.verdict.next_experiment import CLEAR, MANY, Proposal, propose
-from measurement.format.reading import read_campaign
-from model.effects.registry import catalogue
-from noise.correlation import Noise
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.study.study import Study, study_of
+from haptid.discrepancy.verdict.next_experiment import CLEAR, MANY, Proposal, propose
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import TRUTH
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
 
 
 def proposal(evidence: float, repeats: int = 1, end_frequency: float = 3.0) -> Proposal:

@@ -5,18 +5,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discrepancy.candidate.refit import alike
-from discrepancy.fit.noise_estimate import estimate
-from discrepancy.fit.solution import solve
-from discrepancy.study.study import study_of
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from model.effects.registry import catalogue
-from noise.correlation import Colour, Noise, Scatter
-from virtual_device.machine.joint import rest_position
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine, rich
-from virtual_device.recording.sensor import Sensor
+from haptid.discrepancy.candidate.refit import alike
+from haptid.discrepancy.fit.noise_estimate import estimate
+from haptid.discrepancy.fit.solution import solve
+from haptid.discrepancy.study.study import study_of
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Colour, Noise, Scatter
+from haptid.virtual_device.machine.joint import rest_position
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine, rich
+from haptid.virtual_device.recording.sensor import Sensor
 
 TRUTH = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.12, "sigma0": 0.5,

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.stats import kstest
 
-from discrepancy.detect.omnibus import satterthwaite
+from haptid.discrepancy.detect.omnibus import satterthwaite
 
 
 def test_p_of_noise_is_uniform_and_of_a_wave_is_not():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag, null_space
 
-from discrepancy.fit.scatter import (
+from haptid.discrepancy.fit.scatter import (
     FORGOTTEN,
     LARGEST,
     PROBE,
@@ -17,23 +17,23 @@ from discrepancy.fit.scatter import (
     most_probable,
     relinearised,
 )
-from discrepancy.study.coupled_study import coupled_study_of
-from discrepancy.study.simulators import Factory
-from identification.simulators.protocol import initial_state
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from measurement.signals.whole_cycles import whole_cycles
-from measurement.values.run import Run
-from model.effects.registry import catalogue
-from model.joint.locked_joint import joint_equations
-from noise.correlation import Colour, Noise, Scatter, Whitener, directions
-from noise.reml import best_scatter
-from virtual_device.machine.arm import Arm
-from virtual_device.machine.truth import read_truth
-from virtual_device.recording.campaign import header
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.tables import write_campaign
-from virtual_device.recording.whole import coupled_test
+from haptid.discrepancy.study.coupled_study import coupled_study_of
+from haptid.discrepancy.study.simulators import Factory
+from haptid.identification.simulators.protocol import initial_state
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.signals.whole_cycles import whole_cycles
+from haptid.measurement.values.run import Run
+from haptid.model.effects.registry import catalogue
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.noise.correlation import Colour, Noise, Scatter, Whitener, directions
+from haptid.noise.reml import best_scatter
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.recording.campaign import header
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.tables import write_campaign
+from haptid.virtual_device.recording.whole import coupled_test
 
 VALUES = {
     "inertia": 1.6e-4, "gravity_cos": 0.0, "gravity_sin": 0.0, "Kp": 1.0, "Ks": 0.018, "epos": 0.03, "sigma0": 0.5,

@@ -7,32 +7,32 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from discrepancy.candidate.candidate import FAMILY, REFUTABLE, SIGNIFICANT, Trial, keys_of
-from discrepancy.candidate.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
-from discrepancy.detect.inner_step import INVISIBLE, at_step, visible
-from discrepancy.detect.omnibus import Omnibus
-from discrepancy.detect.score_tests import scan
-from discrepancy.detect.signatures import signatures
-from discrepancy.fit.held_out import predict
-from discrepancy.fit.homotopy import through_homotopy
-from discrepancy.fit.nominal_fit import agreeing, fit_base
-from discrepancy.fit.scatter import relinearised
-from discrepancy.fit.solution import ROUGH, solve
-from discrepancy.search.backward_elimination import exchanged, pruned
-from discrepancy.search.forward_selection import _ways
-from discrepancy.search.search_result import Search
-from discrepancy.search.step_refinement import BEYOND, closer
-from discrepancy.search.tools import Searcher
-from discrepancy.study.simulators import COARSE, SKETCH
-from discrepancy.study.study import Study, scales_over
-from discrepancy.verdict.verdict import at_their_bounds
-from identification.problem.initial_states import MOVING, first_slopes, start_of
-from identification.problem.residuals import Blocks
-from model.effects.effect import Effect
-from model.effects.registry import catalogue
-from noise.correlation import Colour, Noise, Scatter
+from haptid.discrepancy.candidate.candidate import FAMILY, REFUTABLE, SIGNIFICANT, Trial, keys_of
+from haptid.discrepancy.candidate.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
+from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, visible
+from haptid.discrepancy.detect.omnibus import Omnibus
+from haptid.discrepancy.detect.score_tests import scan
+from haptid.discrepancy.detect.signatures import signatures
+from haptid.discrepancy.fit.held_out import predict
+from haptid.discrepancy.fit.homotopy import through_homotopy
+from haptid.discrepancy.fit.nominal_fit import agreeing, fit_base
+from haptid.discrepancy.fit.scatter import relinearised
+from haptid.discrepancy.fit.solution import ROUGH, solve
+from haptid.discrepancy.search.backward_elimination import exchanged, pruned
+from haptid.discrepancy.search.forward_selection import _ways
+from haptid.discrepancy.search.search_result import Search
+from haptid.discrepancy.search.step_refinement import BEYOND, closer
+from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.study.simulators import COARSE, SKETCH
+from haptid.discrepancy.study.study import Study, scales_over
+from haptid.discrepancy.verdict.verdict import at_their_bounds
+from haptid.identification.problem.initial_states import MOVING, first_slopes, start_of
+from haptid.identification.problem.residuals import Blocks
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Colour, Noise, Scatter
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import ENTRIES, study_with
-from virtual_device.recording.sensor import Sensor
 
 
 def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:

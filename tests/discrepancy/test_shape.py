@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from discrepancy.detect.localise import AXES
-from discrepancy.finding.finding import as_json
-from discrepancy.unnamed.splines import SYMBOLS, Curve
-from discrepancy.unnamed.surface import Axis, Surface
-from report.discrepancy.page import discrepancy_page
+from haptid.discrepancy.detect.localise import AXES
+from haptid.discrepancy.finding.finding import as_json
+from haptid.discrepancy.unnamed.splines import SYMBOLS, Curve
+from haptid.discrepancy.unnamed.surface import Axis, Surface
+from haptid.report.discrepancy.page import discrepancy_page
 from tests.discrepancy.test_finding import found
 
 CURVE = Curve(variable="position_rad", first=-0.4, last=0.6)

@@ -4,18 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from discrepancy.detect.score_tests import scan
-from discrepancy.detect.signatures import signatures
-from discrepancy.fit.nominal_fit import fit_base
-from discrepancy.fit.solution import solve
-from discrepancy.study.study import study_of
-from measurement.format.reading import read_campaign
-from model.effects.registry import catalogue
-from noise.correlation import Noise
+from haptid.discrepancy.detect.score_tests import scan
+from haptid.discrepancy.detect.signatures import signatures
+from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.fit.solution import solve
+from haptid.discrepancy.study.study import study_of
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import TRUTH
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
 
 INPUTS = [Cosine(amplitude=a, frequency=w, duration=10.0, spacing=0.01) for a, w in ((0.008, 1.5), (0.012, 2.5))]
 

@@ -7,11 +7,11 @@ import pytest
 from click.testing import CliRunner
 from matplotlib.image import imread
 
-from discrepancy.detect.localise import AXES
-from discrepancy.run import main
+from haptid.discrepancy.detect.localise import AXES
+from haptid.discrepancy.run import main
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import INPUTS, TRUTH
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.sensor import Sensor
 
 KNOWN = {"gravity_cos": {"fixed": 0.0}, "gravity_sin": {"fixed": 0.0}}
 

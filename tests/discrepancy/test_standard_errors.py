@@ -6,18 +6,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from discrepancy.candidate.refit import sharpened
-from discrepancy.fit.nominal_fit import fit_base
-from discrepancy.fit.scatter import cycles_of
-from discrepancy.fit.solution import Solution, deviance, solve
-from discrepancy.fit.standard_errors import covariance, of_curvature, rough, standard_errors
-from discrepancy.study.study import Study, scales_over
-from discrepancy.verdict.verdict import finer
-from measurement.values.run import Array
-from model.effects.registry import catalogue
-from noise.correlation import Noise, Scatter
+from haptid.discrepancy.candidate.refit import sharpened
+from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.fit.scatter import cycles_of
+from haptid.discrepancy.fit.solution import Solution, deviance, solve
+from haptid.discrepancy.fit.standard_errors import covariance, of_curvature, rough, standard_errors
+from haptid.discrepancy.study.study import Study, scales_over
+from haptid.discrepancy.verdict.verdict import finer
+from haptid.measurement.values.run import Array
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise, Scatter
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_finding import TRUTH, study_with
-from virtual_device.recording.sensor import Sensor
 
 SLACK = {
     "inertia": 1.1e-4, "rotor_inertia": 5e-5, "tendon_stiffness": 3.0, "tendon_damping": 4e-3, "tendon_slack": 0.01,

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from discrepancy.detect import inner_step as steps
-from discrepancy.study.simulators import COARSE
+from haptid.discrepancy.detect import inner_step as steps
+from haptid.discrepancy.study.simulators import COARSE
 
 
 @pytest.mark.parametrize(

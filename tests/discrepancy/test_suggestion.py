@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from discrepancy.unnamed.splines import without_polynomial
-from discrepancy.unnamed.suggestion import suggestion
+from haptid.discrepancy.unnamed.splines import without_polynomial
+from haptid.discrepancy.unnamed.suggestion import suggestion
 
 KNOTS = np.linspace(-0.2, 0.6, 8)
 X = (KNOTS - 0.2) / 0.4

@@ -10,17 +10,17 @@ import sympy as sp
 from click.testing import CliRunner
 from fmpy import simulate_fmu
 
-from discrepancy.run import main
-from discrepancy.torque.fit import fit_model, rms
-from discrepancy.torque.inverse_dynamics import inverse_equations, readable
-from discrepancy.torque.scan import promises
-from discrepancy.torque.search import compared, refitted
-from discrepancy.torque.study import TorqueStudy, alternating
-from measurement.values.run import Run
-from model.effects.registry import catalogue
-from model.effects.scales import Scales
-from model.equations.equations import TIME
-from model.joint.locked_joint import joint_equations
+from haptid.discrepancy.run import main
+from haptid.discrepancy.torque.fit import fit_model, rms
+from haptid.discrepancy.torque.inverse_dynamics import inverse_equations, readable
+from haptid.discrepancy.torque.scan import promises
+from haptid.discrepancy.torque.search import compared, refitted
+from haptid.discrepancy.torque.study import TorqueStudy, alternating
+from haptid.measurement.values.run import Run
+from haptid.model.effects.registry import catalogue
+from haptid.model.effects.scales import Scales
+from haptid.model.equations.equations import TIME
+from haptid.model.joint.locked_joint import joint_equations
 from tests.real_data import DATA
 
 UNIT = Scales()

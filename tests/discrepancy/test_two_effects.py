@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import pytest
 
-from discrepancy.candidate.candidate import Trial
-from discrepancy.candidate.refit import judged
-from discrepancy.fit.homotopy import held
-from discrepancy.fit.solution import Solution, solve
-from discrepancy.search.forward_selection import Way, _anew, _clear, _two_at_once
-from discrepancy.search.tools import Searcher
-from discrepancy.study.study import study_of
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from model.effects.registry import catalogue
-from noise.correlation import Noise
+from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.refit import judged
+from haptid.discrepancy.fit.homotopy import held
+from haptid.discrepancy.fit.solution import Solution, solve
+from haptid.discrepancy.search.forward_selection import Way, _anew, _clear, _two_at_once
+from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.study.study import study_of
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.effects.registry import catalogue
+from haptid.noise.correlation import Noise
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.test_search import tools_of
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
 
 KEYS = ("cogging", "cubic_spring", "encoder_ripple", "torque_bias_drift", "torque_ripple")
 HIDDEN = {

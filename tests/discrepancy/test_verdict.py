@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from discrepancy.search.forward_selection import search
-from discrepancy.verdict.verdict import judge, untold
-from model.effects.registry import catalogue
+from haptid.discrepancy.search.forward_selection import search
+from haptid.discrepancy.verdict.verdict import judge, untold
+from haptid.model.effects.registry import catalogue
 from tests.discrepancy.test_finding import study_with
 
 
@@ -21,7 +21,7 @@ def test_a_name_whose_first_amplitude_cannot_be_told_from_nothing_is_refused(
     assert named.verdict == "named"
 
     rough = np.full(found.best.solution.theta.size, 0.005)
-    monkeypatch.setattr("discrepancy.verdict.verdict.standard_errors", lambda _, solution, __: (solution, rough))
+    monkeypatch.setattr("haptid.discrepancy.verdict.verdict.standard_errors", lambda _, solution, __: (solution, rough))
     refused = judge(study, found)
     assert refused.verdict == "unlisted"
     assert refused.sentence.endswith("It is like time_delay (torque that arrives late), but delay_time may be 0.")

@@ -5,8 +5,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from discrepancy.detect.localise import AXES, excess, maps, regions, told
-from measurement.values.run import Array, Run
+from haptid.discrepancy.detect.localise import AXES, excess, maps, regions, told
+from haptid.measurement.values.run import Array, Run
 
 SIGMA = 1e-3
 Gap = Callable[[Run, Array], Array]

@@ -16,7 +16,7 @@ from typing import Any
 
 import pytest
 
-from virtual_device.make_campaign import main as make_campaign
+from haptid.virtual_device.make_campaign import main as make_campaign
 
 ROOT = Path(__file__).parents[2]
 KILLS = int(os.environ.get("HAPTID_KILLS", "0"))

@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from support.files.folder_lock import locked
+from haptid.support.files.folder_lock import locked
 
 ROOT = Path(__file__).parents[2]
 KILLS = int(os.environ.get("HAPTID_KILLS", "1"))
@@ -128,7 +128,7 @@ def test_locale_and_time_zone_change_no_bit(settings: dict[str, str], whole: tup
 
 
 def test_the_umask_is_followed(tmp_path: Path):
-    script = "from pathlib import Path; from support.files.files import write_text; write_text(Path('a.txt'), 'a')"
+    script = "import pathlib; from haptid.support.files.files import write_text as w; w(pathlib.Path('a.txt'), 'a')"
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
     subprocess.run([sys.executable, "-c", script], cwd=tmp_path, env=environment, check=True, umask=0o077)
     assert (tmp_path / "a.txt").stat().st_mode & 0o777 == 0o600
@@ -136,8 +136,8 @@ def test_the_umask_is_followed(tmp_path: Path):
 
 WORKER = """
 import os, signal
-from support.command import exit_codes
-from support.processes.pool import Pool
+from haptid.support.command import exit_codes
+from haptid.support.processes.pool import Pool
 
 def die():
     os.kill(os.getpid(), signal.SIGKILL)

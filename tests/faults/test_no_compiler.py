@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from identification.run import main
-from model.kernel import compiler
+from haptid.identification.run import main
+from haptid.model.kernel import compiler
 
 
 @pytest.fixture(autouse=True)

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.equations.equations import Equations, Input, Output, State
-from model.equations.quantity import Quantity
+from haptid.model.equations.equations import Equations, Input, Output, State
+from haptid.model.equations.quantity import Quantity
 
 q, i, f = (sp.Symbol(name, real=True) for name in ("reading", "integral", "filtered"))
 target, kp, ki, kd, T = (sp.Symbol(name, real=True) for name in ("target", "kp", "ki", "kd", "T"))

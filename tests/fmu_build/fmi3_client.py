@@ -11,8 +11,8 @@ import fmpy
 import numpy as np
 from fmpy.fmi3 import FMU3Model, FMU3Slave
 
-from fmu_build.building.packaging import Fmu
-from model.equations.equations import Equations
+from haptid.fmu_build.building.packaging import Fmu
+from haptid.model.equations.equations import Equations
 from tests.fmu_build.fmu_cases import FOLDER, fmu, names
 
 FMPY = Path(fmpy.__file__).parent

@@ -12,14 +12,14 @@ import fmpy
 import numpy as np
 from fmpy.fmi2 import FMU2Model, FMU2Slave
 
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from fmu_build.description.variables import structured_name
-from fmu_build.native.platforms import this_platform
-from model.device.reader import load_device
-from model.equations.equations import Equations
-from model.joint.coupled_joints import configuration_equations
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.description.variables import structured_name
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.device.reader import load_device
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
 
 DEVICE = load_device("freedom6s")
 KINDS: tuple[Kind, ...] = ("python", "native")

@@ -7,7 +7,7 @@ import pytest
 from fmpy.fmi2 import FMU2Model
 from scipy.integrate import solve_ivp
 
-from fmu_build.building.packaging import Kind
+from haptid.fmu_build.building.packaging import Kind
 from tests.fmu_build.fmu_cases import KINDS, NAMES, STEP, Client, equations, fmu, initial, kernel, names, torques
 
 T = STEP * np.arange(201)

@@ -7,7 +7,7 @@ import math
 import pytest
 from fmpy.fmi1 import FMICallException
 
-from fmu_build.building.packaging import Kind
+from haptid.fmu_build.building.packaging import Kind
 from tests.fmu_build.fmu_cases import KINDS, Client, fmu
 
 BAD = {

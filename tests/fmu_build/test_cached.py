@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import pytest
 
-from fmu_build.building.cached import cached_fmu, description_digest, identification_fmu
-from fmu_build.native.platforms import this_platform
+from haptid.fmu_build.building.cached import cached_fmu, description_digest, identification_fmu
+from haptid.fmu_build.native.platforms import this_platform
 from tests.fmu_build.fmu_cases import equations
 
 
 @pytest.fixture(autouse=True)
 def own_cache(monkeypatch, tmp_path):
-    monkeypatch.setattr("fmu_build.building.cached.cache_folder", lambda _: tmp_path)
-    monkeypatch.setattr("fmu_build.building.packaging.PLATFORMS", this_platform())
+    monkeypatch.setattr("haptid.fmu_build.building.cached.cache_folder", lambda _: tmp_path)
+    monkeypatch.setattr("haptid.fmu_build.building.packaging.PLATFORMS", this_platform())
 
 
 def test_built_once():
@@ -33,5 +33,5 @@ def test_first_guesses_tell_shipped_fmus_apart_but_not_those_of_fits():
 
 
 def test_native_where_pythonfmu_has_no_loader(monkeypatch):
-    monkeypatch.setattr("fmu_build.building.cached.FmuBuilder.has_binary", lambda: False)
+    monkeypatch.setattr("haptid.fmu_build.building.cached.FmuBuilder.has_binary", lambda: False)
     assert identification_fmu(equations("joint4"), kind="python").kind == "native"

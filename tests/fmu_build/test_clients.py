@@ -13,10 +13,10 @@ import numpy as np
 import pytest
 from fmpy.simulation import simulate_fmu
 
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from fmu_build.exchange.ssp import Connection, write_ssp
-from fmu_build.native.platforms import this_platform
-from model.kernel.compiled import CompiledKernel
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.exchange.ssp import Connection, write_ssp
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.kernel.compiled import CompiledKernel
 from tests.fmu_build.controller import controller
 from tests.fmu_build.fmu_cases import KINDS, STEP, advanced, equations, fmu, initial, kernel, names, torques
 

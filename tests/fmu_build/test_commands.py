@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fmu_build.building import configurations as module
-from fmu_build.export import export_full, export_parameters
-from fmu_build.export import main as export
-from fmu_build.native.platforms import this_platform
-from fmu_build.run import main as run
+from haptid.fmu_build.building import configurations as module
+from haptid.fmu_build.export import export_full, export_parameters
+from haptid.fmu_build.export import main as export
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.fmu_build.run import main as run
 from tests.fmu_build.fmu_cases import DEVICE, STEP, Client, equations, initial, kernel, torques
 
 
@@ -44,7 +44,7 @@ def source(tmp_path):
 @pytest.fixture(autouse=True)
 def here_only(monkeypatch, tmp_path):
     """Binaries for this machine alone, and a cache of the test's own."""
-    monkeypatch.setattr("fmu_build.building.packaging.PLATFORMS", this_platform())
+    monkeypatch.setattr("haptid.fmu_build.building.packaging.PLATFORMS", this_platform())
     return tmp_path
 
 

@@ -8,8 +8,8 @@ import fmpy
 import pytest
 from fmpy.validation import validate_fmu
 
-from fmu_build.building.packaging import Fmu, Kind, build_fmu
-from fmu_build.native.platforms import PLATFORMS, this_platform
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.native.platforms import PLATFORMS, this_platform
 from tests.fmu_build.fmu_cases import FOLDER, KINDS, NAMES, equations, fmu
 
 

@@ -9,12 +9,12 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from fmu_build.building.packaging import Kind, build_fmu, interface_for
-from fmu_build.python.fallback import fallback_source
-from fmu_build.python.fallback_stepper import phi, solve, weigh
-from model.effects.registry import catalogue
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
+from haptid.fmu_build.building.packaging import Kind, build_fmu, interface_for
+from haptid.fmu_build.python.fallback import fallback_source
+from haptid.fmu_build.python.fallback_stepper import phi, solve, weigh
+from haptid.model.effects.registry import catalogue
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
 from tests.fmu_build.fmu_cases import STEP, Client, equations, fmu, initial, kernel, torques
 
 KIND: Kind = "python"

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from fmu_build.exchange.discrepancy_json import by_joint, finding_of
-from fmu_build.export import main as export
-from fmu_build.native.platforms import this_platform
-from model.effects.registry import catalogue
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
-from support.errors import InputError
+from haptid.fmu_build.exchange.discrepancy_json import by_joint, finding_of
+from haptid.fmu_build.export import main as export
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.effects.registry import catalogue
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.support.errors import InputError
 from tests.fmu_build.fmu_cases import DEVICE, STEP, Client, equations, torques
 from tests.fmu_build.test_commands import identification
 
@@ -42,7 +42,7 @@ def finding(effects: dict[str, dict[str, float]], joint: int = 4, verdict: str =
 @pytest.fixture(autouse=True)
 def here_only(monkeypatch):
     """Binaries for this machine alone."""
-    monkeypatch.setattr("fmu_build.building.packaging.PLATFORMS", this_platform())
+    monkeypatch.setattr("haptid.fmu_build.building.packaging.PLATFORMS", this_platform())
 
 
 def exported(folder: Path, *contents: dict, kind: str = "native") -> tuple[Result, Path]:

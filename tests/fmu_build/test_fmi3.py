@@ -12,8 +12,8 @@ from fmpy.simulation import simulate_fmu
 from fmpy.validation import validate_fmu
 from lxml import etree
 
-from fmu_build.building.packaging import build_fmu
-from support.errors import InputError
+from haptid.fmu_build.building.packaging import build_fmu
+from haptid.support.errors import InputError
 from tests.fmu_build.fmi3_client import FMPY, Client3, fmu3
 from tests.fmu_build.fmu_cases import NAMES, STEP, Client, equations, fmu, names, torques
 

@@ -11,8 +11,8 @@ import fmpy
 import numpy as np
 import pytest
 
-from fmu_build.building.packaging import build_fmu
-from fmu_build.native.platforms import PLATFORMS, Platform, this_platform
+from haptid.fmu_build.building.packaging import build_fmu
+from haptid.fmu_build.native.platforms import PLATFORMS, Platform, this_platform
 from tests.fmu_build.exports import exported
 from tests.fmu_build.fmi3_client import FMPY, Client3, fmu3
 from tests.fmu_build.fmu_cases import FOLDER, STEP, equations, fmu, torques

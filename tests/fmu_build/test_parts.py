@@ -13,13 +13,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from lxml import etree
 
-from fmu_build.content.picture import HEIGHT, WIDTH, picture
-from fmu_build.description.identity import guid_of
-from fmu_build.description.units import parse_unit
-from fmu_build.exchange.archive import pack, unpack
-from fmu_build.exchange.ssv import write_ssv
-from fmu_build.native.mach_o import universal
-from model.equations.joint_parameters import joint_parameters
+from haptid.fmu_build.content.picture import HEIGHT, WIDTH, picture
+from haptid.fmu_build.description.identity import guid_of
+from haptid.fmu_build.description.units import parse_unit
+from haptid.fmu_build.exchange.archive import pack, unpack
+from haptid.fmu_build.exchange.ssv import write_ssv
+from haptid.fmu_build.native.mach_o import universal
+from haptid.model.equations.joint_parameters import joint_parameters
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,10 @@ import shutil
 import pytest
 from click.testing import CliRunner
 
-from fmu_build.export import main as export
-from fmu_build.native.platforms import this_platform
-from model.device.reader import load_device
-from support.errors import LONGEST
+from haptid.fmu_build.export import main as export
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.device.reader import load_device
+from haptid.support.errors import LONGEST
 
 PARAMETER = {"value": 1e-4, "std": None, "unit": "kg m^2", "status": "identified"}
 FINDING = {
@@ -128,13 +128,13 @@ def test_a_link_out_of_the_folder_is_no_file_of_the_results(tmp_path):
 
 
 def test_a_device_beside_the_results_or_named_by_the_user_is_read(tmp_path, monkeypatch):
-    monkeypatch.setattr("fmu_build.building.packaging.PLATFORMS", this_platform())
+    monkeypatch.setattr("haptid.fmu_build.building.packaging.PLATFORMS", this_platform())
     from importlib import resources  # noqa: PLC0415 # this test alone
 
     folder = tmp_path / "results"
     folder.mkdir()
     machine = tmp_path / "machine.toml"
-    shutil.copy(str(resources.files("model.device.built_in") / "double_pendulum.toml"), machine)
+    shutil.copy(str(resources.files("haptid.model.device.built_in") / "double_pendulum.toml"), machine)
     data = changed("device", to="../machine.toml")
     data["configurations"] = []
     source = folder / "identification.json"

@@ -9,8 +9,8 @@ import zipfile
 import numpy as np
 import pytest
 
-from fmu_build.building.packaging import build_fmu
-from fmu_build.native.platforms import PLATFORMS
+from haptid.fmu_build.building.packaging import build_fmu
+from haptid.fmu_build.native.platforms import PLATFORMS
 from tests.fmu_build.fmu_cases import STEP, Client, equations, fmu, initial, kernel, torques
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")

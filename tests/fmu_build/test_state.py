@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from fmu_build.building.packaging import Kind
+from haptid.fmu_build.building.packaging import Kind
 from tests.fmu_build.fmu_cases import KINDS, STEP, Client, equations, fmu, initial, kernel, names, torques
 
 T = STEP * np.arange(101)

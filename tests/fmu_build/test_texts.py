@@ -15,23 +15,23 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from fmu_build.building.packaging import build_fmu, interface_for
-from fmu_build.content.extras import extra_files
-from fmu_build.description.fmi2_xml import model_description
-from fmu_build.native.fmi2 import native_source
-from fmu_build.native.platforms import this_platform
-from model.device.reader import parse_device
-from model.equations.equations import Equations
-from model.joint.coupled_joints import configuration_equations
-from model.kernel.compiled import CompiledKernel
-from model.kernel.generate import generate
-from support.errors import InputError, one_line
+from haptid.fmu_build.building.packaging import build_fmu, interface_for
+from haptid.fmu_build.content.extras import extra_files
+from haptid.fmu_build.description.fmi2_xml import model_description
+from haptid.fmu_build.native.fmi2 import native_source
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.device.reader import parse_device
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.kernel.generate import generate
+from haptid.support.errors import InputError, one_line
 
 MARK = "qqpayloadqq"
 PIECES = ("*/", "\n", "\\\n", "??/", '"', "'''", '"""', "'", "<script>", "{{ 7*7 }}", "{% raw %}", "]]>", "&", "-->",
           "\0", "\x1b[2J", "\u202e", "$", "%n", "`id`", "#define ", "/*", "\\", "é", " ")  # fmt: skip
 TEXTS = st.lists(st.sampled_from(PIECES), min_size=1, max_size=6).map(lambda parts: f"{MARK}{''.join(parts)}{MARK}")
-TABLE = tomllib.loads((resources.files("model.device.built_in") / "arm6.toml").read_text(encoding="utf-8"))
+TABLE = tomllib.loads((resources.files("haptid.model.device.built_in") / "arm6.toml").read_text(encoding="utf-8"))
 
 
 def with_texts(text: str) -> dict[str, Any]:

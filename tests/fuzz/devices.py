@@ -5,11 +5,11 @@ from __future__ import annotations
 from importlib import resources
 from pathlib import Path
 
-from model.device.reader import load_device
+from haptid.model.device.reader import load_device
 from tests.fuzz.harness import Target
 from tests.model.test_urdf_check import GOOD
 
-_BUILT_IN = resources.files("model.device.built_in")
+_BUILT_IN = resources.files("haptid.model.device.built_in")
 
 
 def read_toml(content: bytes, folder: Path) -> None:

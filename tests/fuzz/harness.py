@@ -34,7 +34,7 @@ from types import FrameType
 
 from hypothesis import strategies as st
 
-from support.errors import LONGEST, HaptidError
+from haptid.support.errors import LONGEST, HaptidError
 
 MOST_SECONDS = 5.0
 MOST_MIB = 500.0

@@ -9,14 +9,14 @@ from pathlib import Path
 
 import fmpy
 
-from fmu_build.exchange.discrepancy_json import read_finding, refitted
-from fmu_build.exchange.identification_json import of_device, of_joint, read_identification
-from fmu_build.export import device_of_results
-from identification.foreign.archive import unpack_checked
-from model.effects.registry import catalogue
+from haptid.fmu_build.exchange.discrepancy_json import read_finding, refitted
+from haptid.fmu_build.exchange.identification_json import of_device, of_joint, read_identification
+from haptid.fmu_build.export import device_of_results
+from haptid.identification.foreign.archive import unpack_checked
+from haptid.model.effects.registry import catalogue
+from haptid.virtual_device.recording.planned import read_planned
 from tests.fuzz.harness import Target
 from tests.identification.foreign_cases import DESCRIPTION
-from virtual_device.recording.planned import read_planned
 
 PARAMETER = {"value": 2.2e-4, "std": 1e-6, "unit": "kg m^2", "status": "identified", "lower": 0.0, "upper": None}
 IDENTIFICATION = {

@@ -20,10 +20,10 @@ from typing import Any
 
 import click
 
-from support.command import exit_codes, progress
-from support.errors import one_line
-from support.files.files import write_bytes, write_json, write_text
-from support.processes.pool import Pool
+from haptid.support.command import exit_codes, progress
+from haptid.support.errors import one_line
+from haptid.support.files.files import write_bytes, write_json, write_text
+from haptid.support.processes.pool import Pool
 from tests.fuzz.harness import Fault, Tally, Target, call, drawn
 from tests.fuzz.targets import TARGETS
 

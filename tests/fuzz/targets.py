@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from measurement.format.reading import read_campaign
-from measurement.format.table import read_table
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.format.table import read_table
 from tests.fuzz.devices import DEVICES
 from tests.fuzz.harness import Target
 from tests.fuzz.results import RESULTS

@@ -6,12 +6,12 @@ from functools import cache
 
 import numpy as np
 
-from identification.simulators.kernel import KernelSimulator
-from measurement.values.run import Run
-from model.equations.equations import Equations
-from model.joint.locked_joint import joint_equations
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.simulate import simulate_joint
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.simulate import simulate_joint
 
 NOISE, STEP = 2e-4, 0.0
 TRUE = {

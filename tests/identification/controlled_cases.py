@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from measurement.signals.noise import with_noise
-from measurement.values.run import Array, Run
-from virtual_device.machine.arm import JOINTS, Arm
-from virtual_device.machine.truth import read_truth
-from virtual_device.recording.sensor import Sensor
+from haptid.measurement.signals.noise import with_noise
+from haptid.measurement.values.run import Array, Run
+from haptid.virtual_device.machine.arm import JOINTS, Arm
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.recording.sensor import Sensor
 
 STEP = 0.005
 SENSOR = Sensor(noise=2e-4, resolution=1.5e-4, coloured=0.0)

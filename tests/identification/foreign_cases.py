@@ -7,7 +7,7 @@ from pathlib import Path
 
 import fmpy
 
-from model.kernel.compiler import compile_shared
+from haptid.model.kernel.compiler import compile_shared
 
 NAMES = (
     "GetTypesPlatform",

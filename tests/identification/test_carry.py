@@ -5,20 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.links.consistency import coefficients_agree, parameters_agree, summary
-from identification.links.consistent_links import pseudo_inertia
-from identification.links.physical_draws import physical_draws
-from identification.result.fit import Fit
-from identification.result.outcome import Outcome
-from identification.sequence.carry_over import CAUTION, carried, measurement_of
-from identification.sequence.configurations import configurations_of, order_of
-from measurement.format.reading import read_campaign
-from model.device.reader import load_device
-from model.joint.coupled_joints import configuration_equations
-from model.planning.inertial_belief import LinkBelief, Measurement
-from model.rigid_body.inertial_parameters import pi_prior
-from model.rigid_body.locked_dynamics import locked_motion
-from support.errors import InputError
+from haptid.identification.links.consistency import coefficients_agree, parameters_agree, summary
+from haptid.identification.links.consistent_links import pseudo_inertia
+from haptid.identification.links.physical_draws import physical_draws
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.carry_over import CAUTION, carried, measurement_of
+from haptid.identification.sequence.configurations import configurations_of, order_of
+from haptid.measurement.format.reading import read_campaign
+from haptid.model.device.reader import load_device
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.model.rigid_body.inertial_parameters import pi_prior
+from haptid.model.rigid_body.locked_dynamics import locked_motion
+from haptid.support.errors import InputError
 
 DEVICE = load_device("freedom6s")
 

@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from fmu_build.building.packaging import Kind, build_fmu
-from fmu_build.native.platforms import this_platform
-from identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
-from identification.simulators.controller_equations import controller_equations
-from identification.verification.closed_loop_fmu import Pair, build_controller, simulate_pair
-from measurement.format.reading import read_campaign
-from measurement.values.run import Run
-from model.device.reader import load_device
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
+from haptid.fmu_build.building.packaging import Kind, build_fmu
+from haptid.fmu_build.native.platforms import this_platform
+from haptid.identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
+from haptid.identification.simulators.controller_equations import controller_equations
+from haptid.identification.verification.closed_loop_fmu import Pair, build_controller, simulate_pair
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.values.run import Run
+from haptid.model.device.reader import load_device
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
 
 ROWS = 301
 

@@ -1,5 +1,6 @@
 """Fits on a running Dask cluster: a scheduler and two workers in processes of their own, reached by address."""
 
+import importlib
 import json
 import os
 import subprocess
@@ -17,15 +18,15 @@ from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
-from identification.fit.multistart import fit
-from identification.optimise.dask_workers import Cluster
-from identification.optimise.workers import Here
-from identification.problem.options import FitOptions
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.protocol import initial_state
-from measurement.values.run import Run
-from model.joint.locked_joint import joint_equations
-from support.errors import InputError, NumericalError
+from haptid.identification.fit.multistart import fit
+from haptid.identification.optimise.dask_workers import Cluster
+from haptid.identification.optimise.workers import Here
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import initial_state
+from haptid.measurement.values.run import Run
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.errors import InputError, NumericalError
 
 ROOT = Path(__file__).parents[2]
 SERVE = """
@@ -163,7 +164,7 @@ def die() -> None:
 def test_workers_that_die_of_a_task_are_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     (tmp_path / "deadly.py").write_text(DEADLY, encoding="utf-8")
     monkeypatch.syspath_prepend(str(tmp_path))
-    from deadly import die  # noqa: PLC0415 (made above; the workers import it too)
+    die = importlib.import_module("deadly").die  # made above; the workers import it too
 
     with (
         cluster(tmp_path, f"{ROOT}{os.pathsep}{tmp_path}") as address,

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from identification.fit.multistart import fit
-from identification.optimise.starts import sobol_starts
-from identification.optimise.workers import Here, Processes
-from identification.problem.options import FitOptions
-from identification.problem.parametrisation import Scaling
-from identification.problem.residuals import Problem
-from identification.result.fit import Fit
-from identification.result.outcome import Outcome
-from identification.simulators.protocol import Trajectory
-from identification.statistics.covariance import curvature
-from identification.statistics.excitation_warnings import excitation_warnings, presliding
-from identification.statistics.score import score
-from measurement.values.run import Run
-from model.equations.equations import Equations
-from model.equations.quantity import Normal, Quantity
-from model.joint.locked_joint import joint_equations
-from support.errors import NumericalError
+from haptid.identification.fit.multistart import fit
+from haptid.identification.optimise.starts import sobol_starts
+from haptid.identification.optimise.workers import Here, Processes
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.simulators.protocol import Trajectory
+from haptid.identification.statistics.covariance import curvature
+from haptid.identification.statistics.excitation_warnings import excitation_warnings, presliding
+from haptid.identification.statistics.score import score
+from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.errors import NumericalError
 from tests.identification.bench_joint import NOISE, TRUE, equations, make_run, runs, simulator
 
 

@@ -9,8 +9,8 @@ import zipfile
 import fmpy
 import pytest
 
-from identification.foreign.archive import LARGEST, unpack_checked
-from support.errors import InputError
+from haptid.identification.foreign.archive import LARGEST, unpack_checked
+from haptid.support.errors import InputError
 from tests.identification.foreign_cases import DESCRIPTION, content, write
 
 XML = "modelDescription.xml"
@@ -62,7 +62,7 @@ def test_links(tmp_path, folder):
 
 
 def test_a_bomb_is_refused_by_its_size(tmp_path, folder, monkeypatch):
-    monkeypatch.setattr("identification.foreign.archive.LARGEST", 1_000_000)
+    monkeypatch.setattr("haptid.identification.foreign.archive.LARGEST", 1_000_000)
     assert LARGEST > 1_000_000
     path = write(tmp_path / "a.fmu", content() | {"resources/zeros": bytes(5_000_000)})
     assert path.stat().st_size < 100_000

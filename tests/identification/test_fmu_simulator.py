@@ -8,16 +8,16 @@ from functools import cache
 import numpy as np
 import pytest
 
-from fmu_build.building.cached import identification_fmu
-from fmu_build.building.packaging import Kind, build_fmu
-from identification.simulators.fmu import FmuSimulator
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Run
-from model.device.reader import load_device
-from model.equations.equations import Equations
-from model.joint.coupled_joints import configuration_equations
-from support.errors import NumericalError
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.fmu_build.building.packaging import Kind, build_fmu
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Run
+from haptid.model.device.reader import load_device
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.support.errors import NumericalError
 
 T = 0.005 * np.arange(301)
 

@@ -8,8 +8,8 @@ import time
 import numpy as np
 import pytest
 
-from identification.foreign.process import ForeignFmu
-from support.errors import InputError, NumericalError
+from haptid.identification.foreign.process import ForeignFmu
+from haptid.support.errors import InputError, NumericalError
 from tests.identification.foreign_cases import content, write
 from tests.real_data import DATA
 
@@ -51,7 +51,7 @@ def test_what_ends_the_fmu_is_one_line(step, told, tmp_path):
 
 
 def test_a_hang_is_ended_in_time_and_nothing_is_left(tmp_path, monkeypatch):
-    monkeypatch.setattr("identification.foreign.process._BEGINNING_S", 3.0)
+    monkeypatch.setattr("haptid.identification.foreign.process._BEGINNING_S", 3.0)
     with ForeignFmu(write(tmp_path / "small.fmu", content("hangs")), limit_s=0.5) as fmu:
         began = time.monotonic()
         with pytest.raises(NumericalError, match=r"small\.fmu: no answer within 0\.5 s"):

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.fit.initial_guess import guess_from
-from identification.sequence.equations_for import changed, equations_for, overridden
-from measurement.signals.smoothing import dominant_period, smoothed
-from measurement.values.campaign import Campaign
-from model.device.reader import load_device
-from model.joint.locked_joint import joint_equations
-from support.errors import InputError
+from haptid.identification.fit.initial_guess import guess_from
+from haptid.identification.sequence.equations_for import changed, equations_for, overridden
+from haptid.measurement.signals.smoothing import dominant_period, smoothed
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.reader import load_device
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.errors import InputError
 from tests.identification.bench_joint import TRUE, runs
 
 

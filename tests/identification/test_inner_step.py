@@ -7,16 +7,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from fmu_build.building.cached import identification_fmu
-from identification.optimise.homotopy import descend
-from identification.optimise.inner_step import at_inner_step, coarsened, steps_of
-from identification.problem.options import FitOptions
-from identification.problem.residuals import Problem
-from identification.simulators.fmu import FmuSimulator
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.observer import Observed
-from identification.statistics.semidefinite import inverse, marginal, sandwich
-from model.kernel.generate import DEFAULT_STEP
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.identification.optimise.homotopy import descend
+from haptid.identification.optimise.inner_step import at_inner_step, coarsened, steps_of
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.observer import Observed
+from haptid.identification.statistics.semidefinite import inverse, marginal, sandwich
+from haptid.model.kernel.generate import DEFAULT_STEP
 from tests.identification.bench_joint import TRUE, equations, runs
 
 

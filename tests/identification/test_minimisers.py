@@ -9,13 +9,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from identification.optimise.homotopy import descend, feasible
-from identification.optimise.levenberg_marquardt import gauss_newton
-from identification.optimise.slsqp import slsqp
-from identification.problem.bounded_lsq import step_within, triangle
-from identification.problem.options import FitOptions
-from identification.problem.passivity import margin
-from identification.problem.residuals import Problem
+from haptid.identification.optimise.homotopy import descend, feasible
+from haptid.identification.optimise.levenberg_marquardt import gauss_newton
+from haptid.identification.optimise.slsqp import slsqp
+from haptid.identification.problem.bounded_lsq import step_within, triangle
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.passivity import margin
+from haptid.identification.problem.residuals import Problem
 from tests.identification.bench_joint import TRUE, equations, runs, simulator
 
 

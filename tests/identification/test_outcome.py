@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from identification.result.outcome import Outcome, outcome_of
-from identification.sequence.configurations import configurations_of
-from measurement.checks.preparation import campaign_for_command
-from support.errors import InputError
+from haptid.identification.result.outcome import Outcome, outcome_of
+from haptid.identification.sequence.configurations import configurations_of
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.support.errors import InputError
 
 TOML = """[campaign]
 device = "single_joint"

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification.problem.loss import pseudo_huber
-from identification.problem.options import FitOptions
-from identification.problem.parametrisation import Scaling
-from identification.problem.residuals import Problem
-from identification.problem.weights import time_weights
-from model.equations.quantity import Normal
-from support.errors import InputError
+from haptid.identification.problem.loss import pseudo_huber
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.problem.weights import time_weights
+from haptid.model.equations.quantity import Normal
+from haptid.support.errors import InputError
 from tests.identification.bench_joint import TRUE, equations, runs, simulator
 
 

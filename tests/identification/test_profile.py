@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.fit.multistart import fit
-from identification.problem.options import FitOptions
-from identification.problem.residuals import Problem
-from identification.statistics.profile_likelihood import LEVEL
+from haptid.identification.fit.multistart import fit
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.statistics.profile_likelihood import LEVEL
 from tests.identification.bench_joint import TRUE, equations, runs, simulator
 
 OPTIONS = FitOptions(method="gauss_newton", starts=2, profile=True)

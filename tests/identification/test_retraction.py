@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from identification.problem.options import FitOptions
-from identification.problem.residuals import Problem
-from identification.problem.retraction import Retraction
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.problem.retraction import Retraction
 from tests.identification.bench_joint import equations, runs, simulator
 
 

@@ -16,13 +16,13 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-import identification.run as command
-from identification.run import main
+import haptid.identification.run as command
+from haptid.identification.run import main
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.identification.bench_joint import TRUE
 from tests.real_data import DATA
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
 
 ROOT = Path(__file__).parents[2]
 FAST = ("--quiet", "--workers", "1", "--fmu", "none", "--method", "gauss_newton")
@@ -110,7 +110,7 @@ def test_interrupted_run_goes_on_where_it_stopped(identified, campaign, tmp_path
     kept = json.loads((tmp_path / "identification.json").read_text())
     assert kept["complete"] is False
     assert len(kept["configurations"]) == 1
-    monkeypatch.setattr("identification.sequence.sequence.fit_runs", lambda *a, **_: sought.append(a))
+    monkeypatch.setattr("haptid.identification.sequence.sequence.fit_runs", lambda *a, **_: sought.append(a))
     assert run(campaign, "--out", tmp_path, "--no-export", *FAST).exit_code == 0
     again = json.loads((tmp_path / "identification.json").read_text())
     assert sought == []

@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from identification.fit.strategy import choose, choose_for, first_guess, fit_simulated
-from identification.problem.options import FitOptions
-from identification.simulators.error_growth import growth
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.observer import Observed
-from measurement.checks.preparation import campaign_for_command
-from measurement.format.reading import read_campaign
-from measurement.values.run import Array, Run
-from model.device.reader import load_device
-from model.equations.equations import Equations
-from model.joint.coupled_joints import configuration_equations
-from model.joint.locked_joint import joint_equations
+from haptid.identification.fit.strategy import choose, choose_for, first_guess, fit_simulated
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.simulators.error_growth import growth
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.observer import Observed
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.values.run import Array, Run
+from haptid.model.device.reader import load_device
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.locked_joint import joint_equations
 from tests.real_data import DATA
 
 NOISE = 2e-4

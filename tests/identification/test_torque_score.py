@@ -7,23 +7,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.fit.fit_runs import fit_runs
-from identification.fit.initial_guess import guess
-from identification.fit.strategy import choose
-from identification.fit.torque_fit import fit_torque
-from identification.optimise.workers import Here
-from identification.problem.options import FitOptions
-from identification.problem.residuals import Problem
-from identification.result.outcome import Outcome
-from identification.sequence.equations_for import equations_for
-from identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
-from identification.simulators.kernel import KernelSimulator
-from identification.statistics.jackknife import jackknife_std, left_out, with_jackknife
-from measurement.checks.preparation import campaign_for_command
-from measurement.signals.control_detection import position_control
-from measurement.values.run import Run
-from model.equations.equations import Equations
-from model.joint.locked_joint import joint_equations
+from haptid.identification.fit.fit_runs import fit_runs
+from haptid.identification.fit.initial_guess import guess
+from haptid.identification.fit.strategy import choose
+from haptid.identification.fit.torque_fit import fit_torque
+from haptid.identification.optimise.workers import Here
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.statistics.jackknife import jackknife_std, left_out, with_jackknife
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.signals.control_detection import position_control
+from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.locked_joint import joint_equations
 from tests.identification.controlled_cases import controlled_joint, rich_motion, slow_sweep, truth_of
 from tests.real_data import DATA
 

@@ -7,16 +7,16 @@ import json
 import numpy as np
 import pytest
 
-from identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
-from identification.verification.verify import verify
-from measurement.checks.preparation import campaign_for_command
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from model.device.reader import load_device
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
-from support.errors import InputError
-from virtual_device.machine.truth import DRIVE, read_truth
+from haptid.identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
+from haptid.identification.verification.verify import verify
+from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.model.device.reader import load_device
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.support.errors import InputError
+from haptid.virtual_device.machine.truth import DRIVE, read_truth
 
 STANDARD = ("m", "x", "y", "z", "I11", "I22", "I33", "I12", "I13", "I23")
 

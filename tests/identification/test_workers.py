@@ -9,11 +9,11 @@ import sys
 import time
 from pathlib import Path
 
-from support.installing.environment import ROOT
+from haptid.support.installing.environment import ROOT
 
 PARENT = """
 import os, time
-from identification.optimise.workers import Processes
+from haptid.identification.optimise.workers import Processes
 
 def told(path):
     with open(path, "w") as f:

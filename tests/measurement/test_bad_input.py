@@ -5,10 +5,10 @@ import re
 
 import pytest
 
-from measurement.format.places import outside_allowed
-from measurement.format.reading import read_campaign
-from measurement.values.warning import CampaignWarning
-from support.errors import InputError
+from haptid.measurement.format.places import outside_allowed
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.values.warning import CampaignWarning
+from haptid.support.errors import InputError
 
 
 def fault(folder, pattern: str) -> InputError:

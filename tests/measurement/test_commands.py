@@ -3,8 +3,8 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from measurement import check, new
-from measurement.format.reading import read_campaign
+from haptid.measurement import check, new
+from haptid.measurement.format.reading import read_campaign
 
 
 @pytest.fixture

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from measurement.signals.control_detection import noise_link, position_control, steady_share
-from measurement.signals.cycles import find_cycles
-from measurement.values.run import Run
+from haptid.measurement.signals.control_detection import noise_link, position_control, steady_share
+from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.values.run import Run
 
 T = np.arange(4000) / 200.0
 

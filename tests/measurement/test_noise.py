@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from measurement.signals.noise import campaign_with_noise, contrasts, estimate_noise, with_noise
-from measurement.signals.resolution import estimate_resolution
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
+from haptid.measurement.signals.noise import campaign_with_noise, contrasts, estimate_noise, with_noise
+from haptid.measurement.signals.resolution import estimate_resolution
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
 
 T = np.arange(2400) / 200.0
 

@@ -5,9 +5,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from measurement.format.reading import embedded_campaign, read_campaign
-from measurement.values.warning import CampaignWarning
-from support.errors import InputError
+from haptid.measurement.format.reading import embedded_campaign, read_campaign
+from haptid.measurement.values.warning import CampaignWarning
+from haptid.support.errors import InputError
 
 
 def test_fields_of_a_campaign(folder):

@@ -7,11 +7,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from measurement.format.reading import read_campaign
-from measurement.making.writing import write_campaign
-from measurement.values.campaign import Campaign
-from measurement.values.run import Run
-from support.errors import InputError, one_line
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.making.writing import write_campaign
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.support.errors import InputError, one_line
 
 NUMBERS = st.floats(-1e99, 1e99, allow_nan=False, width=64)
 SMALL = st.floats(1e-9, 1e-1)

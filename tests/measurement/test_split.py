@@ -1,8 +1,8 @@
 import numpy as np
 
-from measurement.checks.preparation import prepare
-from measurement.format.reading import read_campaign
-from measurement.signals.hold_out import held_out, with_validation
+from haptid.measurement.checks.preparation import prepare
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.signals.hold_out import held_out, with_validation
 
 
 def test_last_third_in_time_is_held_out(folder):

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from identification.run import main as identify
-from measurement.check import main as check
-from measurement.format.reading import embedded_campaign
+from haptid.identification.run import main as identify
+from haptid.measurement.check import main as check
+from haptid.measurement.format.reading import embedded_campaign
 
 
 def stated(folder: Path, name: str) -> Path:

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from measurement.checks.summary import summarise
-from measurement.checks.suspicions import suspicions, twins
-from measurement.format.misnamed import advice
-from measurement.format.reading import embedded_campaign, read_campaign
-from measurement.signals.noise import contrasts, with_noise
-from measurement.values.run import Array, Run
+from haptid.measurement.checks.summary import summarise
+from haptid.measurement.checks.suspicions import suspicions, twins
+from haptid.measurement.format.misnamed import advice
+from haptid.measurement.format.reading import embedded_campaign, read_campaign
+from haptid.measurement.signals.noise import contrasts, with_noise
+from haptid.measurement.values.run import Array, Run
 from tests.real_data import DATA
 
 WORDS = ("degrees?", "milliseconds?", "sign wrong", "clipped", "is stated", "same rows")
@@ -101,7 +101,7 @@ def test_nothing_is_suspected_of_real_machines(name: str):
 def test_contrasts_do_not_depend_on_the_block(monkeypatch: pytest.MonkeyPatch):
     t, _, y = moved()
     whole = contrasts(t, y, 5)
-    monkeypatch.setattr("measurement.signals.noise.BLOCK", 777)
+    monkeypatch.setattr("haptid.measurement.signals.noise.BLOCK", 777)
     assert np.array_equal(contrasts(t, y, 5), whole)
 
 

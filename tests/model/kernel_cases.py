@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from model.equations.output_injection import with_observer
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
+from haptid.model.equations.output_injection import with_observer
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
 
 JOINT = joint_equations(4)
 IDS = tuple(q.id for q in JOINT.parameters)

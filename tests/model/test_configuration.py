@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from model.device.reader import load_device
-from model.equations.equations import Equations
-from model.joint.coupled_joints import configuration_equations
-from model.joint.whole_device import full_equations
-from model.kernel.compiled import CompiledKernel
-from model.rigid_body.locked_dynamics import locked_motion
+from haptid.model.device.reader import load_device
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.rigid_body.locked_dynamics import locked_motion
 
 DEVICE = load_device("freedom6s")
 JOINT_IDS = ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc", "Ks", "epos")

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from model.device.reader import builtin_devices, load_device, parse_device
-from support.errors import InputError
+from haptid.model.device.reader import builtin_devices, load_device, parse_device
+from haptid.support.errors import InputError
 
-DEVICES = Path(__file__).parents[2] / "model" / "devices"
+DEVICES = Path(__file__).parents[2] / "model" / "device" / "built_in"
 
 
 def table(name="freedom6s"):

@@ -14,16 +14,16 @@ import sympy as sp
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from fmu_build.building.packaging import Kind, build_fmu
-from model.effects.effect import q as position_symbol
-from model.effects.effect import renamed, t, v, w
-from model.effects.registry import catalogue, load_folder
-from model.effects.scales import Scales
-from model.equations.equations import Equations
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
-from model.kernel.printing import check_functions, slopes
-from support.installing.environment import ROOT
+from haptid.fmu_build.building.packaging import Kind, build_fmu
+from haptid.model.effects.effect import q as position_symbol
+from haptid.model.effects.effect import renamed, t, v, w
+from haptid.model.effects.registry import catalogue, load_folder
+from haptid.model.effects.scales import Scales
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.kernel.printing import check_functions, slopes
+from haptid.support.installing.environment import ROOT
 from tests.fmu_build.fmu_cases import Client
 from tests.model.kernel_cases import CASES, KERNEL, TENDON, torque, vector
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from model.device.reader import load_device
-from model.effects.effect import Effect
-from model.effects.registry import catalogue
-from model.effects.scales import Scales
-from model.equations.equations import Equations
-from model.joint.coupled_joints import configuration_equations
-from model.joint.joint_in_device import joint_part, of_the_test_alone
-from model.joint.locked_joint import joint_equations
-from model.joint.whole_device import full_equations
+from haptid.model.device.reader import load_device
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.registry import catalogue
+from haptid.model.effects.scales import Scales
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.coupled_joints import configuration_equations
+from haptid.model.joint.joint_in_device import joint_part, of_the_test_alone
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.joint.whole_device import full_equations
 
 DEVICE = load_device("freedom6s")
 JOINT = 4

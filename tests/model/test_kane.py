@@ -4,11 +4,11 @@ import numpy as np
 import sympy as sp
 from sympy.physics.mechanics import KanesMethod, Point, ReferenceFrame, RigidBody, dynamicsymbols, inertia
 
-from model.algebra.numeric_coordinates import Numbers
-from model.device.reader import load_device
-from model.rigid_body.composite_bodies import mass_matrix
-from model.rigid_body.inertial_parameters import pi_prior
-from model.rigid_body.newton_euler import inverse_dynamics
+from haptid.model.algebra.numeric_coordinates import Numbers
+from haptid.model.device.reader import load_device
+from haptid.model.rigid_body.composite_bodies import mass_matrix
+from haptid.model.rigid_body.inertial_parameters import pi_prior
+from haptid.model.rigid_body.newton_euler import inverse_dynamics
 
 AXES = {
     "1": ("base", 0, "z"),

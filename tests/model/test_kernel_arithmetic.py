@@ -8,8 +8,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from model.kernel.compiler import compile_shared
-from model.kernel.generate import template
+from haptid.model.kernel.compiler import compile_shared
+from haptid.model.kernel.generate import template
 
 NAMES = ("exp", "sin", "cos", "tanh", "sqrt", "abs", "sign", "step")
 SHIM = (

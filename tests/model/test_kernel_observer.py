@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from model.equations.output_injection import with_observer
+from haptid.model.equations.output_injection import with_observer
 from tests.model.kernel_cases import CASES, JOINT, KERNEL, OBSERVED, draw, torque, vector
 
 T = np.arange(0.0, 4.0, 0.005)

@@ -15,8 +15,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from model.kernel import compiled
-from model.kernel.pieces import pieces
+from haptid.model.kernel import compiled
+from haptid.model.kernel.pieces import pieces
 from tests.model.kernel_cases import KERNEL, TENDON, torque, vector
 
 ROOT = Path(__file__).parents[2]
@@ -74,7 +74,7 @@ def heard() -> None:
 
 LONG = """
 import numpy as np
-from support.command import exit_codes
+from haptid.support.command import exit_codes
 from tests.model.kernel_cases import KERNEL, TENDON, torque, vector
 
 @exit_codes

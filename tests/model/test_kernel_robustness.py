@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from model.device.reader import load_device
-from model.rigid_body.locked_dynamics import locked_motion
+from haptid.model.device.reader import load_device
+from haptid.model.rigid_body.locked_dynamics import locked_motion
 from tests.model.kernel_cases import CASES, IDS, KERNEL, TENDON, draw, torque, vector
 
 T = np.arange(0.0, 8.0, 0.005)

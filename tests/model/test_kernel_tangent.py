@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from model.kernel.compiled import CompiledKernel
+from haptid.model.kernel.compiled import CompiledKernel
 from tests.model.kernel_cases import CASES, JOINT, KERNEL, OBSERVED, draw, torque, vector
 
 T = np.arange(0.0, 3.0, 0.01)

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from identification.links.consistent_links import consistent_links, pseudo_inertia
-from model.device.reader import load_device
-from model.planning.inertial_belief import LinkBelief, Measurement
-from model.rigid_body.inertial_parameters import pi_prior, standard_initial, standard_std, to_pi
-from model.rigid_body.locked_dynamics import locked_motion
+from haptid.identification.links.consistent_links import consistent_links, pseudo_inertia
+from haptid.model.device.reader import load_device
+from haptid.model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.model.rigid_body.inertial_parameters import pi_prior, standard_initial, standard_std, to_pi
+from haptid.model.rigid_body.locked_dynamics import locked_motion
 
 ORDER = [(4,), (5,), (3,), (2,), (1,), (0,), (0, 1)]
 POSTURES = [None, (0.3, 0.2, -0.3, 0.4, -0.5, 0.4), (-0.3, -0.4, 0.3, -0.6, 0.5, -0.6), (0.1, 0.4, 0.4, 0.7, 0.7, 0.2)]

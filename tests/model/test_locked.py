@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from model.algebra.numeric_coordinates import Numbers
-from model.device.reader import load_device, parse_device
-from model.rigid_body.composite_bodies import mass_matrix
-from model.rigid_body.inertial_parameters import pi_prior
-from model.rigid_body.locked_dynamics import locked_motion
-from model.rigid_body.newton_euler import inverse_dynamics
+from haptid.model.algebra.numeric_coordinates import Numbers
+from haptid.model.device.reader import load_device, parse_device
+from haptid.model.rigid_body.composite_bodies import mass_matrix
+from haptid.model.rigid_body.inertial_parameters import pi_prior
+from haptid.model.rigid_body.locked_dynamics import locked_motion
+from haptid.model.rigid_body.newton_euler import inverse_dynamics
 
 POSTURE = (0.1, -0.2, 0.3, 0.15, 0.05, -0.4)
 

@@ -9,9 +9,9 @@ import sympy as sp
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from model.equations.equations import Output
-from model.friction.lugre import LuGreParameters, lugre
-from model.kernel.compiled import CompiledKernel
+from haptid.model.equations.equations import Output
+from haptid.model.friction.lugre import LuGreParameters, lugre
+from haptid.model.kernel.compiled import CompiledKernel
 from tests.model.kernel_cases import BASE, JOINT, TENDON, draw
 
 SYMBOLS = sp.symbols("v z sigma0 sigma1 sigma2 vs Fs Fc", real=True)

@@ -7,16 +7,23 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from model.device.device import Guess
-from model.device.reader import load_device
-from model.plan import main
-from model.planning.inertial_belief import LinkBelief
-from model.planning.lock_postures import plan_postures, random_motion
-from model.planning.locking_order import locking_order
-from model.planning.torque_design import plan_excitation
-from model.rigid_body.base_parameters import base_parameters, equation_forms, full_lagrangian, numeric_rank, rows, span
-from model.rigid_body.inertial_parameters import pi_prior
-from model.rigid_body.regressor import regressor
+from haptid.model.device.device import Guess
+from haptid.model.device.reader import load_device
+from haptid.model.plan import main
+from haptid.model.planning.inertial_belief import LinkBelief
+from haptid.model.planning.lock_postures import plan_postures, random_motion
+from haptid.model.planning.locking_order import locking_order
+from haptid.model.planning.torque_design import plan_excitation
+from haptid.model.rigid_body.base_parameters import (
+    base_parameters,
+    equation_forms,
+    full_lagrangian,
+    numeric_rank,
+    rows,
+    span,
+)
+from haptid.model.rigid_body.inertial_parameters import pi_prior
+from haptid.model.rigid_body.regressor import regressor
 
 
 def test_table_one_of_the_paper_is_derived():

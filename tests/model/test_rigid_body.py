@@ -10,21 +10,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from model.algebra.numeric_coordinates import Numbers
-from model.algebra.trig_polynomials import velocity_symbol
-from model.algebra.vectors import add, apply
-from model.device.device import Device
-from model.device.reader import load_device
-from model.rigid_body.base_parameters import full_lagrangian
-from model.rigid_body.composite_bodies import mass_matrix
-from model.rigid_body.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, forward_dynamics
-from model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_initial, to_pi, to_standard
-from model.rigid_body.kinematics import base_poses
-from model.rigid_body.lagrange import LinearForm
-from model.rigid_body.newton_euler import inverse_dynamics
-from model.rigid_body.regressor import regressor
+from haptid.model.algebra.numeric_coordinates import Numbers
+from haptid.model.algebra.trig_polynomials import velocity_symbol
+from haptid.model.algebra.vectors import add, apply
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+from haptid.model.rigid_body.base_parameters import full_lagrangian
+from haptid.model.rigid_body.composite_bodies import mass_matrix
+from haptid.model.rigid_body.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE, forward_dynamics
+from haptid.model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_initial, to_pi, to_standard
+from haptid.model.rigid_body.kinematics import base_poses
+from haptid.model.rigid_body.lagrange import LinearForm
+from haptid.model.rigid_body.newton_euler import inverse_dynamics
+from haptid.model.rigid_body.regressor import regressor
 
-URDF = Path(__file__).parents[2] / "model" / "devices" / "arm6.urdf"
+URDF = Path(__file__).parents[2] / "model" / "device" / "built_in" / "arm6.urdf"
 
 
 def inertials(device: Device, pi: np.ndarray) -> dict[str, tuple[float, ...]]:

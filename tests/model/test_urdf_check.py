@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from model.device.reader import load_device
-from support.errors import InputError
+from haptid.model.device.reader import load_device
+from haptid.support.errors import InputError
 
 GOOD = """<robot name="arm">
   <link name="base"/>

@@ -9,16 +9,16 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from discrepancy.run import main as discrepancy
-from identification.run import main as identification
-from model.effects.registry import catalogue
-from model.plan import main as plan
-from report.common.numbers import with_error
+from haptid.discrepancy.run import main as discrepancy
+from haptid.identification.run import main as identification
+from haptid.model.effects.registry import catalogue
+from haptid.model.plan import main as plan
+from haptid.report.common.numbers import with_error
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
 from tests.identification.bench_joint import TRUE
 from tests.report.reading import seen
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
 
 TITLE = "<script>alert(1)</script> & {{ 7*7 }} ]]>"
 FILE = "a<b onload=x>&'{{ 7*7 }}*.csv"

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from report.common.numbers import rounded, with_error
-from report.common.page import Picture, Section, Table, render_page
-from report.common.style import data_uri, figure, png
+from haptid.report.common.numbers import rounded, with_error
+from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.style import data_uri, figure, png
 from tests.report.reading import seen
 
 NASTY = "</td><script>x</script> \"quoted\" 'single' & {{ 7*7 }} {% raw %} ]]> */ <!-- \\"

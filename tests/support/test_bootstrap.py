@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from support.installing.environment import ROOT
+from haptid.support.installing.environment import ROOT
 
 PROJECT = """
 [project]
@@ -51,7 +51,7 @@ def wheel(folder: Path, name: str, version: str, locked: str) -> str:
     with (folder / "uv.lock").open("a") as lock:
         lock.write(LOCK.format(name=name, version=version, wheel=path.name, digest=digest))
     pin = f"{name}=={version} \\\n    --hash=sha256:{digest}\n"
-    with (folder / "support" / "locked" / f"{locked}.txt").open("a") as stream:
+    with (folder / "support" / "installing" / "locked" / f"{locked}.txt").open("a") as stream:
         stream.write(pin)
     return pin
 
@@ -68,14 +68,18 @@ def python(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def project(tmp_path: Path) -> Path:
     """A project with the real support package and one command."""
     shutil.copytree(ROOT / "support", tmp_path / "support", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "haptid", tmp_path / "haptid", symlinks=True)
     (tmp_path / "pyproject.toml").write_text(PROJECT)
     (tmp_path / "tool").mkdir()
-    (tmp_path / "tool" / "__init__.py").write_text("from support.installing.environment import ready\n\nready()\n")
+    (tmp_path / "tool" / "__init__.py").write_text(
+        "from haptid.support.installing.environment import ready\n\nready()\n"
+    )
     (tmp_path / "tool" / "run.py").write_text(COMMAND)
-    shutil.rmtree(tmp_path / "support" / "locked")
-    (tmp_path / "support" / "locked").mkdir()
+    locked = tmp_path / "support" / "installing" / "locked"
+    shutil.rmtree(locked)
+    locked.mkdir()
     core = wheel(tmp_path, "greeting", "1.2", "core")
-    (tmp_path / "support" / "locked" / "loud.txt").write_text(core)
+    (locked / "loud.txt").write_text(core)
     wheel(tmp_path, "shouting", "3.0", "loud")
     return tmp_path
 

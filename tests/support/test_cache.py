@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from model.kernel.compiler import compile_shared
-from support.files.cache import cache_folder, is_sealed, seal
+from haptid.model.kernel.compiler import compile_shared
+from haptid.support.files.cache import cache_folder, is_sealed, seal
 
 SOURCE = {"one.c": "int one(void) { return 1; }\n"}
 
@@ -69,7 +69,7 @@ def test_a_home_that_is_a_file_costs_one_remark(tmp_path: Path):
     home.write_text("", encoding="utf-8")
     environment = {**os.environ, "HOME": str(home)}
     environment.pop("HAPTID_CACHE", None)
-    script = "from support.files.cache import cache_folder as f; print(f('a').is_dir(), f('b').is_dir())"
+    script = "from haptid.support.files.cache import cache_folder as f; print(f('a').is_dir(), f('b').is_dir())"
     done = subprocess.run(
         [sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False, timeout=60
     )

@@ -9,11 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from support.check import CHECKS
-from support.installing.environment import ROOT
+from haptid.support.check import CHECKS
+from haptid.support.installing.environment import ROOT
 
 PACKAGES = (
-    "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "uq", "discrepancy", "report",
+    "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "noise", "uq", "discrepancy",
+    "report",
 )  # fmt: skip
 
 
@@ -25,11 +26,14 @@ def contracts(project: Path) -> subprocess.CompletedProcess[str]:
 
 @pytest.fixture
 def skeleton(tmp_path: Path) -> Path:
-    """The packages, empty, under the project's own contracts."""
+    """The packages with every module empty, under the project's own contracts."""
     shutil.copy(ROOT / "pyproject.toml", tmp_path)
-    for package in PACKAGES:
-        (tmp_path / package).mkdir()
-        (tmp_path / package / "__init__.py").touch()
+    for source in [p for name in (*PACKAGES, "studies") for p in (ROOT / name).rglob("*.py")]:
+        place = source.relative_to(ROOT)
+        empty = tmp_path / (place if place.parts[0] == "studies" else "haptid" / place)
+        empty.parent.mkdir(parents=True, exist_ok=True)
+        empty.touch()
+    (tmp_path / "haptid" / "__init__.py").touch()
     return tmp_path
 
 
@@ -40,23 +44,30 @@ def test_clean_packages_pass(skeleton: Path):
 @pytest.mark.parametrize(
     ("module", "imported"),
     [
-        ("model/part.py", "measurement"),
+        ("model/joint/slots.py", "measurement"),
+        ("model/equations/quantity.py", "model.kernel.generate"),
         ("identification/result/fit.py", "report"),
-        ("uq/sample.py", "discrepancy"),
+        ("identification/problem/loss.py", "identification.fit.multistart"),
+        ("uq/density/forward.py", "discrepancy"),
         ("virtual_device/machine/arm.py", "model"),
-        ("model/arm.py", "virtual_device"),
-        ("identification/peek.py", "virtual_device"),
-        ("support/low.py", "model"),
+        ("model/plan.py", "virtual_device"),
+        ("identification/sequence/step.py", "virtual_device"),
+        ("support/errors.py", "model"),
     ],
 )
 def test_upward_and_sideward_imports_are_caught(skeleton: Path, module: str, imported: str):
-    (skeleton / module).write_text(f"import {imported}\n")
+    (skeleton / "haptid" / module).write_text(f"import haptid.{imported}\n")
     done = contracts(skeleton)
     assert done.returncode == 1
     assert "BROKEN" in done.stdout
 
 
 def test_commands_may_hand_their_results_to_the_report(skeleton: Path):
-    (skeleton / "report" / "page.py").write_text("import identification\n")
-    (skeleton / "identification" / "run.py").write_text("import report.common.page\n")
+    (skeleton / "haptid" / "report" / "common" / "page.py").write_text("import haptid.identification\n")
+    (skeleton / "haptid" / "identification" / "run.py").write_text("import haptid.report.common.page\n")
     assert contracts(skeleton).returncode == 0, contracts(skeleton).stdout
+
+
+def test_a_module_without_a_room_is_caught(skeleton: Path):
+    (skeleton / "haptid" / "uq" / "odd.py").touch()
+    assert contracts(skeleton).returncode == 1

@@ -11,10 +11,10 @@ import click
 import pytest
 from click.testing import CliRunner
 
-from support.command import common_options, exit_codes, parse_joints
-from support.errors import InputError, NumericalError
-from support.files.cache import cache_folder
-from support.files.files import WritingError, write_bytes, write_json, write_text
+from haptid.support.command import common_options, exit_codes, parse_joints
+from haptid.support.errors import InputError, NumericalError
+from haptid.support.files.cache import cache_folder
+from haptid.support.files.files import WritingError, write_bytes, write_json, write_text
 
 ROOT = Path(__file__).parents[2]
 
@@ -106,7 +106,7 @@ def test_cache_folder_follows_the_environment(tmp_path: Path, monkeypatch: pytes
 def test_a_terminated_command_ends_as_on_ctrl_c():
     lines = (
         "import os, signal, time",
-        "from support.command import exit_codes",
+        "from haptid.support.command import exit_codes",
         "@exit_codes",
         "def main() -> None:",
         "    os.kill(os.getpid(), signal.SIGTERM)",

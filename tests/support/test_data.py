@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from support.errors import InputError
-from support.files.data import parse_json, parse_toml
+from haptid.support.errors import InputError
+from haptid.support.files.data import parse_json, parse_toml
 
 HUGE = "9" * 400
 LONGER = "9" * 5000

@@ -14,14 +14,15 @@ import pytest
 from click.testing import CliRunner
 from packaging.requirements import Requirement
 
-from support.installing import lock_file as locked
-from support.installing import supply_chain
-from support.installing.environment import ROOT, requirements
+from haptid.support.installing import lock_file as locked
+from haptid.support.installing import supply_chain
+from haptid.support.installing.environment import ROOT, requirements
 
 OURS = (
-    "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "uq", "discrepancy", "report",
+    "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "noise", "uq", "discrepancy",
+    "report", "haptid",
 )  # fmt: skip
-TOOLS = ("docs", "benchmarks", "tests")
+TOOLS = ("docs", "benchmarks", "studies", "tests")
 SPELLED_OTHERWISE = {"pinocchio": ["pin"]}
 APART = ROOT / "benchmarks" / "peers"  # other tools, each in an environment of its own
 
@@ -149,7 +150,7 @@ def test_every_other_command_starts_on_the_core_alone():
     ("arguments", "extra"),
     [
         (("identification.run", "--joints", "4", "--scheduler", "tcp://127.0.0.1:1"), "cluster"),
-        (("model.plan", ROOT / "model" / "devices" / "arm6.urdf"), "urdf"),
+        (("model.plan", ROOT / "model" / "device" / "built_in" / "arm6.urdf"), "urdf"),
     ],
 )
 def test_what_needs_an_extra_names_its_command(tmp_path: Path, arguments: tuple[str | Path, ...], extra: str):

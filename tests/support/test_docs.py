@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from support.installing.environment import ROOT
+from haptid.support.installing.environment import ROOT
 
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 

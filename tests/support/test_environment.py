@@ -15,9 +15,9 @@ from packaging.markers import Marker
 from packaging.requirements import Requirement as Judge
 from packaging.version import Version
 
-from support.installing import environment, installation
-from support.installing import lock_file as locked
-from support.installing.environment import parse_requirement, requirements
+from haptid.support.installing import environment, installation
+from haptid.support.installing import lock_file as locked
+from haptid.support.installing.environment import parse_requirement, requirements
 
 versions = st.lists(st.integers(0, 40), min_size=1, max_size=4).map(lambda parts: ".".join(map(str, parts)))
 operators = st.sampled_from([">=", ">", "<", "<=", "==", "!="])

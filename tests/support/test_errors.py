@@ -7,7 +7,7 @@ import pickle
 from hypothesis import given
 from hypothesis import strategies as st
 
-from support.errors import LONGEST, InputError
+from haptid.support.errors import LONGEST, InputError
 
 TEXTS = st.text(max_size=900)
 

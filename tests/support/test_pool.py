@@ -12,14 +12,14 @@ from pathlib import Path
 
 import pytest
 
-from support.installing.environment import ROOT
-from support.processes.pool import interrupts_held_back
+from haptid.support.installing.environment import ROOT
+from haptid.support.processes.pool import interrupts_held_back
 
 BEGUN = """
 import os, signal, threading, time
 from multiprocessing import util
-from support.command import exit_codes
-from support.processes.pool import Pool
+from haptid.support.command import exit_codes
+from haptid.support.processes.pool import Pool
 
 @exit_codes
 def main():

@@ -2,8 +2,8 @@
 
 import pytest
 
-from support.errors import InputError
-from support.files.files import read_json
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_json
 
 REFUSED = {
     "cut off": ('{"a": [1, 2', "line 1: expected JSON"),

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from support.command import TERMINATED
-from support.processes.running import Running
+from haptid.support.command import TERMINATED
+from haptid.support.processes.running import Running
 
 HERE = Path(__file__).parent
 SLEEPS = [sys.executable, "-c", "import time; time.sleep(60)"]

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_info
 
-from support.processes.threads import mapped, on_one_thread, single_threaded
+from haptid.support.processes.threads import mapped, on_one_thread, single_threaded
 
 
 def blas_threads() -> set[int]:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from measurement.values.run import Run
-from model.equations.equations import Equations
+from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
 from tests.uq.uq_cases import make_equations, make_run
 
 

@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from uq.sampling.chunk import Chunk
+from haptid.uq.sampling.chunk import Chunk
 
 
 def written(folder: Path) -> Path:

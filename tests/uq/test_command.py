@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from fmu_build.building.cached import identification_fmu
-from identification.simulators.fmu import FmuSimulator
-from noise.noise_model import NoiseModel
+from haptid.fmu_build.building.cached import identification_fmu
+from haptid.identification.simulators.fmu import FmuSimulator
+from haptid.noise.noise_model import NoiseModel
+from haptid.uq.density.forward import EachForward, KernelForward, kernel_of
+from haptid.uq.run import main
 from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
-from uq.density.forward import EachForward, KernelForward, kernel_of
-from uq.run import main
 
 RUNS = ((2.5, 1, "fit"), (4.0, 2, "fit"), (3.2, 3, "validate"))
 

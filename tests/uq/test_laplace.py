@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from identification.simulators.kernel import KernelSimulator
-from model.equations.quantity import Normal
-from noise.hyper import HalfNormal
-from noise.noise_model import NoiseModel
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.model.equations.quantity import Normal
+from haptid.noise.hyper import HalfNormal
+from haptid.noise.noise_model import NoiseModel
+from haptid.uq.density.coordinates import Coordinates
+from haptid.uq.density.equilibrium import equilibrium
+from haptid.uq.density.forward import EachForward, KernelForward, kernel_of
+from haptid.uq.density.laplace import laplace
+from haptid.uq.density.normal_equations import expand
+from haptid.uq.density.solver_step import SHARE, longest_step
+from haptid.uq.prediction.choice import Problem, best, compare
+from haptid.uq.prediction.predict import predict
+from haptid.uq.result.infer import InferOptions, infer
+from haptid.uq.sampling.sampling import SamplingOptions
 from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
-from uq.density.coordinates import Coordinates
-from uq.density.equilibrium import equilibrium
-from uq.density.forward import EachForward, KernelForward, kernel_of
-from uq.density.laplace import laplace
-from uq.density.normal_equations import expand
-from uq.density.solver_step import SHARE, longest_step
-from uq.prediction.choice import Problem, best, compare
-from uq.prediction.predict import predict
-from uq.result.infer import InferOptions, infer
-from uq.sampling.sampling import SamplingOptions
 
 
 def test_mode_lies_at_the_truth_within_its_covariance(equations, runs):

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from noise.gram import correlated_gram, dense_columns, white_gram
-from noise.marginal import coefficients, eliminate
-from noise.noise_model import NoiseModel
-from noise.terms import column_scales
-from noise.whitening import gram, whiten
+from haptid.noise.gram import correlated_gram, dense_columns, white_gram
+from haptid.noise.marginal import coefficients, eliminate
+from haptid.noise.noise_model import NoiseModel
+from haptid.noise.terms import column_scales
+from haptid.noise.whitening import gram, whiten
+from haptid.uq.density.equilibrium import equilibrium
+from haptid.uq.density.likelihood import cycle_scores, log_likelihood
 from tests.uq.uq_cases import make_density, truth_eta
-from uq.density.equilibrium import equilibrium
-from uq.density.likelihood import cycle_scores, log_likelihood
 
 MODELS = [
     NoiseModel(),

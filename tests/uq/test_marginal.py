@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from noise.marginal import eliminate, log_marginal
+from haptid.noise.marginal import eliminate, log_marginal
 
 
 def gram_of(rng: np.random.Generator, rows: int = 30, columns: int = 4) -> np.ndarray:

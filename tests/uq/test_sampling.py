@@ -6,11 +6,11 @@ import time
 import numpy as np
 import pytest
 
+from haptid.uq.sampling.autocorrelation import autocorrelation_time
+from haptid.uq.sampling.modes import count_modes
+from haptid.uq.sampling.moves import MOVES
+from haptid.uq.sampling.sampling import SamplingOptions, sample
 from tests.uq.toys import COVARIANCE, MEAN, start
-from uq.sampling.autocorrelation import autocorrelation_time
-from uq.sampling.modes import count_modes
-from uq.sampling.moves import MOVES
-from uq.sampling.sampling import SamplingOptions, sample
 
 SHORT = SamplingOptions(chunk=40, burn=40, pilot=40, longest=400, seed=3)
 

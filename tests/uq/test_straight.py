@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from uq.density.straight import IDS, Straight, StraightDensity
+from haptid.uq.density.straight import IDS, Straight, StraightDensity
 
 NAMES = ("inertia", "gravity_cos", "gravity_sin", "Ks", "epos", "Fc")
 FLAGS = (True, False, False, True, False, True)

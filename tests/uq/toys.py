@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from uq.density.laplace import Laplace
+from haptid.uq.density.laplace import Laplace
 
 MEAN = np.array([1.0, -2.0, 0.5])
 COVARIANCE = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.03], [0.0, 0.03, 0.04]])

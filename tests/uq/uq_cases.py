@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.run import Run
-from model.equations.equations import Equations
-from model.equations.quantity import Normal
-from model.joint.locked_joint import joint_equations
-from model.kernel.compiled import CompiledKernel
-from noise.noise_model import NoiseModel
-from noise.terms import prepare
-from uq.density.coordinates import Coordinates
-from uq.density.density import Density
-from uq.density.forward import KernelForward, kernel_of
+from haptid.measurement.values.run import Run
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
+from haptid.noise.noise_model import NoiseModel
+from haptid.noise.terms import prepare
+from haptid.uq.density.coordinates import Coordinates
+from haptid.uq.density.density import Density
+from haptid.uq.density.forward import KernelForward, kernel_of
 
 TRUTH = {
     "inertia": 1.1e-4,

@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from virtual_device.machine.arm import Arm
-from virtual_device.machine.joint import integrate
-from virtual_device.machine.truth import DRIVE, LINK, Truth, inertia_tensor, read_truth
-from virtual_device.machine.variation import is_usable, vary
-from virtual_device.recording.inputs import AMPLITUDE
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.joint import integrate
+from haptid.virtual_device.machine.truth import DRIVE, LINK, Truth, inertia_tensor, read_truth
+from haptid.virtual_device.machine.variation import is_usable, vary
+from haptid.virtual_device.recording.inputs import AMPLITUDE
 
 ORDER = [0, 1, 2, 3, 5, 4]  # joints from base to tip
 STATES = 200

@@ -10,17 +10,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from haptid.support.errors import InputError, NumericalError
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.effects import LISTED, UNLISTED, Scales, Shape, resolve
+from haptid.virtual_device.machine.joint import integrate
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.recording.inputs import rich
+from haptid.virtual_device.recording.sensor import Sensor
 from studies.hidden.further_run import add_run
 from studies.hidden.plan import NAMED, plan
 from studies.hidden.run import _size, make_cases
 from studies.hidden.sizing import Reach, positions, reach
-from support.errors import InputError, NumericalError
-from virtual_device.machine.arm import Arm
-from virtual_device.machine.effects import LISTED, UNLISTED, Scales, Shape, resolve
-from virtual_device.machine.joint import integrate
-from virtual_device.machine.truth import read_truth
-from virtual_device.recording.inputs import rich
-from virtual_device.recording.sensor import Sensor
 
 
 @pytest.fixture(scope="module")

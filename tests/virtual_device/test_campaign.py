@@ -10,9 +10,9 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from virtual_device.make_campaign import EMBEDDED, main
-from virtual_device.recording.campaign import make_joint_campaign
-from virtual_device.recording.inputs import AMPLITUDE, rich, table3
+from haptid.virtual_device.make_campaign import EMBEDDED, main
+from haptid.virtual_device.recording.campaign import make_joint_campaign
+from haptid.virtual_device.recording.inputs import AMPLITUDE, rich, table3
 
 JOINT = {
     "inertia": 1.2e-4, "Ks": 0.02, "epos": -0.05,

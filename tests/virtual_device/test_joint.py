@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from support.errors import InputError, NumericalError
-from virtual_device.machine.effects import FORMULAS, Shape, parse_effects, resolve
-from virtual_device.machine.joint import integrate, neutral, rest_position
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.simulate import scales_of, simulate_joint
+from haptid.support.errors import InputError, NumericalError
+from haptid.virtual_device.machine.effects import FORMULAS, Shape, parse_effects, resolve
+from haptid.virtual_device.machine.joint import integrate, neutral, rest_position
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.simulate import scales_of, simulate_joint
 
 BASE_JOINT = {
     "inertia": 6e-3, "gravity_cos": 4e-3, "gravity_sin": 9e-3, "Ks": 0.11, "epos": 0.03,

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from identification.run import main as identify
-from support.errors import InputError
-from virtual_device.machine.arm import JOINTS, Arm
-from virtual_device.machine.truth import read_truth
-from virtual_device.recording.campaign import header
-from virtual_device.recording.planned import PlannedTest, planned_runs, read_planned
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.simulate import simulate_joint
-from virtual_device.recording.tables import write_campaign
+from haptid.identification.run import main as identify
+from haptid.support.errors import InputError
+from haptid.virtual_device.machine.arm import JOINTS, Arm
+from haptid.virtual_device.machine.truth import read_truth
+from haptid.virtual_device.recording.campaign import header
+from haptid.virtual_device.recording.planned import PlannedTest, planned_runs, read_planned
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.simulate import simulate_joint
+from haptid.virtual_device.recording.tables import write_campaign
 
 POSTURE = (0.4, -0.3, 0.35, 0.0, -0.6, 0.6)
 SILENT = Sensor(noise=0.0, resolution=0.0)

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.values.run import Array
-from model.equations.equations import Equations
-from model.equations.quantity import Quantity
-from noise.hyper import Hyper
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Quantity
+from haptid.noise.hyper import Hyper
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array
-from model.equations.equations import Equations
-from noise.noise_model import NoiseModel
-from noise.terms import Terms, linearise, scatter_columns
-from uq.density.coordinates import Coordinates
-from uq.density.forward import Forward
-from uq.density.likelihood import log_likelihood
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.noise.noise_model import NoiseModel
+from haptid.noise.terms import Terms, linearise, scatter_columns
+from haptid.uq.density.coordinates import Coordinates
+from haptid.uq.density.forward import Forward
+from haptid.uq.density.likelihood import log_likelihood
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import sympy as sp
 
-from measurement.values.run import Array
-from model.equations.equations import TIME, Equations
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import TIME, Equations
 
 ITERATIONS = 12
 SETTLED = 1e-14

@@ -8,10 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from identification.simulators.kernel import KernelSimulator
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array, Run
-from model.equations.equations import Equations
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
 
 FINE = 2.5e-4
 """Inner step [s] of the simulation against which a coarser one is corrected."""

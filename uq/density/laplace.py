@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import minimize
 
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array
-from support.errors import NumericalError
-from uq.density.density import Density
-from uq.density.normal_equations import expand
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array
+from haptid.support.errors import NumericalError
+from haptid.uq.density.density import Density
+from haptid.uq.density.normal_equations import expand
 
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Levenberg–Marquardt damping factors that are tried side by side."""

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from measurement.values.run import Array
-from model.equations.equations import Equations
-from noise.gram import correlated_gram, white_gram
-from noise.marginal import log_marginal
-from noise.noise_model import NoiseModel
-from noise.terms import Terms, column_scales
-from uq.density.equilibrium import equilibrium
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.noise.gram import correlated_gram, white_gram
+from haptid.noise.marginal import log_marginal
+from haptid.noise.noise_model import NoiseModel
+from haptid.noise.terms import Terms, column_scales
+from haptid.uq.density.equilibrium import equilibrium
 
 Keep = NDArray[np.bool_]
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array
-from noise.gram import dense_columns
-from noise.marginal import coefficients, eliminate
-from noise.terms import Terms, column_scales, linearise
-from noise.whitening import gram, whiten
-from uq.density.density import Density
-from uq.density.equilibrium import equilibrium
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array
+from haptid.noise.gram import dense_columns
+from haptid.noise.marginal import coefficients, eliminate
+from haptid.noise.terms import Terms, column_scales, linearise
+from haptid.noise.whitening import gram, whiten
+from haptid.uq.density.density import Density
+from haptid.uq.density.equilibrium import equilibrium
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

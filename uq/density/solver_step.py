@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from uq.density.laplace import Laplace
+from haptid.uq.density.laplace import Laplace
 
 STEPS = (5e-3, 2.5e-3, 1.25e-3, 6.25e-4)
 SHARE = 0.1

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 IDS = ("Ks", "epos", "gravity_sin", "gravity_cos")
 STIFF = 0.05

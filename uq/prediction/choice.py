@@ -8,17 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import logsumexp
 
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array, Run
-from noise.noise_model import NoiseModel, candidates
-from noise.terms import Terms, prepare
-from support.errors import NumericalError
-from uq.density.coordinates import Coordinates
-from uq.density.density import Density
-from uq.density.forward import Forward
-from uq.density.laplace import Laplace, laplace
-from uq.density.likelihood import predictive_score
-from uq.density.normal_equations import expand
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.noise_model import NoiseModel, candidates
+from haptid.noise.terms import Terms, prepare
+from haptid.support.errors import NumericalError
+from haptid.uq.density.coordinates import Coordinates
+from haptid.uq.density.density import Density
+from haptid.uq.density.forward import Forward
+from haptid.uq.density.laplace import Laplace, laplace
+from haptid.uq.density.likelihood import predictive_score
+from haptid.uq.density.normal_equations import expand
 
 DRAWS = 64
 UNEXPLAINED = 1.2

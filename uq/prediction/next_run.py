@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from identification.simulators.protocol import Simulator
-from measurement.signals.cycles import find_cycles
-from measurement.values.run import Array, Run
-from noise.terms import linearise, prepare, scatter_columns
-from uq.density.density import Density
-from uq.density.laplace import Laplace
-from uq.density.normal_equations import run_information
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.terms import linearise, prepare, scatter_columns
+from haptid.uq.density.density import Density
+from haptid.uq.density.laplace import Laplace
+from haptid.uq.density.normal_equations import run_information
 
 AMPLITUDES = (0.5, 0.7, 1.0, 1.4)
 FREQUENCIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)

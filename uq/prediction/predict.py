@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.values.run import Array, Run
-from noise.marginal import coefficients
-from noise.noise_model import NoiseModel
-from noise.terms import Terms, column_scales
-from uq.density.density import Density
-from uq.density.equilibrium import equilibrium
-from uq.density.likelihood import gram_of
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.marginal import coefficients
+from haptid.noise.noise_model import NoiseModel
+from haptid.noise.terms import Terms, column_scales
+from haptid.uq.density.density import Density
+from haptid.uq.density.equilibrium import equilibrium
+from haptid.uq.density.likelihood import gram_of
 
 LEVELS = (0.5, 0.8, 0.95)
 

@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from measurement.values.run import Array
-from support.files.files import write_bytes
+from haptid.measurement.values.run import Array
+from haptid.support.files.files import write_bytes
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its next major version at every import

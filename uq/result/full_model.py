@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification.result.fit import Fit
-from identification.sequence.step import Step
-from identification.sequence.whole_device import whole_device
-from identification.verification.result import Verification
-from identification.verification.verify import verify
-from measurement.values.campaign import Campaign
-from model.device.device import Device
-from uq.result.posterior import Posterior
+from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.whole_device import whole_device
+from haptid.identification.verification.result import Verification
+from haptid.identification.verification.verify import verify
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.uq.result.posterior import Posterior
 
 DRAWS = 40
 

@@ -9,23 +9,23 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.optimise.workers import Here, Workers
-from identification.simulators.protocol import Simulator
-from measurement.values.run import Array, Run
-from noise.hyper import NOISE_ESTIMATED, NOISE_KNOWN
-from noise.noise_model import NoiseModel
-from uq.density.density import Density
-from uq.density.forward import EachForward, KernelForward
-from uq.density.likelihood import cycle_scores
-from uq.density.solver_step import STEPS, longest_step
-from uq.prediction.choice import Problem, Scored, best, compare, unseen_terms
-from uq.prediction.next_run import next_run
-from uq.prediction.predict import predict
-from uq.result.arviz_door import leave_one_out
-from uq.result.posterior import Posterior
-from uq.result.summary import chains_of, summarise
-from uq.sampling.modes import count_modes
-from uq.sampling.sampling import Report, Sample, SamplingOptions, sample
+from haptid.identification.optimise.workers import Here, Workers
+from haptid.identification.simulators.protocol import Simulator
+from haptid.measurement.values.run import Array, Run
+from haptid.noise.hyper import NOISE_ESTIMATED, NOISE_KNOWN
+from haptid.noise.noise_model import NoiseModel
+from haptid.uq.density.density import Density
+from haptid.uq.density.forward import EachForward, KernelForward
+from haptid.uq.density.likelihood import cycle_scores
+from haptid.uq.density.solver_step import STEPS, longest_step
+from haptid.uq.prediction.choice import Problem, Scored, best, compare, unseen_terms
+from haptid.uq.prediction.next_run import next_run
+from haptid.uq.prediction.predict import predict
+from haptid.uq.result.arviz_door import leave_one_out
+from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.summary import chains_of, summarise
+from haptid.uq.sampling.modes import count_modes
+from haptid.uq.sampling.sampling import Report, Sample, SamplingOptions, sample
 
 Say = Callable[[str], None]
 

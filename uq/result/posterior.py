@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from measurement.values.run import Array
-from uq.density.laplace import Laplace
-from uq.prediction.choice import Scored
-from uq.prediction.next_run import NextRun
-from uq.prediction.predict import Bands
-from uq.result.arviz_door import LeaveOneOut
-from uq.result.summary import ParameterSummary
-from uq.sampling.sampling import Sample
+from haptid.measurement.values.run import Array
+from haptid.uq.density.laplace import Laplace
+from haptid.uq.prediction.choice import Scored
+from haptid.uq.prediction.next_run import NextRun
+from haptid.uq.prediction.predict import Bands
+from haptid.uq.result.arviz_door import LeaveOneOut
+from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.sampling.sampling import Sample
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from fmu_build.description.variables import structured_name
-from support.files.files import write_text
-from uq.prediction.predict import LEVELS
-from uq.result.arviz_door import write_netcdf
-from uq.result.posterior import Posterior
-from uq.result.summary import ParameterSummary
+from haptid.fmu_build.description.variables import structured_name
+from haptid.support.files.files import write_text
+from haptid.uq.prediction.predict import LEVELS
+from haptid.uq.result.arviz_door import write_netcdf
+from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.summary import ParameterSummary
 
 SCHEMA = "posterior/1"
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from measurement.values.run import Array
-from uq.density.coordinates import Coordinates, prior_words
-from uq.result.arviz_door import Diagnostics, diagnose
-from uq.sampling.sampling import Sample
+from haptid.measurement.values.run import Array
+from haptid.uq.density.coordinates import Coordinates, prior_words
+from haptid.uq.result.arviz_door import Diagnostics, diagnose
+from haptid.uq.sampling.sampling import Sample
 
 LEVELS = (0.5, 0.8, 0.95)
 PRIOR_BOUND = 0.5

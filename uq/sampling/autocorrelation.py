@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 WINDOW = 5.0
 

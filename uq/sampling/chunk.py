@@ -15,10 +15,10 @@ import emcee
 import h5py
 import numpy as np
 
-from measurement.values.run import Array
-from support.files.files import write_bytes
-from uq.density.straight import StraightDensity
-from uq.sampling.moves import Proposal, moves
+from haptid.measurement.values.run import Array
+from haptid.support.files.files import write_bytes
+from haptid.uq.density.straight import StraightDensity
+from haptid.uq.sampling.moves import Proposal, moves
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

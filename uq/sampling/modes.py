@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 APART = 6.0
 """Distance of two ensembles' means, in standard deviations of a single ensemble, from which they count as two modes."""

@@ -9,7 +9,7 @@ from typing import Any
 import emcee
 import numpy as np
 
-from measurement.values.run import Array
+from haptid.measurement.values.run import Array
 
 DEGREES = 10.0
 MOVES = ("stretch", "differential", "independent")

@@ -10,15 +10,15 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.optimise.workers import Here, Workers
-from measurement.values.run import Array
-from support.errors import InputError, NumericalError
-from support.files.files import read_json, write_json
-from uq.density.laplace import Laplace
-from uq.density.straight import Straight, StraightDensity
-from uq.sampling.autocorrelation import autocorrelation_time
-from uq.sampling.chunk import Chunk, Task, advance
-from uq.sampling.moves import MOVES, Proposal
+from haptid.identification.optimise.workers import Here, Workers
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError, NumericalError
+from haptid.support.files.files import read_json, write_json
+from haptid.uq.density.laplace import Laplace
+from haptid.uq.density.straight import Straight, StraightDensity
+from haptid.uq.sampling.autocorrelation import autocorrelation_time
+from haptid.uq.sampling.chunk import Chunk, Task, advance
+from haptid.uq.sampling.moves import MOVES, Proposal
 
 PHASES = {"burn": 0, "pilot": 1, "main": 2}
 DISPERSED = 3.0

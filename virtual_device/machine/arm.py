@@ -8,9 +8,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from support.errors import NumericalError
-from virtual_device.machine.compiled import Array, Doubles, doubles, library
-from virtual_device.machine.truth import DRIVE, Truth
+from haptid.support.errors import NumericalError
+from haptid.virtual_device.machine.compiled import Array, Doubles, doubles, library
+from haptid.virtual_device.machine.truth import DRIVE, Truth
 
 JOINTS = 6
 HIDDEN = ("cubic", "cog", "cog_number", "cog_phase", "drag_up", "drag_down", "drag_square", "gain_fall")

@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from support.errors import NumericalError
-from support.files.cache import cache_folder, is_sealed, seal
+from haptid.support.errors import NumericalError
+from haptid.support.files.cache import cache_folder, is_sealed, seal
 
 Array = NDArray[np.float64]
 Doubles = ctypes.POINTER(ctypes.c_double)

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from support.errors import InputError
-from support.suggestion import did_you_mean
+from haptid.support.errors import InputError
+from haptid.support.suggestion import did_you_mean
 
 Values = dict[str, float]
 

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.optimize import brentq
 
-from support.errors import InputError, NumericalError
-from virtual_device.machine.compiled import Array, Doubles, doubles, library
+from haptid.support.errors import InputError, NumericalError
+from haptid.virtual_device.machine.compiled import Array, Doubles, doubles, library
 
 BASE = ("inertia", "gravity_cos", "gravity_sin", "Kp", "Ks", "epos", "sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
 """The twelve parameters of the undisturbed joint, as users name them."""

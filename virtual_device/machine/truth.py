@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from virtual_device.machine.compiled import Array
+from haptid.virtual_device.machine.compiled import Array
 
 LINK = ("mass", "x", "y", "z", "xx", "yy", "zz", "xy", "xz", "yz")
 """Columns of `Truth.links`: mass [kg], centroid [m], inertia tensor about the centroid in link axes [kg m²]."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from support.errors import NumericalError
-from virtual_device.machine.arm import Arm
-from virtual_device.machine.compiled import Array
-from virtual_device.machine.truth import DRIVE, Truth, inertia_tensor
+from haptid.support.errors import NumericalError
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.compiled import Array
+from haptid.virtual_device.machine.truth import DRIVE, Truth, inertia_tensor
 
 
 def is_physical(truth: Truth) -> bool:

@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from virtual_device.machine.effects import Shape, resolve
-from virtual_device.machine.joint import neutral, rest_position
-from virtual_device.recording.inputs import Cosine
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.simulate import complete, scales_of, simulate_joint
-from virtual_device.recording.tables import RunTable, joint_columns, write_campaign
+from haptid.virtual_device.machine.effects import Shape, resolve
+from haptid.virtual_device.machine.joint import neutral, rest_position
+from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.simulate import complete, scales_of, simulate_joint
+from haptid.virtual_device.recording.tables import RunTable, joint_columns, write_campaign
 
 Effects = Mapping[str, float | Mapping[str, float]]
 START_SPREAD = 0.4

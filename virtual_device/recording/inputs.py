@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from support.errors import InputError
-from virtual_device.machine.compiled import Array
+from haptid.support.errors import InputError
+from haptid.virtual_device.machine.compiled import Array
 
 BRACKETED = "non-uniform system behaviour: bracketed in Table III of the paper"
 

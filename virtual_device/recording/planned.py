@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from support.errors import InputError
-from support.files.files import read_json
-from virtual_device.machine.arm import JOINTS, Arm
-from virtual_device.recording.inputs import AMPLITUDE, Cosine
-from virtual_device.recording.sensor import Sensor
-from virtual_device.recording.tables import RunTable
-from virtual_device.recording.whole import coupled_run
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_json
+from haptid.virtual_device.machine.arm import JOINTS, Arm
+from haptid.virtual_device.recording.inputs import AMPLITUDE, Cosine
+from haptid.virtual_device.recording.sensor import Sensor
+from haptid.virtual_device.recording.tables import RunTable
+from haptid.virtual_device.recording.whole import coupled_run
 
 RUNS = ((1.0, 1.00, "fit"), (0.8, 1.45, "fit"), (1.1, 1.80, "fit"), (0.9, 1.25, "validate"))
 """Share of the amplitude of Table III, frequency of the first free joint [rad/s], and use of the runs of one test."""
@@ -36,7 +36,7 @@ def read_planned(path: Path) -> tuple[PlannedTest, ...]:
     InputError
         Where the file has no such tests, or they are not of six joints.
     """
-    plan = read_json(path, "a locking_plan.json", ("virtual_device.recording", "locking_plan.schema.json"))
+    plan = read_json(path, "a locking_plan.json", ("haptid.virtual_device.recording", "locking_plan.schema.json"))
     tests = [PlannedTest(free_joints=tuple(e["free_joints"]), posture=_posture(e)) for e in plan["postures"]["tests"]]
     for test in tests:
         if not set(test.free_joints) < set(range(JOINTS)) or len(test.posture) != JOINTS:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import lfilter
 
-from virtual_device.machine.compiled import Array
+from haptid.virtual_device.machine.compiled import Array
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

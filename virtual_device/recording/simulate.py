@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from support.errors import InputError
-from virtual_device.machine.compiled import Array
-from virtual_device.machine.effects import Scales, resolve
-from virtual_device.machine.joint import BASE, integrate, neutral, rest_position
-from virtual_device.recording.sensor import Sensor, cycle_factors
+from haptid.support.errors import InputError
+from haptid.virtual_device.machine.compiled import Array
+from haptid.virtual_device.machine.effects import Scales, resolve
+from haptid.virtual_device.machine.joint import BASE, integrate, neutral, rest_position
+from haptid.virtual_device.recording.sensor import Sensor, cycle_factors
 
 EXACT = Sensor(noise=0.0, resolution=0.0)
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import tomli_w
 
-from support.files.files import write_bytes, write_text
-from virtual_device.machine.compiled import Array
+from haptid.support.files.files import write_bytes, write_text
+from haptid.virtual_device.machine.compiled import Array
 
 FORMATS = {"time": "%.6g", "torque": "%.8g", "position": "%.7g", "reference": "%.7g"}
 """Digits of a column, by the first word of its name: torque is rounded to these before it is simulated."""

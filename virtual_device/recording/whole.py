@@ -7,11 +7,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from virtual_device.machine.arm import JOINTS, Arm
-from virtual_device.machine.compiled import Array
-from virtual_device.recording.inputs import AMPLITUDE, COUPLED, Cosine
-from virtual_device.recording.sensor import Sensor, cycle_factors
-from virtual_device.recording.tables import RunTable
+from haptid.virtual_device.machine.arm import JOINTS, Arm
+from haptid.virtual_device.machine.compiled import Array
+from haptid.virtual_device.recording.inputs import AMPLITUDE, COUPLED, Cosine
+from haptid.virtual_device.recording.sensor import Sensor, cycle_factors
+from haptid.virtual_device.recording.tables import RunTable
 
 SCATTERING = 1
 """Of the random numbers of amplitudes that scatter, beside those of the sensor."""

@@ -4,8 +4,8 @@ from functools import partial
 
 import sympy as sp
 
-from model.effects.effect import Effect, faded, parameter, reference, w
-from model.effects.scales import TORQUE
+from haptid.model.effects.effect import Effect, faded, parameter, reference, w
+from haptid.model.effects.scales import TORQUE
 
 d, least, e, edge = sp.symbols("dead_band dead_band_least dead_zone dead_band_edge", real=True)
 EDGES = (0.3, 0.1, 0.03, 0.01, 0.002, 5e-4, 1e-4)

@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, faded, parameter, t, w
-from model.effects.parts.cascade import cascade
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, faded, parameter, t, w
+from haptid.model.effects.parts.cascade import cascade
+from haptid.model.equations.equations import State
 
 LEAST = sp.Float(1e-4)
 SETTLING = 1e4

@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, reference, w
-from model.effects.parts.compression import compression
-from model.effects.scales import TORQUE
+from haptid.model.effects.effect import Effect, parameter, reference, w
+from haptid.model.effects.parts.compression import compression
+from haptid.model.effects.scales import TORQUE
 
 a1, w0 = sp.symbols("gain_curvature gain_reference", real=True)
 CHANGE = a1 * (w / w0) ** 2

@@ -4,9 +4,9 @@ from functools import partial
 
 import sympy as sp
 
-from model.effects.effect import Effect, faded, parameter, reference, w
-from model.effects.parts.compression import compression
-from model.effects.scales import TORQUE
+from haptid.model.effects.effect import Effect, faded, parameter, reference, w
+from haptid.model.effects.parts.compression import compression
+from haptid.model.effects.scales import TORQUE
 
 kappa, least = sp.symbols("saturation_softness saturation_least", real=True)
 cut, top = sp.symbols("saturation_cut saturation_reference", real=True)

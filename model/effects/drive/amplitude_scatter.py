@@ -1,6 +1,6 @@
 """Amplitudes that differ from cycle to cycle at random."""
 
-from model.effects.effect import Effect, parameter
+from haptid.model.effects.effect import Effect, parameter
 
 EFFECT = Effect(
     id="amplitude_scatter",

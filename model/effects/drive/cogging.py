@@ -1,8 +1,8 @@
 """Torque that the motor's magnets add at fixed positions."""
 
-from model.effects.effect import Effect, parameter
-from model.effects.parts.waves import COARSE, size, wave, wave_number
-from model.effects.scales import POSITION, TORQUE
+from haptid.model.effects.effect import Effect, parameter
+from haptid.model.effects.parts.waves import COARSE, size, wave, wave_number
+from haptid.model.effects.scales import POSITION, TORQUE
 
 EFFECT = Effect(
     id="cogging",

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, reference, t, w
-from model.effects.scales import DURATION
+from haptid.model.effects.effect import Effect, parameter, reference, t, w
+from haptid.model.effects.scales import DURATION
 
 r, T = sp.symbols("gain_drift_rate gain_settling_time", real=True)
 RATE = parameter("gain_drift_rate", "1/s", "relative drift of the gain at the start", 0.02, -0.7, 3.0)

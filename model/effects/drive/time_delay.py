@@ -10,9 +10,9 @@ state to state.
 import numpy as np
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, parameter, w
-from model.effects.parts.cascade import cascade
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, parameter, w
+from haptid.model.effects.parts.cascade import cascade
+from haptid.model.equations.equations import State
 
 LEAST = sp.Float(4e-3)
 DENOMINATOR = np.polynomial.Polynomial([60.0, 36.0, 9.0, 1.0])

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, t, w
-from model.effects.scales import DURATION, TORQUE
+from haptid.model.effects.effect import Effect, parameter, t, w
+from haptid.model.effects.scales import DURATION, TORQUE
 
 r = sp.Symbol("bias_drift_rate", real=True)
 

@@ -1,8 +1,8 @@
 """A motor whose torque constant changes with position."""
 
-from model.effects.effect import Effect, parameter, w
-from model.effects.parts.waves import COARSE, size, wave, wave_number
-from model.effects.scales import POSITION
+from haptid.model.effects.effect import Effect, parameter, w
+from haptid.model.effects.parts.waves import COARSE, size, wave, wave_number
+from haptid.model.effects.scales import POSITION
 
 EFFECT = Effect(
     id="torque_ripple",

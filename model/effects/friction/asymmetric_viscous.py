@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, v
+from haptid.model.effects.effect import Effect, parameter, v
 
 a1 = sp.Symbol("viscous_asymmetry", real=True)
 

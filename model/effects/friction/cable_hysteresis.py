@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, parameter, v
-from model.effects.scales import POSITION, TORQUE
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, parameter, v
+from haptid.model.effects.scales import POSITION, TORQUE
+from haptid.model.equations.equations import State
 
 k, delta, s = sp.symbols("hysteresis_stiffness hysteresis_travel cable_stretch", real=True)
 rate = sp.Abs(v) / delta

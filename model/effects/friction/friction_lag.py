@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, faded, parameter, v
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, faded, parameter, v
+from haptid.model.equations.equations import State
 
 T, seen = sp.symbols("friction_lag_time seen_speed", real=True)
 LEAST = sp.Float(2e-3)

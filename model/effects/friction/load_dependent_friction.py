@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, reference, w
-from model.effects.scales import TORQUE
+from haptid.model.effects.effect import Effect, parameter, reference, w
+from haptid.model.effects.scales import TORQUE
 
 a1, w0 = sp.symbols("load_friction load_reference", real=True)
 

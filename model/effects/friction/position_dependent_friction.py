@@ -4,9 +4,9 @@ from functools import partial
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, q
-from model.effects.parts.waves import COARSE, wave, wave_number
-from model.effects.scales import CENTRE, POSITION
+from haptid.model.effects.effect import Effect, parameter, q
+from haptid.model.effects.parts.waves import COARSE, wave, wave_number
+from haptid.model.effects.scales import CENTRE, POSITION
 
 slope = sp.Symbol("friction_slope", real=True)
 _effect = partial(

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, q, v
-from model.effects.scales import POSITION, SPEED, TORQUE
+from haptid.model.effects.effect import Effect, parameter, q, v
+from haptid.model.effects.scales import POSITION, SPEED, TORQUE
 
 d = sp.Symbol("viscous_curvature", real=True)
 

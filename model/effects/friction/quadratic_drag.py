@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, v
-from model.effects.scales import SPEED, TORQUE
+from haptid.model.effects.effect import Effect, parameter, v
+from haptid.model.effects.scales import SPEED, TORQUE
 
 d = sp.Symbol("drag", real=True)
 

@@ -1,8 +1,8 @@
 """Viscous friction that settles while the joint warms up."""
 
-from model.effects.effect import Effect, parameter
-from model.effects.parts.warming import settling, warming
-from model.effects.scales import DURATION
+from haptid.model.effects.effect import Effect, parameter
+from haptid.model.effects.parts.warming import settling, warming
+from haptid.model.effects.scales import DURATION
 
 _parameters = (
     parameter("viscous_excess", "1", "relative excess of viscous friction at the start", 0.02, -0.9, 5.0),

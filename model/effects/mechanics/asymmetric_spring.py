@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, q
-from model.effects.parts.bend import OF_QUADRATIC
-from model.effects.scales import POSITION, TORQUE
+from haptid.model.effects.effect import Effect, parameter, q
+from haptid.model.effects.parts.bend import OF_QUADRATIC
+from haptid.model.effects.scales import POSITION, TORQUE
 
 k2, epos = sp.symbols("k2 epos", real=True)
 

@@ -2,10 +2,10 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, parameter, reference, v, y
-from model.effects.parts import tendons
-from model.effects.scales import POSITION
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, parameter, reference, v, y
+from haptid.model.effects.parts import tendons
+from haptid.model.effects.scales import POSITION
+from haptid.model.equations.equations import State
 
 NAME = "gear"
 PUSH = 2000.0

@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, q
-from model.effects.scales import POSITION
+from haptid.model.effects.effect import Effect, parameter, q
+from haptid.model.effects.scales import POSITION
 
 LEAST = sp.Rational(1, 20)
 """Share of the inertia that is left at least: no inertia is negative."""

@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, q, reference, v
-from model.effects.scales import CENTRE, POSITION, SPEED, TORQUE
-from model.equations.quantity import Quantity
+from haptid.model.effects.effect import Effect, parameter, q, reference, v
+from haptid.model.effects.scales import CENTRE, POSITION, SPEED, TORQUE
+from haptid.model.equations.quantity import Quantity
 
 ONSET = 2e-3
 """Share of the travel over which the stop's damper engages."""

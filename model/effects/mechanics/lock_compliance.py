@@ -2,8 +2,8 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, a, parameter
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, a, parameter
+from haptid.model.equations.equations import State
 
 mu, omega, zeta = sp.symbols("lock_share lock_frequency lock_damping", real=True)
 eta, rate = sp.symbols("neighbour neighbour_speed", real=True)

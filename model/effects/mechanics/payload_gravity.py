@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, q
-from model.effects.parts.bend import OF_WEIGHT
-from model.effects.scales import TORQUE
+from haptid.model.effects.effect import Effect, parameter, q
+from haptid.model.effects.parts.bend import OF_WEIGHT
+from haptid.model.effects.scales import TORQUE
 
 g1, g2 = sp.symbols("payload_cos payload_sin", real=True)
 

@@ -3,8 +3,8 @@
 import numpy as np
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, t
-from model.effects.scales import TORQUE
+from haptid.model.effects.effect import Effect, parameter, t
+from haptid.model.effects.scales import TORQUE
 
 s, c, omega = sp.symbols("disturbance_sin disturbance_cos disturbance_frequency", real=True)
 LINES = tuple(float(x) for x in np.arange(0.3, 30.0, 0.15))

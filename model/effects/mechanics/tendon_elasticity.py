@@ -1,7 +1,7 @@
 """A tendon that stretches between rotor and link."""
 
-from model.effects.effect import Effect
-from model.effects.parts import tendons
+from haptid.model.effects.effect import Effect
+from haptid.model.effects.parts import tendons
 
 NAME = "tendon"
 _acceleration, _states = tendons.two_masses(NAME)

@@ -2,9 +2,9 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, reference
-from model.effects.parts import tendons
-from model.effects.scales import POSITION
+from haptid.model.effects.effect import Effect, parameter, reference
+from haptid.model.effects.parts import tendons
+from haptid.model.effects.scales import POSITION
 
 NAME = "slack"
 _acceleration, _states = tendons.two_masses(NAME, play=sp.Symbol("slack_half_width", real=True))

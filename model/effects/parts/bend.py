@@ -9,9 +9,9 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, q
-from model.effects.scales import POSITION, TORQUE
-from model.equations.quantity import Quantity
+from haptid.model.effects.effect import Effect, parameter, q
+from haptid.model.effects.scales import POSITION, TORQUE
+from haptid.model.equations.quantity import Quantity
 
 x = q - sp.Symbol("epos", real=True)
 

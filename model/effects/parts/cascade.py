@@ -6,8 +6,8 @@ no entry of the catalogue: it stands for every other element that is late, where
 
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, faded, parameter, w
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, faded, parameter, w
+from haptid.model.equations.equations import State
 
 
 def cascade(least: sp.Expr, extra: sp.Expr = sp.S.Zero) -> Effect:

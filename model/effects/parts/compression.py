@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.effects.effect import Effect, w
-from model.equations.quantity import Quantity
+from haptid.model.effects.effect import Effect, w
+from haptid.model.equations.quantity import Quantity
 
 
 def compression(

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import sympy as sp
 
-from model.effects.effect import EffectState, a, parameter, reference, v, w
-from model.effects.scales import POSITION, TORQUE
-from model.equations.equations import State
-from model.equations.quantity import Quantity
+from haptid.model.effects.effect import EffectState, a, parameter, reference, v, w
+from haptid.model.effects.scales import POSITION, TORQUE
+from haptid.model.equations.equations import State
+from haptid.model.equations.quantity import Quantity
 
 CONTACTS = (0.05, 0.005)
 """Share of the play over which the damper engages: a fit needs a slope to begin with, the device has a jump."""

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from model.effects.effect import Effect, t
-from model.equations.quantity import Quantity
+from haptid.model.effects.effect import Effect, t
+from haptid.model.equations.quantity import Quantity
 
 
 def settling(parameters: Sequence[Quantity]) -> sp.Expr:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import sympy as sp
 
-from model.effects.effect import parameter
-from model.equations.quantity import Quantity
+from haptid.model.effects.effect import parameter
+from haptid.model.equations.quantity import Quantity
 
 _q = sp.Symbol("q", real=True)
 COARSE = tuple(float(x) for x in np.arange(1.0, 14.6, 0.5))

@@ -9,8 +9,8 @@ many lags in a row, which see the torque in the positions' time. All other effec
 
 import sympy as sp
 
-from model.effects.effect import Effect, EffectState, parameter, t, w
-from model.equations.equations import State
+from haptid.model.effects.effect import Effect, EffectState, parameter, t, w
+from haptid.model.equations.equations import State
 
 LAG = sp.Rational(1, 25)
 """Time constant T of the lags that see the torque's rate of change [s]; a shorter one shows a held torque's steps."""

@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from model.effects.effect import Effect, parameter, y
+from haptid.model.effects.effect import Effect, parameter, y
 
 s, c = sp.symbols("eccentricity_sin eccentricity_cos", real=True)
 

@@ -1,8 +1,8 @@
 """Errors between the lines of an encoder."""
 
-from model.effects.effect import Effect, parameter, y
-from model.effects.parts.waves import FINE, size, wave, wave_number
-from model.effects.scales import POSITION
+from haptid.model.effects.effect import Effect, parameter, y
+from haptid.model.effects.parts.waves import FINE, size, wave, wave_number
+from haptid.model.effects.scales import POSITION
 
 EFFECT = Effect(
     id="encoder_ripple",
