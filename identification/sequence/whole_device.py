@@ -19,6 +19,7 @@ from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import standard_ids, to_standard
+from haptid.support.linear_algebra import symmetric_inverse
 
 DRAWS = 20
 
@@ -72,7 +73,7 @@ def _given(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | N
     shift, left = np.zeros(len(rest)), C[np.ix_(rest, rest)]
     if known:
         change = (one.rows @ pi - [fit.values[c.id] for c in one.coefficients]) / std[known]
-        gain = C[np.ix_(rest, known)] @ np.linalg.pinv(C[np.ix_(known, known)], rcond=1e-10, hermitian=True)
+        gain = C[np.ix_(rest, known)] @ symmetric_inverse(C[np.ix_(known, known)], 1e-10)
         shift, left = gain @ change, left - gain @ C[np.ix_(known, rest)]
     if rng is not None:
         values, vectors = np.linalg.eigh(left)
