@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.discrepancy.fit.levenberg_marquardt import minimise
 from haptid.discrepancy.fit.solution import start_vector
 from haptid.discrepancy.fit.whitened import Whitened
 from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
