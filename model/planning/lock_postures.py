@@ -86,7 +86,7 @@ def random_motion(device: Device, samples: int, seed: int) -> tuple[Array, Array
 
 
 def _limits(device: Device) -> tuple[Array, Array]:
-    limits = np.array([joint.position_limits for joint in device.joints])
+    limits = np.array([joint.planned_range for joint in device.joints])
     return limits[:, 0], limits[:, 1]
 
 
