@@ -64,5 +64,5 @@ TORQUE = Range(1e-9, 1e9, "N m or N", infinite=True)
 FREQUENCY = Range(1e-3, 1e9, "rad/s", infinite=True)
 RELATIVE = Range(1e-9, 1e3, "times the value")
 CENTROID_STD = Range(1e-12, 1e4, "m")
-TURNS = Range(-12, 12, "(whole turns of the link for one of the joint)")
+TURNS = Range(-6, 6, "(whole turns of the link for one of the joint)")
 """The equations are polynomials of this degree in cos q and sin q."""

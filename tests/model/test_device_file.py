@@ -97,7 +97,7 @@ FS = "Fs = { initial = 0.16, lower = 0.01, upper = 1.0 }"
         (
             "moved_by = { 0 = 1 }",
             "moved_by = { 0 = 1e300 }",
-            "line 71: links[0].moved_by.0: expected a number from -12",
+            "line 71: links[0].moved_by.0: expected a number from -6 ",
         ),
         ("ratios = { 0 = 6 }", f"ratios = {{ {'9' * 5000} = 1 }}", "expected a joint's number and its coefficient"),
         ("ratios = { 0 = 6 }", "ratios = { shoulder = 6 }", "line 60: motors[0].ratios.shoulder: expected a joint's"),
