@@ -34,8 +34,9 @@ class Test:
 
     @property
     def whitened(self) -> Array:
-        """A/σ, shape (n, n_pi)."""
-        return self.dynamics.linear_map / self.std[:, np.newaxis]
+        """A/σ, shape (n, n_pi); 0 where σ is 0: a coefficient without value and uncertainty is known before any test."""
+        std = self.std[:, np.newaxis]
+        return np.divide(self.dynamics.linear_map, std, out=np.zeros_like(self.dynamics.linear_map), where=std > 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -34,23 +34,26 @@ def first_steps(device: Device) -> None:
     configuration_equations(device, (last,))
 
 
+NASTY_TOML = (
+    b"inertia = { I11 = inf }", b"[[links]]", b'parent = "base"', b"moved_by = { 0 = 1e300 }", b"1e300", b"-1e300",
+    b"1e20", b"{ fixed = 0.0 }", b"{ initial = -1 }", b"[-inf, inf]", b"{ 0 = 6 }", b"prismatic = true",
+)  # fmt: skip
+NASTY_URDF = (
+    b'effort="nan"', b'xyz="1e308 1e308 1e308"', b"<mimic joint='one'/>", b"<!ENTITY a 'b'>", b'"0"', b'"-1"',
+    b'"1e300"', b'"1e-300"', b'"prismatic"', b'"fixed"', b"<limit/>", b"<inertia/>", b"<mass value='0'/>",
+)  # fmt: skip
+
 DEVICES = (
     Target(
         name="device",
         examples=tuple((_BUILT_IN / f"{name}.toml").read_bytes() for name in ("arm6", "freedom6s", "double_pendulum")),
         read=read_toml,
-        nasty=(
-            b"inertia = { I11 = inf }", b"[[links]]", b'parent = "base"', b"moved_by = { 0 = 1e300 }", b"1e300", b"1e20",
-            b"-1e300", b"{ fixed = 0.0 }", b"{ initial = -1 }", b"[-inf, inf]", b"{ 0 = 6 }", b"prismatic = true",
-        ),
+        nasty=NASTY_TOML,
     ),
     Target(
         name="urdf",
         examples=(GOOD.encode(), (_BUILT_IN / "arm6.urdf").read_bytes()),
         read=read_urdf,
-        nasty=(
-            b'effort="nan"', b'xyz="1e308 1e308 1e308"', b"<mimic joint='one'/>", b"<!ENTITY a 'b'>", b'"0"', b'"-1"',
-            b'"1e300"', b'"1e-300"', b'"prismatic"', b'"fixed"', b"<limit/>", b"<inertia/>", b"<mass value='0'/>",
-        ),
+        nasty=NASTY_URDF,
     ),
-)  # fmt: skip
+)

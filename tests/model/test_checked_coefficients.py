@@ -48,3 +48,21 @@ def test_friction_that_is_not_given_keeps_the_order(given, other):
     quantities = {q.id: q for q in configuration_equations(parse_device(table, "a.toml"), (0,)).parameters}
     assert quantities["Fs"].initial >= quantities["Fc"].initial
     assert other not in given
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("gravity = [0.0, 0.0, -9.81]", "gravity = [0, 0, 0]"),
+        ("position_limits = [-6.5, 6.5]", "position_limits = [-inf, inf]"),
+        ("position_limits = [-6.5, 6.5]", "position_limits = [0.1, inf]"),
+        ("inertia = { I11 = 0.00319, I22 = 0.00319, I33 = 1e-4 }", "inertia = { I11 = 0, I22 = 0, I33 = 0 }"),
+    ],
+)
+def test_what_is_zero_or_endless_is_planned(tmp_path, old, new):
+    assert old in PENDULUM
+    (tmp_path / "odd.toml").write_text(PENDULUM.replace(old, new, 1))
+    options = ["--out", str(tmp_path / "out"), "--runs", "1", "--tests", "1", "--quiet"]
+    result = CliRunner().invoke(main, [str(tmp_path / "odd.toml"), *options])
+    assert result.exit_code == 0, result.output
+    assert (tmp_path / "out" / "locking_plan.json").is_file()
