@@ -11,8 +11,10 @@ import click
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
+from haptid.fmu_build.exchange.identification_check import check_for_device, check_joints, check_orders
 from haptid.fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
 from haptid.fmu_build.exchange.ssv import write_ssv
+from haptid.fmu_build.exchange.start_values import with_start_values
 from haptid.model.device.device import Device
 from haptid.model.device.reader import builtin_devices, load_device
 from haptid.model.effects.registry import with_folder
@@ -35,23 +37,28 @@ def export_full(
     out: Path,
     kind: Kind = "python",
     findings: Sequence[Finding] = (),
+    start: Path | None = None,
 ) -> Fmu:
     """Build the FMU of the whole device with the values of ``identification`` (the content of identification.json).
 
-    ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified.
+    ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified. The
+    parameter set ``start`` overrules both.
     """
     equations = full_equations(device, by_joint(findings))
-    found = refitted(of_device(identification), findings).among(equations)
+    found = with_start_values(refitted(of_device(identification), findings).among(equations), start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
-def export_joint(identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python") -> Fmu:
-    """Build the FMU of one joint with the values of ``identification``."""
+def export_joint(
+    identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python", start: Path | None = None
+) -> Fmu:
+    """Build the FMU of one joint with the values of ``identification``, overruled by the parameter set ``start``."""
     entries, found = entries_of(identification, joint), of_joint(identification, joint)
     slides = entries["inertia"].get("unit") == "kg"
     table = [q for q in joint_parameters(prismatic=slides) if q.id in found.values]
     parameters = [_bounded(q, found.values[q.id], entries[q.id]) for q in table]
     equations = joint_equations(joint, parameters=parameters, prismatic=slides)
+    found = with_start_values(found, start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
@@ -63,17 +70,25 @@ def export_parameters(device: Device, identification: Mapping[str, Any], path: P
 
 def _bounded(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:
     """Return the parameter at its identified value, within the bounds that the fit had where they are written down."""
-    lower = q.lower if entry.get("lower") is None else float(entry["lower"])
+    given = entry.get("lower")
+    lower = q.lower if given is None or (q.scale == "log" and given <= 0) else float(given)
     upper = q.upper if entry.get("upper") is None else float(entry["upper"])
     return q.but(initial=value, lower=min(lower, value), upper=max(upper, value))
 
 
 def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
-    joints = [c["free_joints"][0] for c in data["configurations"] if len(c["free_joints"]) == 1]
+    joints = list(dict.fromkeys(c["free_joints"][0] for c in data["configurations"] if len(c["free_joints"]) == 1))
     chosen = [j for j in joints if wanted is None or j in wanted]
     if len(chosen) != 1:
         raise InputError("--joints", expected=f"one of {joints}", got=f"{wanted if wanted else 'nothing'}")
     return int(chosen[0])
+
+
+def _check_complete(entries: Mapping[str, Any], where: str) -> None:
+    """Refuse the parameters of a joint alone where one is missing; gravity may be, where it does no work."""
+    for q in joint_parameters():
+        if q.id not in entries and not q.id.startswith("gravity"):
+            raise InputError(where, expected=f"the key {q.id!r}", got=", ".join(entries) or "none")
 
 
 def _packaging(kind: Kind, fmi: str) -> Kind:
@@ -94,6 +109,10 @@ def _packaging(kind: Kind, fmi: str) -> Kind:
     "--with", "named", type=click.Path(path_type=Path), multiple=True, metavar="joint3.json",
     help="A discrepancy/joint<j>.json whose effects the whole device takes along; may be given several times.",
 )  # fmt: skip
+@click.option(
+    "--values", "start", type=click.Path(path_type=Path), default=None, metavar="parameters.ssv",
+    help="A parameter set (SSP 1.0) whose values the FMU starts from instead.",
+)  # fmt: skip
 @click.option("--effects", type=click.Path(path_type=Path), default=None, help="Folder with the effects of your own.")
 @click.option(
     "--device", default=None, metavar="FILE",
@@ -107,6 +126,7 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
     fmi: str,
     joints: str | None,
     named: tuple[Path, ...],
+    start: Path | None,
     effects: Path | None,
     device: str | None,
 ) -> None:
@@ -121,16 +141,19 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
             todo = "discrepancy.run has written the FMU of a joint with its effects already"
             raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
         joint = _only_joint(data, wanted)
-        if "inertia" not in entries_of(data, joint):
-            where = f"{source}: parameters of joint {joint}"
-            raise InputError(where, expected="the key 'inertia'", got=", ".join(entries_of(data, joint)) or "none")
-        fmu = export_joint(data, joint, out, kind)
+        _check_complete(entries_of(data, joint), f"{source}: parameters of joint {joint}")
+        fmu = export_joint(data, joint, out, kind, start)
     else:
         entries = with_folder(effects)
         findings = [read_finding(path, entries) for path in named]
         machine = device_of_results(device, data["device"], source)
+        check_for_device(data, machine, str(source))
         told = list(_taken(findings, data, machine, str(source)))
-        fmu = export_full(machine, data, out, kind, findings)
+        values = of_device(data).values
+        check_orders(values, machine, str(source))
+        for finding in findings:
+            check_orders(values | finding.values, machine, finding.source)
+        fmu = export_full(machine, data, out, kind, findings, start)
         for line in told:
             click.echo(line)
     size = fmu.path.stat().st_size / 1024
@@ -160,8 +183,7 @@ def device_of_results(given: str | None, recorded: str, source: Path) -> Device:
 def _taken(findings: Sequence[Finding], data: Mapping[str, Any], device: Device, source: str) -> Iterator[str]:
     """Say what of each finding went into the FMU, what stayed behind, and how far the joint's inertia had moved."""
     for f in findings:
-        if f.joint >= len(device.joints):
-            raise InputError("--with", expected=f"joints of {device.name}", got=f"joint {f.joint}")
+        check_joints([f.joint], device, f"{f.source}: joint")
         if f.effects:
             taken = ", ".join(e.id for e in f.effects)
             yield f"joint {f.joint}: {taken}; {_inertia_moved(f, data, source)}, links stay as identified"
@@ -171,12 +193,12 @@ def _taken(findings: Sequence[Finding], data: Mapping[str, Any], device: Device,
 
 
 def _inertia_moved(finding: Finding, data: Mapping[str, Any], source: str) -> str:
-    before = entries_of(data, finding.joint).get("inertia", {"value": 0.0})["value"]
-    after = finding.values.get(f"inertia_{finding.joint}")
-    if before == 0.0 or after is None:
-        where = f"{source}: joint {finding.joint}"
-        raise InputError(where, expected="its inertia, identified and refitted", got="none")
-    return f"its inertia moved by {100 * (after / before - 1):+.2g} % in the refit"
+    before = {id: entry["value"] for id, entry in entries_of(data, finding.joint).items()}
+    after = {id.removesuffix(f"_{finding.joint}"): value for id, value in finding.values.items()}
+    for values, where in ((before, f"{source}: joint {finding.joint}"), (after, f"{finding.source}: refit")):
+        if "inertia" not in values:
+            raise InputError(where, expected="its inertia, identified and refitted", got="none")
+    return f"its inertia moved by {100 * (after['inertia'] / before['inertia'] - 1):+.2g} % in the refit"
 
 
 if __name__ == "__main__":

@@ -81,7 +81,8 @@ def _expected(error: jsonschema.ValidationError, wanted: str) -> str:
 
 
 _BOUNDS = {
-    "minimum": "a number of {} or more", "minItems": "{} entries or more", "minLength": "{} characters or more",
+    "minimum": "a number of {} or more", "maximum": "a number of {} or less",
+    "minItems": "{} entries or more", "minLength": "{} characters or more",
     "pattern": "a text as {}", "uniqueItems": "every entry once",
 }  # fmt: skip
 
