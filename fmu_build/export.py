@@ -2,21 +2,27 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.content.reference_run import OverflowingError
 from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
-from haptid.fmu_build.exchange.identification_check import check_for_device, check_joints, check_orders
+from haptid.fmu_build.exchange.identification_check import (
+    check_for_device,
+    check_orders,
+    impossible_links,
+)
 from haptid.fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
+from haptid.fmu_build.exchange.recorded_device import device_of_results
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.exchange.start_values import with_start_values
+from haptid.fmu_build.exchange.taken_along import taken_along
 from haptid.model.device.device import Device
-from haptid.model.device.reader import builtin_devices, load_device
 from haptid.model.effects.registry import with_folder
 from haptid.model.equations.joint_parameters import joint_parameters
 from haptid.model.equations.quantity import Quantity
@@ -25,8 +31,6 @@ from haptid.model.joint.whole_device import full_equations
 from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
 
-LONGEST_PATH = 1024
-"""Characters of a device's path; the shortest limit among the systems, macOS's."""
 SINGLE = "single_joint"
 """The name of the device that is any one joint of any machine."""
 
@@ -91,6 +95,18 @@ def _check_complete(entries: Mapping[str, Any], where: str) -> None:
             raise InputError(where, expected=f"the key {q.id!r}", got=", ".join(entries) or "none")
 
 
+@contextmanager
+def _told_of(source: Path, warnings: Sequence[str]) -> Iterator[None]:
+    """Name the file of a model that overflows, and print the warnings about one that was built."""
+    try:
+        yield
+    except OverflowingError as error:
+        todo = warnings[0] if warnings else error.todo
+        raise InputError(str(source), expected=error.expected, got=error.got, todo=todo) from None
+    for sentence in warnings:
+        click.echo(f"warning: {source}: {sentence}", err=True)
+
+
 def _packaging(kind: Kind, fmi: str) -> Kind:
     if fmi == "2.0":
         return kind
@@ -142,63 +158,25 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
             raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
         joint = _only_joint(data, wanted)
         _check_complete(entries_of(data, joint), f"{source}: parameters of joint {joint}")
-        fmu = export_joint(data, joint, out, kind, start)
+        with _told_of(source, []):
+            fmu = export_joint(data, joint, out, kind, start)
     else:
         entries = with_folder(effects)
         findings = [read_finding(path, entries) for path in named]
         machine = device_of_results(device, data["device"], source)
         check_for_device(data, machine, str(source))
-        told = list(_taken(findings, data, machine, str(source)))
+        told = list(taken_along(findings, data, machine, str(source)))
         values = of_device(data).values
         check_orders(values, machine, str(source))
         for finding in findings:
             check_orders(values | finding.values, machine, finding.source)
-        fmu = export_full(machine, data, out, kind, findings, start)
+        warnings = list(impossible_links(values, machine))
+        with _told_of(source, warnings):
+            fmu = export_full(machine, data, out, kind, findings, start)
         for line in told:
             click.echo(line)
     size = fmu.path.stat().st_size / 1024
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
-
-
-def device_of_results(given: str | None, recorded: str, source: Path) -> Device:
-    """Return the device that the user names, else the recorded one, built in or from the results' own folder.
-
-    A folder of results may come from a stranger: what it names elsewhere is read only where the user says so.
-    """
-    if given is not None:
-        return load_device(given)
-    if recorded in builtin_devices():
-        return load_device(recorded)
-    where, own = f"{source}: device", source.parent.resolve()
-    path = (own / recorded).resolve() if recorded.isprintable() and len(recorded) < LONGEST_PATH else own
-    if not path.is_relative_to(own):
-        expected, todo = "a built-in name, or a file in the results' own folder", f"--device {recorded} if it is yours"
-        raise InputError(where, expected=expected, got=repr(recorded), todo=todo)
-    if not os.path.isfile(path):  # noqa: PTH113 # a name that is too long is no file, where Path.is_file raises
-        todo = "--device FILE names the device's file"
-        raise InputError(where, expected="a built-in name or a file", got=repr(recorded), todo=todo)
-    return load_device(path)
-
-
-def _taken(findings: Sequence[Finding], data: Mapping[str, Any], device: Device, source: str) -> Iterator[str]:
-    """Say what of each finding went into the FMU, what stayed behind, and how far the joint's inertia had moved."""
-    for f in findings:
-        check_joints([f.joint], device, f"{f.source}: joint")
-        if f.effects:
-            taken = ", ".join(e.id for e in f.effects)
-            yield f"joint {f.joint}: {taken}; {_inertia_moved(f, data, source)}, links stay as identified"
-        else:
-            yield f"joint {f.joint}: nothing"
-        yield from (f"  without {id}: {reason}" for id, reason in f.left)
-
-
-def _inertia_moved(finding: Finding, data: Mapping[str, Any], source: str) -> str:
-    before = {id: entry["value"] for id, entry in entries_of(data, finding.joint).items()}
-    after = {id.removesuffix(f"_{finding.joint}"): value for id, value in finding.values.items()}
-    for values, where in ((before, f"{source}: joint {finding.joint}"), (after, f"{finding.source}: refit")):
-        if "inertia" not in values:
-            raise InputError(where, expected="its inertia, identified and refitted", got="none")
-    return f"its inertia moved by {100 * (after['inertia'] / before['inertia'] - 1):+.2g} % in the refit"
 
 
 if __name__ == "__main__":

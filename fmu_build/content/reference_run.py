@@ -41,6 +41,10 @@ class Reference:
         }
 
 
+class OverflowingError(InputError):
+    """A model's reference run gives no finite numbers."""
+
+
 def _csv(header: Sequence[str], rows: Array) -> bytes:
     stream = io.StringIO()
     stream.write(",".join(f'"{name}"' for name in header) + "\n")
@@ -87,7 +91,7 @@ def _check_finite(interface: Interface, t: Array, y: Array) -> None:
     got = f"{y[row, column]} in {output} at {t[row]:g} s"
     furthest = max(interface.of_role("parameter"), key=lambda v: abs(np.log10(abs(v.start or 1.0))))
     todo = f"look at its values, as at {furthest.name} = {furthest.start:g}"
-    raise InputError(interface.title, expected="finite outputs of the reference run", got=got, todo=todo)
+    raise OverflowingError(interface.title, expected="finite outputs of the reference run", got=got, todo=todo)
 
 
 def _inputs(interface: Interface, t: Array) -> Array:

@@ -10,17 +10,14 @@ from pathlib import Path
 from typing import Any
 
 from haptid.fmu_build.description.provenance import Provenance
-from haptid.fmu_build.exchange.identification_check import COEFFICIENT
+from haptid.fmu_build.exchange.discrepancy_check import check_estimates, check_refit
 from haptid.fmu_build.exchange.identification_json import Identified
-from haptid.fmu_build.exchange.possible import check_order, check_value, of_joint_parameter, of_quantity
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import named
 from haptid.model.equations.quantity import Quantity
-from haptid.model.equations.stated_parameters import ORDERED, ROWS
 from haptid.model.joint.joint_in_device import Effects, of_the_test_alone
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
-from haptid.support.suggestion import did_you_mean
 
 VERDICTS = ("named", "partly_named", "ambiguous", "nothing_missing")
 """Verdicts that leave a model to take along."""
@@ -80,7 +77,9 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     found = _named(keys, where, entries)
     taken = tuple(e for e in found if not of_the_test_alone(e))
     refit = {id: float(value) for id, value in (data.get("refit") or {}).items()}
-    _check_refit(refit, found, f"{where}: refit")
+    check_refit(refit, found, f"{where}: refit")
+    for number, (effect, entry) in enumerate(zip(found, data["effects"], strict=True)):
+        check_estimates(entry["parameters"], effect, f"{where}: effects[{number}].parameters")
     kind = "measured" if data.get("measured") else "SYNTHETIC"
     source = f"test of joint {joint} with {', '.join(keys)} ({kind} data)"
     std = {id: p.get("std") for e in data["effects"] for id, p in e["parameters"].items()}
@@ -109,21 +108,6 @@ def _named(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple
             at, got = f"{where}: effects", f"{id} {ids.count(id)} times"
             raise InputError(at, expected="every effect once", got=got)
     return found
-
-
-def _check_refit(refit: Mapping[str, float], effects: Sequence[Effect], where: str) -> None:
-    """Refuse values of parameters that neither the joint nor its effects have, or that they cannot have."""
-    own = {q.id: q for e in effects for q in e.parameters}
-    for id, value in refit.items():
-        if id in ROWS:
-            check_value(value, of_joint_parameter(id), f"{where}.{id}")
-        elif id in own:
-            check_value(value, of_quantity(own[id]), f"{where}.{id}")
-        elif not COEFFICIENT.fullmatch(id):
-            expected, todo = "parameters of the joint and its effects", did_you_mean(id, [*ROWS, *own])
-            raise InputError(where, expected=expected, got=repr(id), todo=todo)
-    for larger, smaller in ORDERED:
-        check_order(larger, smaller, refit, {}, where)
 
 
 def by_joint(findings: Sequence[Finding]) -> Effects:

@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+import numpy as np
+
 from haptid.fmu_build.exchange.possible import (
     LARGEST,
     Possible,
@@ -16,7 +18,7 @@ from haptid.fmu_build.exchange.possible import (
     of_joint_parameter,
     of_quantity,
 )
-from haptid.model.device.device import Device
+from haptid.model.device.device import STANDARD, Device
 from haptid.model.equations.quantity import Quantity
 from haptid.model.equations.stated_parameters import ORDERED, ROWS
 from haptid.model.joint.joint_in_device import joint_quantities
@@ -26,6 +28,10 @@ from haptid.support.suggestion import did_you_mean
 
 COEFFICIENT = re.compile(r"(inertia|gravity|V|M\d{2,8})_(1|([csq]\d{1,4}){1,9})")
 """Inertial coefficients beside those of `joint_parameters.TABLE`: ``M01_c1``, ``V_s0``, ``gravity_c0c0``."""
+TENSOR = ((4, 7, 8), (7, 5, 9), (8, 9, 6))
+"""Places of the inertia tensor's entries among `STANDARD`."""
+SLACK = 1e-6
+"""How far a body's moment may lie below 0, relative to its inertia: a disc or a rod has one at 0."""
 ANY = Possible(least=-LARGEST, most=LARGEST, units=(), description="inertial coefficient")
 
 
@@ -99,6 +105,19 @@ def check_orders(values: Mapping[str, float], device: Device, where: str) -> Non
     for joint in range(len(device.joints)):
         for larger, smaller in ORDERED:
             check_order(f"{larger}_{joint}", f"{smaller}_{joint}", values, guesses, where)
+
+
+def impossible_links(values: Mapping[str, float], device: Device) -> Iterator[str]:
+    """Say of each link whether no body has its mass, centroid and inertia (Wensing, Kim and Slotine 2018, eq. 17)."""
+    for link in device.massive:
+        ids = [f"link{link.name}_{key}" for key in STANDARD]
+        if not link.inertial or not set(ids) & set(values):
+            continue
+        stated = [float(values.get(id, guess)) for id, guess in zip(ids, link.inertial.initial, strict=True)]
+        inertia = np.array([[stated[k] for k in row] for row in TENSOR])
+        moments = np.linalg.eigvalsh(np.trace(inertia) / 2 * np.eye(3) - inertia)
+        if moments[0] < -SLACK * np.abs(inertia).max():
+            yield f"link {link.name}: no body has this inertia: its principal moments break the triangle inequality"
 
 
 def device_quantities(device: Device) -> dict[str, Quantity]:

@@ -16,8 +16,11 @@ LARGEST = 1e15
 """Size of a number that no machine's parameter has, in any SI unit, where no closer range is known."""
 ROUNDING = 1e-9
 """How far a value may lie beyond its bounds, relative to them: a fit works with its logarithm."""
-NOT_NEGATIVE = frozenset({"m", "I11", "I22", "I33", "J"})
-"""Standard parameters of links and rotors that no body has below 0."""
+BODY = {
+    "m": (0.0, 1e6), "J": (0.0, 1e6), **dict.fromkeys("xyz", (-1e3, 1e3)),
+    **dict.fromkeys(("I11", "I22", "I33"), (0.0, 1e9)), **dict.fromkeys(("I12", "I13", "I23"), (-1e9, 1e9)),
+}  # fmt: skip
+"""Ranges of the standard parameters of links and rotors, beyond those of any machine [kg, m, kg m^2]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,14 +41,15 @@ def of_joint_parameter(id: str, *, slides: bool | None = None) -> Possible:
 
 
 def of_quantity(q: Quantity) -> Possible:
-    """Return what a parameter of a link, a rotor or an effect can be: its sign, and no more than `LARGEST`."""
-    body = q.id.startswith(("link", "motor_")) and q.id.rpartition("_")[2] in NOT_NEGATIVE
-    least = -LARGEST
-    if q.scale == "log":
+    """Return what a parameter of a link, a rotor or an effect can be: of an effect, its sign and at most `LARGEST`."""
+    least, most = -LARGEST, LARGEST
+    if q.id.startswith(("link", "motor_")):
+        least, most = BODY[q.id.rpartition("_")[2]]
+    elif q.scale == "log":
         least = 1 / LARGEST**2
-    elif q.lower >= 0 or body:
+    elif q.lower >= 0:
         least = 0.0
-    return Possible(least=least, most=LARGEST, units=(q.unit,), description=q.description)
+    return Possible(least=least, most=most, units=(q.unit,), description=q.description)
 
 
 def check_value(value: float, possible: Possible, where: str) -> None:

@@ -57,6 +57,7 @@ def changed(*path, to, data=None):
     return data
 
 
+K3 = ("effects", 0, "parameters", "k3")
 ONE = ("configurations", 0)
 WRONG = [
     (
@@ -114,6 +115,7 @@ WRONG = [
         "links.6: expected parameters of a link or motor, got 'mass'",
     ),
     (changed("links", to={"6": {"m": {"value": -1e300}}}), "links.6.m.value: expected a number from 0"),
+    (changed("links", to={"6": {"x": {"value": 1e15}}}), "links.6.x.value: expected a number from -1000 to 1000"),
     (changed("links", to={"6": {"m": {"value": 1.0, "unit": "g"}}}), "links.6.m.unit: expected the unit kg, got 'g'"),
     (changed("whole", to={"Ks_44": 0.1}), "whole: expected parameters of freedom6s, got 'Ks_44'; did you mean Ks_4"),
     (changed("whole", to={"vs_4": 0.0}), "whole.vs_4: expected a number from"),
@@ -159,6 +161,13 @@ def test_export_names_the_key_at_fault(data, part, tmp_path):
             changed("effects", to=2 * FINDING["effects"], data=FINDING),
             "effects: expected every effect once, got cubic_s",
         ),
+        (
+            changed("refit", "k3", to=..., data=FINDING),
+            "refit: expected the key 'k3', got inertia; cubic_spring has no v",
+        ),
+        (changed(*K3, "value", to=-1e300, data=FINDING), "effects[0].parameters.k3.value: expected a number from"),
+        (changed(*K3, "unit", to="N m", data=FINDING), "parameters.k3.unit: expected the unit N m/rad^3"),
+        (changed(*K3[:-1], to={"k4": {"value": 1}}, data=FINDING), "expected parameters of cubic_spring, got 'k4'"),
         (changed("joint", to=10**9, data=FINDING), "joint: expected a number of 9999 or less"),
         (changed("effects", 0, "stability", to=2, data=FINDING), "stability: expected a number of 1 or less"),
     ],

@@ -12,9 +12,9 @@ import fmpy
 from haptid.fmu_build.exchange.discrepancy_json import read_finding, refitted
 from haptid.fmu_build.exchange.identification_check import check_for_device, check_orders
 from haptid.fmu_build.exchange.identification_json import Identified, of_device, of_joint, read_identification
+from haptid.fmu_build.exchange.recorded_device import device_of_results
 from haptid.fmu_build.exchange.ssv import ssv_bytes
 from haptid.fmu_build.exchange.start_values import with_start_values
-from haptid.fmu_build.export import device_of_results
 from haptid.identification.foreign.archive import unpack_checked
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
