@@ -6,7 +6,7 @@ parameters p of that fit move by C_pc·C_cc⁻¹·Δc, and vary around that with
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -82,4 +82,20 @@ def _given(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | N
     for k, d in zip(rest, shift, strict=True):
         q = fit.equations.parameter(fit.free[k])
         moved[q.id] = float(np.clip(fit.values[q.id] + std[k] * d, q.lower, q.upper))
-    return fit.values | moved
+    return in_order(fit.values | moved, fit.equations.orderings, moved)
+
+
+def in_order(
+    values: Mapping[str, float], orderings: Iterable[tuple[str, str]], moved: Collection[str]
+) -> dict[str, float]:
+    """Return values of which the first of each pair is never smaller, as a simulation demands: what moved gives way.
+
+    >>> in_order({"Fs": 1.0, "Fc": 1.1}, [("Fs", "Fc")], moved=["Fs", "Fc"])
+    {'Fs': 1.1, 'Fc': 1.1}
+    """
+    result = dict(values)
+    for larger, smaller in orderings:
+        if result[larger] < result[smaller]:
+            kept, gives = (smaller, larger) if larger in moved else (larger, smaller)
+            result[gives] = result[kept]
+    return result

@@ -120,7 +120,8 @@ def _description(error: Any) -> str:
 
 
 _BOUNDS = {
-    "minimum": "a number of {} or more", "minItems": "{} entries or more", "minLength": "{} characters or more",
+    "minimum": "a number of {} or more", "maximum": "a number of {} or less",
+    "minItems": "{} entries or more", "minLength": "{} characters or more",
     "pattern": "a text as {}", "uniqueItems": "every entry once", "maxItems": "{} entries or fewer",
     "exclusiveMinimum": "a number above {}", "minProperties": "{} entries or more",
     "additionalProperties": "a known key",
