@@ -19,6 +19,7 @@ except ModuleNotFoundError as absent:
     sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
     sys.exit(2)
 
+from docs.equations import with_equations
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
 from haptid.model.equations.joint_parameters import TABLE
@@ -94,6 +95,8 @@ def main(out: Path) -> None:
         for name, page in PAGES.items():
             (pages / name).parent.mkdir(exist_ok=True)
             (pages / name).write_text(page(), encoding="utf-8")
+        for path in pages.rglob("*.md"):
+            path.write_text(with_equations(path.read_text(encoding="utf-8")), encoding="utf-8")
         config = load_config(str(SOURCES / "mkdocs.yml"), docs_dir=str(pages), site_dir=str(out.resolve()))
         build(config)
     click.echo(f"{out / 'index.html'}")
