@@ -7,7 +7,6 @@
 from __future__ import annotations
 
 import ast
-import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -15,12 +14,12 @@ from typing import Any
 import click
 
 from docs.drawing import Arrow, Box, figure
+from docs.tables import table, with_parts
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
 PAGE = ROOT / "docs" / "architecture.md"
 FIGURE = ROOT / "docs" / "images" / "data_flow.svg"
-PACKAGES, ROOMS = "packages", "rooms"
 TOP = "imports go downward only"  # names of contracts in pyproject.toml
 OF = "rooms of "
 
@@ -42,7 +41,7 @@ def first_sentence(path: Path) -> str:
     file = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
     docstring = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or ""
     line = docstring.split("\n\n")[0].replace("\n", " ")
-    return line.replace("``", "`").replace("|", "\\|")
+    return line.replace("``", "`")
 
 
 def packages_table() -> str:
@@ -50,34 +49,29 @@ def packages_table() -> str:
     top = next(contract for contract in contracts() if contract["name"] == TOP)
     names = [name.removeprefix("haptid.") for layer in layers_bottom_up(top) for name in layer]
     names.append("virtual_device")  # beside the layers: a contract of its own keeps it independent
-    rows = (f"| `{name}/` | {first_sentence(ROOT / name)} |" for name in names)
-    return "\n".join(["| package | in and out |", "| --- | --- |", *rows])
+    return table(("package", "in and out"), ((f"`{name}/`", first_sentence(ROOT / name)) for name in names))
+
+
+def rooms_table(contract: dict[str, Any]) -> str:
+    """Return the rooms of one package, bottom up; rooms of one layer have one number."""
+    package = ROOT / contract["name"].removeprefix(OF).replace(".", "/")
+    rows = []
+    for level, layer in enumerate(layers_bottom_up(contract), start=1):
+        for name in layer:
+            shown = f"`{name}/`" if (package / name).is_dir() else f"`{name}.py`"
+            rows.append((level, shown, first_sentence(package / name)))
+    heading = f"### `{package.relative_to(ROOT).as_posix()}/`\n\n"
+    return heading + table(("", "room", "in and out"), rows)
 
 
 def rooms_tables() -> str:
-    """Return a table of the rooms for each package, bottom up."""
-    text = []
-    for contract in contracts():
-        if not contract["name"].startswith(OF):
-            continue
-        package = contract["name"].removeprefix(OF).replace(".", "/")
-        text += [f"### `{package}/`", "", "| | room | in and out |", "| ---: | --- | --- |"]
-        for level, layer in enumerate(layers_bottom_up(contract), start=1):
-            for name in layer:
-                place = ROOT / package / name
-                shown = f"`{name}/`" if place.is_dir() else f"`{name}.py`"
-                text.append(f"| {level} | {shown} | {first_sentence(place)} |")
-        text.append("")
-    return "\n".join(text).rstrip()
+    """Return the rooms of all packages."""
+    return "\n".join(rooms_table(contract) for contract in contracts() if contract["name"].startswith(OF))
 
 
 def with_tables(page: str) -> str:
     """Return the page with its generated parts made anew."""
-    for name, made in ((PACKAGES, packages_table()), (ROOMS, rooms_tables())):
-        begin, end = f"<!-- {name}: made by docs/architecture.py -->", f"<!-- end of {name} -->"
-        pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.S)
-        page = pattern.sub(lambda _, text=f"{begin}\n\n{made}\n\n{end}": text, page)
-    return page
+    return with_parts(page, {"packages": packages_table(), "rooms": rooms_tables()}, "docs/architecture.py")
 
 
 def data_flow() -> str:

@@ -7,7 +7,6 @@ import importlib.util
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import click
@@ -20,6 +19,7 @@ except ModuleNotFoundError as absent:
     sys.exit(2)
 
 from docs.equations import with_equations
+from docs.tables import table
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
 from haptid.model.equations.joint_parameters import TABLE
@@ -30,12 +30,6 @@ COMMANDS = (
     "fmu_build.run", "fmu_build.export", "identification.run", "uq.run", "studies.calibration.run", "discrepancy.run",
     "studies.blind.run", "model.plan", "measurement.check", "measurement.new", "virtual_device.make_campaign",
 )  # fmt: skip
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(str(c).replace("|", "\\|") for c in line) + " |" for line in lines) + "\n"
 
 
 def parameters_page() -> str:
