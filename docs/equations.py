@@ -18,7 +18,7 @@ from matplotlib.mathtext import math_to_image
 BLOCK = re.compile(r"^```math\n(?P<tex>.*?)\n```$", re.M | re.S)
 TAG = re.compile(r"\s*\\tag\{(?P<number>[^}]*)\}")
 # The picture's own units are points at 72 dpi; text of the pages has 16 px.
-SETTINGS = {"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "equation"}
+SETTINGS = {"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "equation", "savefig.facecolor": "none"}
 SIZE_PT = 16.0
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from docs import architecture
+from docs import architecture, constants, search_figure
 from docs.equations import BLOCK, TAG, svg_of, with_equations
 from haptid.support.installing.environment import ROOT
 
@@ -53,3 +53,16 @@ def test_an_equation_becomes_a_picture_with_its_number():
     assert 'class="equation" id="eq-7"' in html
     assert "(7)</span>" in html
     assert "```" not in html
+
+
+def test_the_figure_of_the_search_is_that_of_the_script():
+    assert text_of(search_figure.FIGURE) == search_figure.search_flow(), "run python -m docs.search_figure"
+
+
+@pytest.mark.parametrize("name", constants.listed())
+def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
+    page = constants.THEORY / name
+    assert text_of(page) == constants.with_tables(page), "run python -m docs.constants"
+    prose = text_of(page).partition("## Constants")[0]
+    unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
+    assert not unused
