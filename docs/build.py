@@ -7,7 +7,6 @@ import importlib.util
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import click
@@ -19,6 +18,8 @@ except ModuleNotFoundError as absent:
     sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
     sys.exit(2)
 
+from docs.equations import with_equations
+from docs.tables import table
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
 from haptid.model.equations.joint_parameters import TABLE
@@ -29,12 +30,6 @@ COMMANDS = (
     "fmu_build.run", "fmu_build.export", "identification.run", "uq.run", "studies.calibration.run", "discrepancy.run",
     "studies.blind.run", "model.plan", "measurement.check", "measurement.new", "virtual_device.make_campaign",
 )  # fmt: skip
-
-
-def table(header: Sequence[str], rows: Iterable[Sequence[object]]) -> str:
-    """Return a Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(str(c).replace("|", "\\|") for c in line) + " |" for line in lines) + "\n"
 
 
 def parameters_page() -> str:
@@ -90,10 +85,12 @@ def main(out: Path) -> None:
     """Build the pages into a folder; start at its index.html."""
     with tempfile.TemporaryDirectory() as folder:
         pages = Path(folder) / "docs"
-        shutil.copytree(SOURCES, pages, ignore=shutil.ignore_patterns("*.py", "*.yml", "__pycache__"))
+        shutil.copytree(SOURCES, pages, ignore=shutil.ignore_patterns("*.py", "*.yml", "constants.toml", "__pycache__"))
         for name, page in PAGES.items():
             (pages / name).parent.mkdir(exist_ok=True)
             (pages / name).write_text(page(), encoding="utf-8")
+        for path in pages.rglob("*.md"):
+            path.write_text(with_equations(path.read_text(encoding="utf-8")), encoding="utf-8")
         config = load_config(str(SOURCES / "mkdocs.yml"), docs_dir=str(pages), site_dir=str(out.resolve()))
         build(config)
     click.echo(f"{out / 'index.html'}")

@@ -42,7 +42,7 @@ def check_content(data: Mapping[str, Any], where: str | Place, wanted: str, sche
         What it should be, in words.
     schema
         Package and file name of the JSON Schema. Where a rule is hard to read (``pattern``, ``oneOf``), the
-        ``description`` beside it says in words what is expected.
+        ``expected`` beside it says in words what is expected.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def _instance(error: jsonschema.ValidationError) -> Any:
 
 
 def _expected(error: jsonschema.ValidationError, wanted: str) -> str:
-    rule, value, words = str(error.validator), _rule_of(error), _description(error)
+    rule, value, words = str(error.validator), _rule_of(error), _expected_words(error)
     if words:
         return words
     if rule in ("required", "dependentRequired"):
@@ -110,13 +110,13 @@ def _expected(error: jsonschema.ValidationError, wanted: str) -> str:
     return _BOUNDS.get(rule, f"{rule} {{}}").format(value)
 
 
-def _description(error: Any) -> str:
+def _expected_words(error: Any) -> str:
     """Return the words that the schema has for a rule that is hard to read, or for a choice of several forms."""
     if error.parent is not None and error.validator in ("type", "required"):
-        return _description(error.parent)
+        return _expected_words(error.parent)
     hard = error.validator in ("pattern", "oneOf", "anyOf")
     hard |= error.validator == "additionalProperties" and not _schema(error).get("properties")
-    return str(_schema(error).get("description", "")) if hard else ""
+    return str(_schema(error).get("expected", "")) if hard else ""
 
 
 _BOUNDS = {

@@ -1,0 +1,73 @@
+"""The figures of the house: what is counted, and that the page shows what is stored."""
+
+from __future__ import annotations
+
+import ast
+import json
+
+import pytest
+
+from benchmarks.house import (
+    Module,
+    comment_lines,
+    count_statements,
+    imports_of,
+    is_bare_participle,
+    longest_chain,
+    numeric_constants,
+    page_of,
+    public_docstrings,
+    reached_from,
+)
+from haptid.support.installing.environment import ROOT
+
+RESULTS = ROOT / "docs" / "results"
+
+
+def module(text: str, name: str = "model.a") -> Module:
+    return Module(name, "model", text, ast.parse(text))
+
+
+def test_the_page_shows_the_stored_figures():
+    stored = json.loads((RESULTS / "house.json").read_text(encoding="utf-8"))
+    assert (RESULTS / "house.md").read_text(encoding="utf-8") == page_of(stored)
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("def made(): ...", True),
+        ("def _judged(): ...", True),
+        ("def need(): ...", False),
+        ("def refit_candidate(): ...", False),
+        ("@property\ndef shared(self): ...", False),
+    ],
+)
+def test_bare_participles(source: str, expected: bool):
+    assert is_bare_participle(ast.parse(source).body[0]) is expected
+
+
+def test_counts_of_one_module():
+    text = 'import math\nA = 1\nB = (2, -3 / 4)\nC = "x"\nD = math.pi  # why\ndef f():\n    pass  # noqa: D103\n'
+    assert numeric_constants(module(text)) == 2
+    assert comment_lines(module(text)) == 1
+    assert count_statements(ast.parse("for i in x:\n    if i:\n        break").body) == 3
+
+
+def test_docstrings_of_public_names_only():
+    text = 'def f():\n    """One."""\ndef _g():\n    """Two."""\nclass A:\n    def m(self):\n        """Three."""\n'
+    assert list(public_docstrings(ast.parse(text))) == ["One.", "Three."]
+
+
+@pytest.mark.parametrize(
+    "line",
+    ["from haptid.model.b import x", "from haptid.model import b", "import haptid.model.b", "from model.b import x"],
+)
+def test_imports_of_either_tree(line: str):
+    assert imports_of(module(line), {"model", "model.a", "model.b"}) == {"model.b"}
+
+
+def test_chain_and_reach():
+    graph = {"a": {"b", "c"}, "b": {"c"}, "c": set(), "d": {"a"}}
+    assert longest_chain(graph) == 4
+    assert reached_from(graph, "a") == {"a", "b", "c"}

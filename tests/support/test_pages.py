@@ -1,0 +1,68 @@
+"""The pages say what the code holds: figures, tables, names of files, equations."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from docs import architecture, constants, search_figure
+from docs.equations import BLOCK, TAG, svg_of, with_equations
+from haptid.support.installing.environment import ROOT
+
+DOCS = ROOT / "docs"
+PAGES = sorted(p for p in DOCS.rglob("*.md") if "results" not in p.parts)
+PACKAGES = {p.parent.name for p in ROOT.glob("*/__init__.py")}
+
+
+def text_of(page: Path) -> str:
+    return page.read_text(encoding="utf-8")
+
+
+def test_the_architecture_is_that_of_the_contracts():
+    page = text_of(architecture.PAGE)
+    assert page == architecture.with_tables(page), "run python -m docs.architecture"
+    assert "| 1 | `equations/` |" in page
+
+
+def test_the_figure_of_the_data_flow_is_that_of_the_script():
+    assert text_of(architecture.FIGURE) == architecture.data_flow(), "run python -m docs.architecture"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
+def test_files_named_in_a_page_exist(page: Path):
+    named = re.findall(r"`([a-z_]+/[\w/.*]*)`", text_of(page))
+    lost = [name for name in named if name.partition("/")[0] in PACKAGES and not list(ROOT.glob(name.rstrip("/")))]
+    assert not lost
+
+
+@pytest.mark.parametrize("page", [p for p in PAGES if BLOCK.search(text_of(p))], ids=lambda p: p.stem)
+def test_equations_of_a_page_are_typeset_and_numbered_in_order(page: Path):
+    blocks = [" ".join(match["tex"].split()) for match in BLOCK.finditer(text_of(page))]
+    numbers = [int(TAG.search(block)["number"]) for block in blocks]
+    assert numbers == list(range(1, len(numbers) + 1))
+    for block in blocks:
+        assert svg_of(TAG.sub("", block)).startswith("<svg")
+    referred = {int(n) for n in re.findall(r"\((\d+)\)", BLOCK.sub("", text_of(page)))}
+    assert referred <= set(numbers) | set(range(1900, 2100))
+
+
+def test_an_equation_becomes_a_picture_with_its_number():
+    html = with_equations("a\n\n```math\nx = \\dfrac{1}{2} \\tag{7}\n```\n\nb")
+    assert 'class="equation" id="eq-7"' in html
+    assert "(7)</span>" in html
+    assert "```" not in html
+
+
+def test_the_figure_of_the_search_is_that_of_the_script():
+    assert text_of(search_figure.FIGURE) == search_figure.search_flow(), "run python -m docs.search_figure"
+
+
+@pytest.mark.parametrize("name", constants.listed())
+def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
+    page = constants.THEORY / name
+    assert text_of(page) == constants.with_tables(page), "run python -m docs.constants"
+    prose = text_of(page).partition("## Constants")[0]
+    unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
+    assert not unused
