@@ -34,7 +34,7 @@ class Test:
 
     @property
     def whitened(self) -> Array:
-        """A/σ, shape (n, n_pi); 0 where σ is 0: a coefficient without value and uncertainty is known before any test."""
+        """A/σ, shape (n, n_pi); 0 where σ is 0: what has no value and no uncertainty is known before any test."""
         std = self.std[:, np.newaxis]
         return np.divide(self.dynamics.linear_map, std, out=np.zeros_like(self.dynamics.linear_map), where=std > 0)
 
