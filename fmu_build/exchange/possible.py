@@ -89,7 +89,7 @@ def check_order(
 ) -> None:
     """Refuse values with which no simulation starts: Fs below Fc; ``guesses`` stand where none is stated."""
     a, b = (float(values.get(id, guesses.get(id, math.nan))) for id in (larger, smaller))
-    if a < b:
+    if a < b - ROUNDING * abs(b):
         guessed = [id for id in (larger, smaller) if id not in values]
         todo = f"{guessed[0]} is a first guess: state it, too" if guessed else ""
         raise InputError(

@@ -10,6 +10,7 @@ from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.fmu_build.exchange.possible import (
     LARGEST,
+    ROUNDING,
     Possible,
     check_order,
     check_value,
@@ -33,6 +34,7 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         Where the file is no parameter set (`fmu_build.exchange.ssv_reader.read_ssv`), names what the FMU of
         ``equations`` does not have, or states another unit or a value that the quantity cannot have.
     """
+    found = _in_order(found, equations)
     if path is None:
         return found
     ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
@@ -55,6 +57,16 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         check_order(larger, smaller, values, guesses, str(path))
     source = Provenance(source=path.name)
     return Identified(values=values, provenance={**found.provenance, **dict.fromkeys((ids[n] for n in stated), source)})
+
+
+def _in_order(found: Identified, equations: Equations) -> Identified:
+    """Return values whose pairs are in order to the last bit: a fit ends at Fs = Fc to rounding."""
+    values = dict(found.values)
+    for larger, smaller in equations.orderings:
+        a, b = values.get(larger), values.get(smaller)
+        if a is not None and b is not None and b - ROUNDING * abs(b) <= a < b:
+            values[larger] = b
+    return Identified(values=values, provenance=found.provenance)
 
 
 def _possible(q: Quantity) -> Possible:
