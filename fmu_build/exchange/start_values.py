@@ -10,7 +10,7 @@ from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.fmu_build.exchange.possible import (
     LARGEST,
-    ROUNDING,
+    MEETING,
     Possible,
     check_order,
     check_value,
@@ -34,9 +34,8 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         Where the file is no parameter set (`fmu_build.exchange.ssv_reader.read_ssv`), names what the FMU of
         ``equations`` does not have, or states another unit or a value that the quantity cannot have.
     """
-    found = _in_order(found, equations)
     if path is None:
-        return found
+        return _in_order(found, equations)
     ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
     ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
     possible = {q.id: _possible(q) for q in equations.parameters}
@@ -56,15 +55,16 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
     for larger, smaller in equations.orderings:
         check_order(larger, smaller, values, guesses, str(path))
     source = Provenance(source=path.name)
-    return Identified(values=values, provenance={**found.provenance, **dict.fromkeys((ids[n] for n in stated), source)})
+    provenance = {**found.provenance, **dict.fromkeys((ids[name] for name in stated), source)}
+    return _in_order(Identified(values=values, provenance=provenance), equations)
 
 
 def _in_order(found: Identified, equations: Equations) -> Identified:
-    """Return values whose pairs are in order to the last bit: a fit ends at Fs = Fc to rounding."""
+    """Return values whose pairs are in order to the last bit, as an FMU demands: fits end a hair off Fs = Fc."""
     values = dict(found.values)
     for larger, smaller in equations.orderings:
         a, b = values.get(larger), values.get(smaller)
-        if a is not None and b is not None and b - ROUNDING * abs(b) <= a < b:
+        if a is not None and b is not None and b - MEETING * abs(b) <= a < b:
             values[larger] = b
     return Identified(values=values, provenance=found.provenance)
 

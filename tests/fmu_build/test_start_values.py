@@ -89,9 +89,10 @@ def test_stiction_stays_above_coulomb_friction(tmp_path):
     assert "expected Fs >= Fc" in done.stderr
 
 
-def test_stiction_at_coulomb_friction_is_in_order_to_the_last_bit():
+@pytest.mark.parametrize("hair", [1e-15, 3e-6])
+def test_stiction_at_coulomb_friction_is_in_order_to_the_last_bit(hair):
     equations, level = joint_equations(4), 0.0548853
-    found = Identified(values={"Fs": level * (1 - 1e-15), "Fc": level}, provenance={})
+    found = Identified(values={"Fs": level * (1 - hair), "Fc": level}, provenance={})
     assert with_start_values(found, None, equations).values == {"Fs": level, "Fc": level}
     check_order("Fs", "Fc", found.values, {}, "a.json")
 
