@@ -249,3 +249,34 @@ def test_true_and_false_are_no_torque(folder, suffix):
         frame.to_parquet(folder.path / "a.parquet")
         folder.replace('"a.csv"', '"a.parquet"')
     fault(folder, r", torque_4_Nm: expected a finite number, got 'True'")
+
+
+STATED = "inertia = { initial = 2.2e-4, lower = 2e-5, upper = 2e-3 }"
+CONTRADICTIONS = [
+    (STATED, "inertia = { fixed = -1.0 }", r"line 11, joint\.4\.parameters\.inertia: expected fixed from .* got -1"),
+    (STATED, "inertia = { initial = 0.0 }", r"parameters\.inertia: .*it must be positive"),
+    (STATED, "inertia = { upper = -1.0 }", r"parameters\.inertia: "),
+    (STATED, "inertia = {}", r"parameters\.inertia: .*empty table"),
+    (STATED, "inertia = { initial = 1e-3, fixed = 2e-3 }", r"parameters\.inertia: expected fixed alone"),
+    (STATED, "Fs = { fixed = 1e-3 }\nFc = { fixed = 1.0 }", r"line 11, joint\.4\.parameters\.Fs: expected Fs >= Fc"),
+    (STATED, "epos = { fixed = 1e300 }", r"parameters\.epos: .*check its unit"),
+    (STATED, "Ks = { prior = { mean = 9.0, std = 1.0 }, upper = 2.0 }", r"parameters\.Ks: .*prior's mean within"),
+    ("resolution_rad = 1.5e-4", "resolution_rad = 1e300", r"line 8, sensor\.resolution_rad: expected 0, or"),
+    ("resolution_rad = 1.5e-4", "resolution_rad = 1e-300", r"line 8, sensor\.resolution_rad: expected 0, or"),
+    ("[joint.4.parameters]",
+     "[joint.4]\ntorque_constant_Nm_per_A = 1e300\n[joint.4.parameters]", r"_A: .*1e-09 to 1e"),
+    ('use = "fit"', 'use = "fit"\nlocked_positions_rad = [1e300]',
+     r"line 17, runs\[0\]\.locked_positions_rad: .* none"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "pattern"), CONTRADICTIONS, ids=[f"{k}" for k in range(len(CONTRADICTIONS))])
+def test_numbers_that_nothing_can_have(folder, old, new, pattern):
+    folder.replace(old, new)
+    fault(folder, pattern)
+
+
+def test_the_table_of_a_joint_without_runs_is_warned_of(folder):
+    folder.replace("[joint.4.parameters]", "[joint.7.parameters]")
+    with pytest.warns(CampaignWarning, match=r"line 10, joint\.7: no run frees joint 7 \(joints with runs: 4\)"):
+        read_campaign(folder.path)
