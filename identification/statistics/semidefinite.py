@@ -14,7 +14,7 @@ def root_of_inverse(matrix: Array) -> Array:
     """
     size = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(matrix * np.outer(size, size))
-    values = np.maximum(values, values.size * np.finfo(float).eps * values[-1])
+    values = np.maximum(values, values.size * np.finfo(float).eps * values.max(initial=0.0))
     return np.asarray(size[:, None] * vectors / np.sqrt(values))
 
 
