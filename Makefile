@@ -4,7 +4,7 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind calibrate fuzz faults cluster parquet posterior urdf locked licences sbom
+.PHONY: fmu check test real bench docs blind calibrate fuzz faults cluster parquet posterior locked licences sbom
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
@@ -21,7 +21,6 @@ faults: ; HAPTID_KILLS=10 $(RUN) --dev -m pytest tests/faults -v
 cluster: ; $(RUN) --extra cluster
 parquet: ; $(RUN) --extra parquet
 posterior: ; $(RUN) --extra posterior
-urdf: ; $(RUN) --extra urdf
 # Files that are made from uv.lock.
 locked: ; $(RUN) --dev -m support.installing.supply_chain lock
 licences: ; $(RUN) --dev -m support.installing.supply_chain licences

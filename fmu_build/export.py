@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import click
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.content.reference_run import OverflowingError
 from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
+from haptid.fmu_build.exchange.identification_check import (
+    check_for_device,
+    check_orders,
+    impossible_links,
+)
 from haptid.fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
+from haptid.fmu_build.exchange.recorded_device import device_of_results
 from haptid.fmu_build.exchange.ssv import write_ssv
+from haptid.fmu_build.exchange.start_values import with_start_values
+from haptid.fmu_build.exchange.taken_along import taken_along
 from haptid.model.device.device import Device
-from haptid.model.device.reader import builtin_devices, load_device
 from haptid.model.effects.registry import with_folder
 from haptid.model.equations.joint_parameters import joint_parameters
 from haptid.model.equations.quantity import Quantity
@@ -23,8 +31,6 @@ from haptid.model.joint.whole_device import full_equations
 from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
 
-LONGEST_PATH = 1024
-"""Characters of a device's path; the shortest limit among the systems, macOS's."""
 SINGLE = "single_joint"
 """The name of the device that is any one joint of any machine."""
 
@@ -35,23 +41,28 @@ def export_full(
     out: Path,
     kind: Kind = "python",
     findings: Sequence[Finding] = (),
+    start: Path | None = None,
 ) -> Fmu:
     """Build the FMU of the whole device with the values of ``identification`` (the content of identification.json).
 
-    ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified.
+    ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified. The
+    parameter set ``start`` overrules both.
     """
     equations = full_equations(device, by_joint(findings))
-    found = refitted(of_device(identification), findings).among(equations)
+    found = with_start_values(refitted(of_device(identification), findings).among(equations), start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
-def export_joint(identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python") -> Fmu:
-    """Build the FMU of one joint with the values of ``identification``."""
+def export_joint(
+    identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python", start: Path | None = None
+) -> Fmu:
+    """Build the FMU of one joint with the values of ``identification``, overruled by the parameter set ``start``."""
     entries, found = entries_of(identification, joint), of_joint(identification, joint)
     slides = entries["inertia"].get("unit") == "kg"
     table = [q for q in joint_parameters(prismatic=slides) if q.id in found.values]
     parameters = [_bounded(q, found.values[q.id], entries[q.id]) for q in table]
     equations = joint_equations(joint, parameters=parameters, prismatic=slides)
+    found = with_start_values(found, start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
@@ -63,17 +74,37 @@ def export_parameters(device: Device, identification: Mapping[str, Any], path: P
 
 def _bounded(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:
     """Return the parameter at its identified value, within the bounds that the fit had where they are written down."""
-    lower = q.lower if entry.get("lower") is None else float(entry["lower"])
+    given = entry.get("lower")
+    lower = q.lower if given is None or (q.scale == "log" and given <= 0) else float(given)
     upper = q.upper if entry.get("upper") is None else float(entry["upper"])
     return q.but(initial=value, lower=min(lower, value), upper=max(upper, value))
 
 
 def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
-    joints = [c["free_joints"][0] for c in data["configurations"] if len(c["free_joints"]) == 1]
+    joints = list(dict.fromkeys(c["free_joints"][0] for c in data["configurations"] if len(c["free_joints"]) == 1))
     chosen = [j for j in joints if wanted is None or j in wanted]
     if len(chosen) != 1:
         raise InputError("--joints", expected=f"one of {joints}", got=f"{wanted if wanted else 'nothing'}")
     return int(chosen[0])
+
+
+def _check_complete(entries: Mapping[str, Any], where: str) -> None:
+    """Refuse the parameters of a joint alone where one is missing; gravity may be, where it does no work."""
+    for q in joint_parameters():
+        if q.id not in entries and not q.id.startswith("gravity"):
+            raise InputError(where, expected=f"the key {q.id!r}", got=", ".join(entries) or "none")
+
+
+@contextmanager
+def _told_of(source: Path, warnings: Sequence[str]) -> Iterator[None]:
+    """Name the file of a model that overflows, and print the warnings about one that was built."""
+    try:
+        yield
+    except OverflowingError as error:
+        todo = warnings[0] if warnings else error.todo
+        raise InputError(str(source), expected=error.expected, got=error.got, todo=todo) from None
+    for sentence in warnings:
+        click.echo(f"warning: {source}: {sentence}", err=True)
 
 
 def _packaging(kind: Kind, fmi: str) -> Kind:
@@ -94,6 +125,10 @@ def _packaging(kind: Kind, fmi: str) -> Kind:
     "--with", "named", type=click.Path(path_type=Path), multiple=True, metavar="joint3.json",
     help="A discrepancy/joint<j>.json whose effects the whole device takes along; may be given several times.",
 )  # fmt: skip
+@click.option(
+    "--values", "start", type=click.Path(path_type=Path), default=None, metavar="parameters.ssv",
+    help="A parameter set (SSP 1.0) whose values the FMU starts from instead.",
+)  # fmt: skip
 @click.option("--effects", type=click.Path(path_type=Path), default=None, help="Folder with the effects of your own.")
 @click.option(
     "--device", default=None, metavar="FILE",
@@ -107,6 +142,7 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
     fmi: str,
     joints: str | None,
     named: tuple[Path, ...],
+    start: Path | None,
     effects: Path | None,
     device: str | None,
 ) -> None:
@@ -121,62 +157,26 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
             todo = "discrepancy.run has written the FMU of a joint with its effects already"
             raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
         joint = _only_joint(data, wanted)
-        if "inertia" not in entries_of(data, joint):
-            where = f"{source}: parameters of joint {joint}"
-            raise InputError(where, expected="the key 'inertia'", got=", ".join(entries_of(data, joint)) or "none")
-        fmu = export_joint(data, joint, out, kind)
+        _check_complete(entries_of(data, joint), f"{source}: parameters of joint {joint}")
+        with _told_of(source, []):
+            fmu = export_joint(data, joint, out, kind, start)
     else:
         entries = with_folder(effects)
         findings = [read_finding(path, entries) for path in named]
         machine = device_of_results(device, data["device"], source)
-        told = list(_taken(findings, data, machine, str(source)))
-        fmu = export_full(machine, data, out, kind, findings)
+        check_for_device(data, machine, str(source))
+        told = list(taken_along(findings, data, machine, str(source)))
+        values = of_device(data).values
+        check_orders(values, machine, str(source))
+        for finding in findings:
+            check_orders(values | finding.values, machine, finding.source)
+        warnings = list(impossible_links(values, machine))
+        with _told_of(source, warnings):
+            fmu = export_full(machine, data, out, kind, findings, start)
         for line in told:
             click.echo(line)
     size = fmu.path.stat().st_size / 1024
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
-
-
-def device_of_results(given: str | None, recorded: str, source: Path) -> Device:
-    """Return the device that the user names, else the recorded one, built in or from the results' own folder.
-
-    A folder of results may come from a stranger: what it names elsewhere is read only where the user says so.
-    """
-    if given is not None:
-        return load_device(given)
-    if recorded in builtin_devices():
-        return load_device(recorded)
-    where, own = f"{source}: device", source.parent.resolve()
-    path = (own / recorded).resolve() if recorded.isprintable() and len(recorded) < LONGEST_PATH else own
-    if not path.is_relative_to(own):
-        expected, todo = "a built-in name, or a file in the results' own folder", f"--device {recorded} if it is yours"
-        raise InputError(where, expected=expected, got=repr(recorded), todo=todo)
-    if not os.path.isfile(path):  # noqa: PTH113 # a name that is too long is no file, where Path.is_file raises
-        todo = "--device FILE names the device's file"
-        raise InputError(where, expected="a built-in name or a file", got=repr(recorded), todo=todo)
-    return load_device(path)
-
-
-def _taken(findings: Sequence[Finding], data: Mapping[str, Any], device: Device, source: str) -> Iterator[str]:
-    """Say what of each finding went into the FMU, what stayed behind, and how far the joint's inertia had moved."""
-    for f in findings:
-        if f.joint >= len(device.joints):
-            raise InputError("--with", expected=f"joints of {device.name}", got=f"joint {f.joint}")
-        if f.effects:
-            taken = ", ".join(e.id for e in f.effects)
-            yield f"joint {f.joint}: {taken}; {_inertia_moved(f, data, source)}, links stay as identified"
-        else:
-            yield f"joint {f.joint}: nothing"
-        yield from (f"  without {id}: {reason}" for id, reason in f.left)
-
-
-def _inertia_moved(finding: Finding, data: Mapping[str, Any], source: str) -> str:
-    before = entries_of(data, finding.joint).get("inertia", {"value": 0.0})["value"]
-    after = finding.values.get(f"inertia_{finding.joint}")
-    if before == 0.0 or after is None:
-        where = f"{source}: joint {finding.joint}"
-        raise InputError(where, expected="its inertia, identified and refitted", got="none")
-    return f"its inertia moved by {100 * (after / before - 1):+.2g} % in the refit"
 
 
 if __name__ == "__main__":

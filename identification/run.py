@@ -178,14 +178,14 @@ def _workers(job: Job) -> Iterator[Workers]:
 
 
 def _head(job: Job, digest: str) -> dict[str, Any]:
-    software = {name: version(name) for name in PACKAGES}
+    software = {name: _version(name, "not installed") for name in PACKAGES}
     return {
         "schema": SCHEMA,
         "device": job.campaign.device,
         "campaign": job.campaign.title,
         "measured": job.campaign.measured,
         "seed": job.options.seed,
-        "software": {"haptid": _own_version(), "python": platform.python_version(), **software},
+        "software": {"haptid": _version("haptid", "from source"), "python": platform.python_version(), **software},
         "command": "python -m identification.run " + " ".join(sys.argv[1:]),
         "inputs": digest,
         "complete": False,
@@ -196,11 +196,11 @@ def _head(job: Job, digest: str) -> dict[str, Any]:
     }
 
 
-def _own_version() -> str:
+def _version(name: str, otherwise: str) -> str:
     try:
-        return version("haptid")
+        return version(name)
     except ModuleNotFoundError:
-        return "from source"
+        return otherwise
 
 
 def _whole(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verification]:

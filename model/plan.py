@@ -12,7 +12,7 @@ from haptid.model.device.reader import load_device
 from haptid.model.planning.lock_postures import plan_postures
 from haptid.model.planning.locking_order import LockingOrder, locking_order
 from haptid.model.planning.summary import Data, design_summary, plan_summary
-from haptid.model.planning.torque_design import ExcitationPlan, plan_excitation
+from haptid.model.planning.torque_design import ExcitationPlan, locked_quantities, plan_excitation
 from haptid.report.locking_plan.page import plan_page
 from haptid.report.locking_plan.text import plan_text
 from haptid.support.command import exit_codes, progress
@@ -45,6 +45,8 @@ from haptid.support.files.files import write_json, write_text
 def main(device: str, out: Path, design: bool, **options: Any) -> None:
     """Derive the locking plan of DEVICE: a built-in name, a device TOML or a URDF."""
     loaded = load_device(device)
+    for joint in range(len(loaded.joints)):
+        locked_quantities(loaded, joint)  # refuses what would end the work that follows
     order = locking_order(loaded)
     plan = plan_summary(loaded, order)
     if design:

@@ -16,8 +16,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.optimize import minimize
 
+from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.signals.harmonics import harmonics
-from haptid.measurement.signals.whole_cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from haptid.identification.problem.initial_states import start_of
 from haptid.identification.simulators.protocol import Simulator, Trajectory
-from haptid.measurement.signals.cycle_index import cycle_index
+from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.noise.noise_model import NoiseModel
@@ -92,7 +92,7 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
     at = start.base.copy() if x0 is None else np.array(x0)
     return Terms(
         run=run,
-        cycle=cycle_index(run),
+        cycle=whole_cycles(run).index,
         x0=at,
         fixed=np.empty((0, run.t.size)),
         states=start.states,

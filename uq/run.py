@@ -35,6 +35,7 @@ from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
 from haptid.support.processes.threads import single_threaded
 from haptid.uq.density.forward import kernel_of
+from haptid.uq.result.finite import check_finite, early_word, with_null
 from haptid.uq.result.full_model import as_fit, full_model_bands
 from haptid.uq.result.infer import QUICK, InferOptions, infer
 from haptid.uq.result.posterior import Posterior
@@ -131,6 +132,9 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     joint, runs = configuration.free_joints[0], configuration.runs
     sampling = command.options.sampling
     equations = equations_for(command.campaign, command.device, (joint,), configuration.posture)
+    early = early_word(equations, runs, joint)
+    if early:
+        click.echo(f"warning: {early}", err=True)
     kernel = kernel_of(equations)
     bar: Any
     with progress(total=sampling.longest, title=f"joint {joint}: fit", quiet=command.quiet) as bar:
@@ -153,7 +157,7 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
             through_simulator=command.kind is not None,
         )
     notes = (*found.notes, *found.warnings, f"The fit it starts from: {found.outcome.value}.")
-    return found, replace(posterior, notes=notes)
+    return found, check_finite(replace(posterior, notes=(early, *notes) if early else notes))
 
 
 def _simulator(command: _Command, equations: Equations) -> Simulator:
@@ -175,7 +179,7 @@ def _write(command: _Command, results: _Results) -> None:
         "intervals": "equal-tailed",
     }
     joints = [as_json(p) for p in posteriors]
-    write_json(out / "posterior.json", {**head, "joints": joints, "full_model": results.full.as_json()})
+    write_json(out / "posterior.json", with_null({**head, "joints": joints, "full_model": results.full.as_json()}))
     save_draws(posteriors, out / "parameters_posterior.csv", np.random.default_rng([seed, 5]))
     footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", campaign.title]
     page = posterior_page(

@@ -17,6 +17,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.noise.correlation import Noise, Path, Scatter
+from haptid.support.linear_algebra import column_sizes, scaled_covariance, symmetric_inverse
 
 FIRST, MORE, FULL = 6, 25, 60
 """Most simulations of all runs: of a first try, of what goes on with it, and of the fit to the end."""
@@ -99,7 +100,7 @@ def informed(solution: Solution) -> int:
 def scaled_std(solution: Solution) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
     """Return standard deviations of the scaled free parameters; infinite where the data say nothing."""
     J = solution.blocks.jacobian
-    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
+    size = column_sizes(J)
     values, vectors = np.linalg.eigh((J / size).T @ (J / size))
     inverse = (vectors**2) @ (1.0 / np.maximum(values, 1e-14))
     return np.asarray((np.sqrt(inverse) / size)[: solution.problem.n_parameters])
@@ -242,8 +243,7 @@ def significance(solution: Solution) -> tuple[float, bool]:
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
-    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-    covariance = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-12, hermitian=True)
+    covariance, size = scaled_covariance(J)
     zero = solution.problem.scaling.scaled(np.zeros(solution.theta.size))
     lower, upper = solution.problem.scaling.bounds
     wald, at_bound = np.inf, False
@@ -251,7 +251,7 @@ def significance(solution: Solution) -> tuple[float, bool]:
         at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
         a = (solution.x[at] - zero[at]) * size[at]
         if effect is not solution.effects[-1] and not effect.threshold:
-            wald = min(wald, float(a @ np.linalg.pinv(covariance[np.ix_(at, at)], hermitian=True) @ a))
+            wald = min(wald, float(a @ symmetric_inverse(covariance[np.ix_(at, at)]) @ a))
         one_sided = lower[at[0]] >= zero[at[0]]
         told = effect.threshold or a[0] ** 2 > np.log(len(J)) * covariance[at[0], at[0]]
         at_bound |= bool(one_sided and not told)

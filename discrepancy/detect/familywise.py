@@ -14,6 +14,7 @@ import numpy as np
 from haptid.discrepancy.detect.chi_squared import log_tails
 from haptid.discrepancy.detect.signatures import Point
 from haptid.measurement.values.run import Array, Run
+from haptid.support.linear_algebra import symmetric_inverse
 
 DRAWS = 2000
 STRETCHES = 60
@@ -70,5 +71,5 @@ def by_sign_flips(
 def _log_p(point: Point, G: Array, c: Array) -> Array:
     """Return ln p of one shape under χ², for scores c (n_columns, n)."""
     block = c[point.columns]
-    inverse = np.linalg.pinv(G[point.columns, point.columns], rcond=1e-10, hermitian=True)
+    inverse = symmetric_inverse(G[point.columns, point.columns], 1e-10)
     return log_tails(np.einsum("id,id->d", block, inverse @ block), len(point.values))

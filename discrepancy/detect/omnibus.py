@@ -19,8 +19,8 @@ from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.fit.tangent_space import tangent_space
 from haptid.discrepancy.study.channels import Channel, channels
 from haptid.discrepancy.study.study import Study
+from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.signals.harmonics import harmonics
-from haptid.measurement.signals.whole_cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Whitener
 

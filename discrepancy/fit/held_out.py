@@ -9,10 +9,10 @@ import numpy as np
 from scipy.special import logsumexp
 
 from haptid.discrepancy.fit.discontinuity import places
-from haptid.discrepancy.fit.levenberg_marquardt import minimise
 from haptid.discrepancy.fit.solution import Solution, under_noise, with_starts
 from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.study import Study
+from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour, Noise
 

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.discrepancy.fit.levenberg_marquardt import minimise
 from haptid.discrepancy.fit.solution import Solution, solve, start_vector
 from haptid.discrepancy.fit.whitened import Whitened
 from haptid.discrepancy.study.study import Study
 from haptid.identification.optimise.homotopy import feasible
+from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Equations

@@ -11,8 +11,7 @@ from haptid.discrepancy.study.channels import alone
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
-from haptid.measurement.signals.cycles import Cycles
-from haptid.measurement.signals.whole_cycles import whole_cycles
+from haptid.measurement.signals.cycles import Cycles, whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Noise, Scatter, Whitener
 

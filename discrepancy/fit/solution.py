@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.discrepancy.fit.levenberg_marquardt import minimise
 from haptid.discrepancy.fit.scatter import relinearised
 from haptid.discrepancy.fit.whitened import Whitened
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.discrepancy.study.study import Study
+from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect

@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.discrepancy.fit.levenberg_marquardt import minimise
 from haptid.discrepancy.fit.solution import start_vector
 from haptid.discrepancy.fit.whitened import Whitened
 from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.errors import NumericalError
+from haptid.support.linear_algebra import scaled_covariance
 
 ITERATIONS = 60
 
@@ -77,8 +78,7 @@ class TorqueFit:
         """Standard errors by id, from the residual's own size and correlation; 0 where fixed."""
         n = self.problem.n_parameters
         J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.scaling.slope(self.theta))
-        size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-        inverse = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-12, hermitian=True)
+        inverse, size = scaled_covariance(J)
         scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
         errors = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)) / size
         ids = [q.id for q in self.problem.simulator.equations.parameters]

@@ -29,6 +29,7 @@ from haptid.discrepancy.unnamed.surface import Axis, Surface
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.noise.correlation import Noise
+from haptid.support.linear_algebra import scaled_covariance
 from haptid.support.processes.threads import mapped
 
 MOTION = {"position_rad", "velocity_rad_s"}
@@ -177,9 +178,7 @@ def _missed(study: Study, solution: Solution) -> float:
 
 def covariance_of(solution: Solution, place: Sequence[int]) -> Array:
     """Return the covariance of the free parameters at ``place`` of ``equations.parameters``, all of linear scale."""
-    J = solution.blocks.jacobian
-    size = np.maximum(np.linalg.norm(J, axis=0), 1e-300)
-    inverse = np.linalg.pinv((J / size).T @ (J / size), rcond=1e-12, hermitian=True)
+    inverse, size = scaled_covariance(solution.blocks.jacobian)
     scaling = solution.problem.scaling
     at = [scaling.free.index(i) for i in place]
     unit = scaling.slope(solution.theta)[at] / size[at]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.native.c_source import bare_library, flat_source
 from haptid.fmu_build.native.platforms import this_platform
+from haptid.support.errors import InputError
 
 Array = NDArray[np.float64]
 ROWS, STEP, OMEGA, TIMES_STICTION = 401, 0.005, 2.0, 4.0
@@ -38,6 +39,10 @@ class Reference:
             "reference_in.csv": _csv(("time", *self.inputs), np.column_stack((self.t, self.u))),
             "reference_out.csv": _csv(("time", *self.outputs), np.column_stack((self.t, self.y))),
         }
+
+
+class OverflowingError(InputError):
+    """A model's reference run gives no finite numbers."""
 
 
 def _csv(header: Sequence[str], rows: Array) -> bytes:
@@ -71,8 +76,22 @@ def reference(interface: Interface) -> Reference | None:
         y.append(values[at["y"] : at["y"] + n_y].copy())
         if k + 1 < t.size:
             library.hf_step(values.ctypes.data, t[k], t[k + 1] - t[k])
+    _check_finite(interface, t, np.array(y))
     names = [tuple(v.name for v in interface.of_role(role)) for role in ("input", "output")]
     return Reference(t=t, u=u, y=np.array(y), inputs=names[0], outputs=names[1])
+
+
+def _check_finite(interface: Interface, t: Array, y: Array) -> None:
+    """Refuse a model whose reference run overflows: some value of it lies far from what such a machine has."""
+    broken = np.argwhere(~np.isfinite(y))
+    if broken.size == 0:
+        return
+    row, column = broken[0]
+    output = interface.of_role("output")[column].name
+    got = f"{y[row, column]} in {output} at {t[row]:g} s"
+    furthest = max(interface.of_role("parameter"), key=lambda v: abs(np.log10(abs(v.start or 1.0))))
+    todo = f"look at its values, as at {furthest.name} = {furthest.start:g}"
+    raise OverflowingError(interface.title, expected="finite outputs of the reference run", got=got, todo=todo)
 
 
 def _inputs(interface: Interface, t: Array) -> Array:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.exchange.discrepancy_check import check_estimates, check_refit
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import named
@@ -18,7 +19,7 @@ from haptid.model.joint.joint_in_device import Effects, of_the_test_alone
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 
-VERDICTS = ("named", "ambiguous", "nothing_missing")
+VERDICTS = ("named", "partly_named", "ambiguous", "nothing_missing")
 """Verdicts that leave a model to take along."""
 
 
@@ -30,6 +31,8 @@ class Finding:
     ----------
     joint
         Its number.
+    source
+        The file, as errors name it.
     effects
         Effects that go into the equations, parameters at the values of the refit.
     values, provenance
@@ -40,6 +43,7 @@ class Finding:
     """
 
     joint: int
+    source: str
     effects: tuple[Effect, ...]
     values: dict[str, float]
     provenance: dict[str, Provenance | str]
@@ -52,7 +56,8 @@ def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
     Raises
     ------
     InputError
-        For any other file, one without a name for what is missing, and an effect that ``entries`` do not have.
+        For any other file, one without a name for what is missing, an effect twice or one that ``entries`` do not have,
+        and values that a parameter cannot have.
     """
     return finding_of(read_discrepancy(path), str(path), entries)
 
@@ -72,11 +77,15 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     found = _named(keys, where, entries)
     taken = tuple(e for e in found if not of_the_test_alone(e))
     refit = {id: float(value) for id, value in (data.get("refit") or {}).items()}
+    check_refit(refit, found, f"{where}: refit")
+    for number, (effect, entry) in enumerate(zip(found, data["effects"], strict=True)):
+        check_estimates(entry["parameters"], effect, f"{where}: effects[{number}].parameters")
     kind = "measured" if data.get("measured") else "SYNTHETIC"
     source = f"test of joint {joint} with {', '.join(keys)} ({kind} data)"
     std = {id: p.get("std") for e in data["effects"] for id, p in e["parameters"].items()}
     return Finding(
         joint=joint,
+        source=where,
         effects=tuple(at_values(e, refit) for e in taken),
         values={f"{id}_{joint}": value for id, value in refit.items()},
         provenance={f"{id}_{joint}": Provenance(source=source, std=std.get(id), status="") for id in refit},
@@ -92,7 +101,13 @@ def _named(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple
             todo = f"is {near[0]!r} meant?" if near else "--effects names the folder of effects of your own"
             at = f"{where}: effects"
             raise InputError(at, expected="ids of the catalogue", got=repr(key), todo=todo)
-    return named(keys, entries)
+    found = named(keys, entries)
+    ids = [e.id for e in found]
+    for id in ids:
+        if ids.count(id) > 1:
+            at, got = f"{where}: effects", f"{id} {ids.count(id)} times"
+            raise InputError(at, expected="every effect once", got=got)
+    return found
 
 
 def by_joint(findings: Sequence[Finding]) -> Effects:

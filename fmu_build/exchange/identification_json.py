@@ -9,11 +9,10 @@ from typing import Any
 
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import structured_name
+from haptid.fmu_build.exchange.identification_check import check_tests
 from haptid.model.equations.equations import Equations
-from haptid.model.equations.joint_parameters import joint_parameters
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
-from haptid.support.suggestion import did_you_mean
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -44,27 +43,12 @@ def read_identification(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        Where the file does not follow ``identification.schema.json``, tests the same joints twice, or names a parameter
-        that no locked joint has.
+        Where the file does not follow ``identification.schema.json``, or states what no device can have
+        (`fmu_build.exchange.identification_check.check_tests`).
     """
     data = read_json(path, "an identification.json", ("haptid.fmu_build.exchange", "identification.schema.json"))
-    tested = [tuple(sorted(c["free_joints"])) for c in data["configurations"]]
-    for joints in tested:
-        if len(joints) == 1 and tested.count(joints) > 1:
-            where = f"{path}: configurations"
-            raise InputError(where, expected="one test of every joint alone", got=f"joint {joints[0]} twice")
-    for configuration in data["configurations"]:
-        if len(configuration["free_joints"]) == 1:
-            _check_ids(configuration["parameters"], f"{path}: joint {configuration['free_joints'][0]}")
+    check_tests(data, str(path))
     return data
-
-
-def _check_ids(parameters: Mapping[str, Any], where: str) -> None:
-    known = [q.id for q in joint_parameters()]
-    for id in parameters:
-        if id not in known:
-            expected, todo = "parameters of a locked joint", did_you_mean(id, known)
-            raise InputError(where, expected=expected, got=repr(id), todo=todo)
 
 
 def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:

@@ -13,7 +13,8 @@ LOADERS = {"linux64": "pythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 
 def guard_source(guid: str) -> str:
     """Return the guard's C source."""
-    return "\n".join((text_of("fmi2.h"), f"#define FMU_GUID {json.dumps(guid)}", text_of("guard.c")))
+    parts = (text_of(name) for name in ("message.h", "location.c", "guard.c"))
+    return "\n".join((text_of("fmi2.h"), f"#define FMU_GUID {json.dumps(guid)}", *parts))
 
 
 def guarded(files: dict[str, bytes], identifier: str, guid: str) -> dict[str, bytes]:

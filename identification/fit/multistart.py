@@ -26,9 +26,9 @@ from haptid.identification.statistics.excitation_warnings import excitation_warn
 from haptid.identification.statistics.identifiability import combinations, statuses
 from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import score, score_of
-from haptid.identification.statistics.semidefinite import marginal
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import NumericalError
+from haptid.support.linear_algebra import profiled
 from haptid.support.processes.threads import single_threaded
 
 MANY_AGREE = 4
@@ -101,7 +101,7 @@ def _result(
     n, scaling, s = problem.n_parameters, problem.scaling, best.x[: problem.n_parameters]
     theta, bent = problem.theta(best.x), curvature(problem, best.x)
     slope = scaling.slope(theta)
-    data = marginal(bent.data, n) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
+    data = profiled(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
     status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}

@@ -41,8 +41,9 @@ class Request:
 
 
 def serve(connection: Connection, unpacked: Unpacked) -> None:
-    """Answer every `Request` with the outputs, shape (n_t, n_outputs), or with the sentence that says what failed."""
+    """Send True, then answer every `Request` with the outputs, shape (n_t, n_outputs), or a sentence of what failed."""
     _quiet()
+    connection.send(True)
     while True:
         try:
             request: Request = connection.recv()

@@ -11,7 +11,7 @@ from difflib import get_close_matches
 from multiprocessing.connection import Connection
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, NoReturn, Self
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from haptid.support.errors import InputError, NumericalError
 
 LIMIT_S = 60.0
 """Longest wait for one simulation [s]."""
-_BEGINNING_S = 30.0
-"""What a child may take besides, to import this package on a loaded machine [s]."""
+_BEGINNING_S = 120.0
+"""Longest wait for a child to import this package, which takes its time on a loaded machine [s]."""
 
 
 class ForeignFmu:
@@ -47,7 +47,6 @@ class ForeignFmu:
         self._folder = Path(tempfile.mkdtemp(prefix="haptid_fmu_"))
         self._child: Any = None
         self._connection: Connection | None = None
-        self._fresh = True
         try:
             self._unpacked = unpack_checked(path, self._folder)
         except BaseException:
@@ -84,23 +83,25 @@ class ForeignFmu:
         InputError
             Where the FMU has no such variable.
         NumericalError
-            Where the FMU reports an error, ends its process, or gives no answer in time.
+            Where the FMU reports an error, ends its process, gives no answer in time, or an output that is no number.
         """
         self._check([*start, *inputs, *outputs])
-        connection = self._started()
-        connection.send(Request(t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs)))
+        request = Request(t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs))
         try:
-            if not connection.poll(self.limit_s + _BEGINNING_S * self._fresh):
-                self._fail(f"no answer within {self.limit_s:g} s: it was ended")
-            answer = connection.recv()
+            connection = self._started()
+            connection.send(request)
+            answer = self._answer(connection, self.limit_s, "no answer")
         except (EOFError, ConnectionError):
             self._child.join()
             self._fail(f"its own code ended the process ({_how(self._child.exitcode)})")
-        self._fresh = False
         if isinstance(answer, str):
-            msg = f"{self.path.name}: {answer}"
-            raise NumericalError(msg)
-        return np.asarray(answer)
+            self._tell(answer)
+        y = np.asarray(answer)
+        broken = np.argwhere(~np.isfinite(y))
+        if broken.size:
+            row, column = broken[0]
+            self._tell(f"its output {outputs[column]} is {y[row, column]} at t = {request.t[row]:g} s (row {row + 1})")
+        return y
 
     def close(self) -> None:
         """End the child and remove what was unpacked."""
@@ -114,18 +115,28 @@ class ForeignFmu:
                 todo = f"is {near[0]!r} meant?" if len(near) == 1 else f"as {', '.join(near)}"
                 raise InputError(str(self.path), expected="the name of a variable", got=repr(name), todo=todo)
 
+    def _answer(self, connection: Connection, limit_s: float, what: str) -> Any:
+        if not connection.poll(limit_s):
+            self._fail(f"{what} within {limit_s:g} s: it was ended")
+        return connection.recv()
+
     def _started(self) -> Connection:
+        """Return the connection to a child that is ready, so that a simulation's time is its own."""
         if self._connection is None:
             here, there = multiprocessing.Pipe()
             context = multiprocessing.get_context("spawn")
             self._child = context.Process(target=serve, args=(there, self._unpacked), daemon=True)
             self._child.start()
             there.close()
-            self._connection, self._fresh = here, True
+            self._connection = here
+            self._answer(here, _BEGINNING_S, "its process was not ready")
         return self._connection
 
-    def _fail(self, reason: str) -> None:
+    def _fail(self, reason: str) -> NoReturn:
         self._stop()
+        self._tell(reason)
+
+    def _tell(self, reason: str) -> NoReturn:
         msg = f"{self.path.name}: {reason}"
         raise NumericalError(msg)
 

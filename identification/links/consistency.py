@@ -14,6 +14,7 @@ from scipy.stats import chi2
 
 from haptid.identification.result.fit import Fit
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
+from haptid.support.linear_algebra import symmetric_inverse
 
 DOUBT = 1e-3
 """Probability, after Bonferroni for the comparisons of one configuration, below which tests contradict each other."""
@@ -58,7 +59,7 @@ def coefficients_agree(name: str, belief: LinkBelief, one: Measurement) -> Agree
     total = covariance + one.covariance
     scale = np.sqrt(np.diag(total))
     d = (one.values - mean) / scale
-    statistic = float(d @ np.linalg.pinv(total / np.outer(scale, scale), hermitian=True) @ d)
+    statistic = float(d @ symmetric_inverse(total / np.outer(scale, scale)) @ d)
     dof = len(d)
     return Agreement(name=name, chi2=statistic, dof=dof, p=float(chi2.sf(statistic, dof)))
 

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from haptid.identification.optimise.inner_step import coarsened
-from haptid.identification.optimise.levenberg_marquardt import Descent, gauss_newton
+from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.identification.optimise.slsqp import slsqp
 from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array
@@ -39,7 +39,7 @@ def descend(problem: Problem, x: Array) -> Descent:
     if problem.options.passive:
         exact = slsqp(problem, x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
         return replace(exact, calls=calls + exact.calls)
-    polish = gauss_newton(problem, x, gains[-1], iterations=MANY, tolerance=POLISHED, damping=1e-9)
+    polish = minimise(problem, x, gains[-1], iterations=MANY, tolerance=0.0, relative=POLISHED, damping=1e-9)
     return replace(polish, calls=calls + polish.calls)
 
 
@@ -49,7 +49,7 @@ def _level(problem: Problem, x: Array, number: int) -> Descent:
     last = number == len(gains) - 1
     iterations, tolerance = (MANY, FINAL) if last else (FEW, LOOSE)
     if problem.options.method == "gauss_newton":
-        return gauss_newton(problem, x, gains[number], iterations=iterations, tolerance=tolerance)
+        return minimise(problem, x, gains[number], iterations=iterations, tolerance=0.0, relative=tolerance)
     damping = max(0.1**number, LEAST_DAMPING)
     return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping)
 

@@ -13,11 +13,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from haptid.identification.result.fit import Fit
-from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.locked_dynamics import Coefficient
+from haptid.support.linear_algebra import profiled
 
 LEAST = 1e-6
 """Least information of a measured coefficient, as a share of its prior's."""
@@ -69,7 +69,7 @@ def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement
     """
     chosen = [c for c in coefficients if c.id in fit.free]
     places = [fit.free.index(c.id) for c in chosen]
-    information = _profiled(fit.information, places)
+    information = profiled(fit.information, places)
     quantities = [fit.equations.parameter(c.id) for c in chosen]
     prior = np.array([1.0 / q.prior.std**2 if q.prior else 0.0 for q in quantities])
     mean = np.array([q.prior.mean if q.prior else 0.0 for q in quantities])
@@ -79,15 +79,3 @@ def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement
     covariance = np.linalg.inv(information + np.diag(floor))
     values = theta + covariance @ (prior / inflated * (theta - mean))
     return Measurement(coefficients=tuple(chosen), values=values, covariance=(covariance + covariance.T) / 2)
-
-
-def _profiled(information: Array, places: Sequence[int]) -> Array:
-    """Information about some parameters with all others profiled out."""
-    rest = [k for k in range(len(information)) if k not in places]
-    inner = information[np.ix_(places, places)]
-    if not rest:
-        return np.asarray(inner)
-    cross = information[np.ix_(places, rest)]
-    size = np.sqrt(np.maximum(np.diag(information)[rest], 1e-300))
-    outer = np.linalg.pinv(information[np.ix_(rest, rest)] / np.outer(size, size), rcond=1e-12, hermitian=True)
-    return np.asarray(inner - (cross / size) @ outer @ (cross / size).T)

@@ -6,7 +6,7 @@ parameters p of that fit move by C_pc·C_cc⁻¹·Δc, and vary around that with
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +19,7 @@ from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import standard_ids, to_standard
+from haptid.support.linear_algebra import symmetric_inverse
 
 DRAWS = 20
 
@@ -72,7 +73,7 @@ def _given(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | N
     shift, left = np.zeros(len(rest)), C[np.ix_(rest, rest)]
     if known:
         change = (one.rows @ pi - [fit.values[c.id] for c in one.coefficients]) / std[known]
-        gain = C[np.ix_(rest, known)] @ np.linalg.pinv(C[np.ix_(known, known)], rcond=1e-10, hermitian=True)
+        gain = C[np.ix_(rest, known)] @ symmetric_inverse(C[np.ix_(known, known)], 1e-10)
         shift, left = gain @ change, left - gain @ C[np.ix_(known, rest)]
     if rng is not None:
         values, vectors = np.linalg.eigh(left)
@@ -81,4 +82,20 @@ def _given(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | N
     for k, d in zip(rest, shift, strict=True):
         q = fit.equations.parameter(fit.free[k])
         moved[q.id] = float(np.clip(fit.values[q.id] + std[k] * d, q.lower, q.upper))
-    return fit.values | moved
+    return in_order(fit.values | moved, fit.equations.orderings, moved)
+
+
+def in_order(
+    values: Mapping[str, float], orderings: Iterable[tuple[str, str]], moved: Collection[str]
+) -> dict[str, float]:
+    """Return values of which the first of each pair is never smaller, as a simulation demands: what moved gives way.
+
+    >>> in_order({"Fs": 1.0, "Fc": 1.1}, [("Fs", "Fc")], moved=["Fs", "Fc"])
+    {'Fs': 1.1, 'Fc': 1.1}
+    """
+    result = dict(values)
+    for larger, smaller in orderings:
+        if result[larger] < result[smaller]:
+            kept, gives = (smaller, larger) if larger in moved else (larger, smaller)
+            result[gives] = result[kept]
+    return result

@@ -5,9 +5,11 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import shutil
+import sys
 import tempfile
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from importlib import resources
 from pathlib import Path
@@ -32,7 +34,7 @@ from haptid.model.kernel.compiler import compile_shared
 from haptid.model.kernel.generate import DEFAULT_STEP
 from haptid.model.kernel.pieces import pieces
 from haptid.support.errors import NumericalError
-from haptid.support.files.cache import cache_folder, is_sealed, seal
+from haptid.support.files.cache import cache_folder, is_sealed, seal, writing_to_cache
 
 FUNCTIONS = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")
 KEPT_MESSAGES = 20
@@ -74,7 +76,12 @@ def unpacked(path: Path) -> Path:
     folder = cache_folder("unpacked") / digest
     if not is_sealed(folder):
         fresh = Path(tempfile.mkdtemp(dir=folder.parent))
-        fmpy.extract(str(path), unzipdir=str(fresh))
+        try:
+            with writing_to_cache():
+                fmpy.extract(str(path), unzipdir=str(fresh))
+        except BaseException:
+            shutil.rmtree(fresh, ignore_errors=True)
+            raise
         if folder.exists() and not is_sealed(folder):  # damaged, or another process is about to seal it
             folder.rename(fresh.with_name(f"{fresh.name}.old"))
         try:
@@ -84,6 +91,16 @@ def unpacked(path: Path) -> Path:
         seal(folder)
         shutil.rmtree(fresh.with_name(f"{fresh.name}.old"), ignore_errors=True)
     return folder
+
+
+@contextmanager
+def _no_bytecode() -> Iterator[None]:
+    """Keep the interpreter from writing what it compiles beside an FMU's modules: the entry of the cache is sealed."""
+    before, sys.dont_write_bytecode = sys.dont_write_bytecode, True
+    try:
+        yield
+    finally:
+        sys.dont_write_bytecode = before
 
 
 class FmuSlave:
@@ -97,13 +114,18 @@ class FmuSlave:
         self.lock = threading.Lock()
         together = self.description.coSimulation
         self.references = {v.name: int(v.valueReference) for v in self.description.modelVariables}
-        self._slave = FMU2Slave(
-            guid=self.description.guid,
-            unzipDirectory=str(folder),
-            modelIdentifier=together.modelIdentifier,
-            instanceName=path.stem,
-        )
-        self._slave.instantiate(loggingOn=True, callbacks=self._callbacks())
+        try:
+            self._slave = FMU2Slave(
+                guid=self.description.guid,
+                unzipDirectory=str(folder),
+                modelIdentifier=together.modelIdentifier,
+                instanceName=path.stem,
+            )
+            with _no_bytecode():
+                self._slave.instantiate(loggingOn=True, callbacks=self._callbacks())
+        except Exception as error:  # fmpy raises bare exceptions where a library or a slave does not come up
+            msg = f"{path.name}: {self.messages[-1] if self.messages else error}"
+            raise NumericalError(msg) from error
         self._functions = [ctypes.cast(getattr(self._slave.dll, name), ctypes.c_void_p) for name in FUNCTIONS]
         self._run = _driver(hold_lock=(folder / "resources" / "slavemodule.txt").exists())
         self._fresh = True

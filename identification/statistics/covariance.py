@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.identification.problem.residuals import Blocks, Problem
-from haptid.identification.statistics.semidefinite import sandwich
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import sandwich
 
 LONGEST = 0.1
 """Longest lag as a share of the shortest run."""

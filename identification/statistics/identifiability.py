@@ -10,8 +10,8 @@ import numpy as np
 
 from haptid.identification.problem.parametrisation import Scaling
 from haptid.identification.result.fit import Combination
-from haptid.identification.statistics.semidefinite import inverse
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import inverse, profiled
 
 KNOWN = 0.5
 SMALL, LONGEST = 0.1, 4
@@ -62,12 +62,7 @@ def combinations(scaling: Scaling, s: Array, information: Array, status: dict[st
     members = _members(scaling, H, status)
     if len(members) < 2:
         return ()
-    rest = [k for k in range(len(sizes)) if k not in members]
-    inner = H[np.ix_(members, members)]
-    if rest:
-        cross = H[np.ix_(members, rest)]
-        inner = inner - cross @ np.linalg.pinv(H[np.ix_(rest, rest)], rcond=1e-12, hermitian=True) @ cross.T
-    values, vectors = np.linalg.eigh(inner)
+    values, vectors = np.linalg.eigh(profiled(H, members))
     theta = scaling.physical(s)[list(scaling.free)]
     slope = scaling.slope(scaling.physical(s))
     found = []

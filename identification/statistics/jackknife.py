@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from haptid.identification.optimise.levenberg_marquardt import gauss_newton
+from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.optimise.workers import Here, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
@@ -74,7 +74,7 @@ def jackknife_std(problem: Problem, x: Array, workers: Workers, blocks: int = BL
 
 def _refitted(problem: Problem, x: Array) -> tuple[Array, Array]:
     """Return the minimum near x and the standard deviations there."""
-    found = gauss_newton(problem, x, iterations=ITERATIONS, tolerance=1e-4).x
+    found = minimise(problem, x, iterations=ITERATIONS, tolerance=0.0, relative=1e-4).x
     return found, np.sqrt(np.maximum(np.diag(curvature(problem, found).covariance), 0.0))
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,12 +67,32 @@ def find_cycles(run: Run, column: int = 0) -> Cycles:
     if np.ptp(u) == 0:
         return nothing
     omega = _refined(t, u, _strongest_line(t, u))
-    (a, b, _), share = _line(t, u, omega)
+    share = _line(t, u, omega)[1]
     turns_in_all = omega * t[-1] / (2 * np.pi)
     if turns_in_all < 1 or share < (PERIODIC if turns_in_all > 2 else FEW_TURNS):
         return Cycles(omega=omega, share=share, index=nothing.index, turns=nothing.turns)
-    turns = (omega * t + np.arctan2(-b, a)) / (2 * np.pi) + _missed(share, t.size)
+    turns = _turns(t, u, omega, share)
     return Cycles(omega=omega, share=share, index=_numbered(turns), turns=turns)
+
+
+@lru_cache(maxsize=64)
+def whole_cycles(run: Run) -> Cycles:
+    """Return the cycles of a run with every begun one counted: each has an amplitude of its own.
+
+    As `find_cycles`, but short pieces at either end are cycles of their own. Cycle k holds the rows with
+    k ≤ (ωt + φ)/2π < k + 1 for the torque's strongest line A·cos(ωt + φ).
+    """
+    found = find_cycles(run)
+    if not found.turns.any():  # less than one cycle, or no line that carries the torque: one piece
+        return found
+    begun = np.floor(found.turns).astype(np.int64)
+    return replace(found, index=begun - begun[0])
+
+
+def _turns(t: Array, u: Array, omega: float, share: float) -> Array:
+    """Return the phase of the line in cycles, shape (n_t,)."""
+    a, b, _ = _line(t, u, omega)[0]
+    return np.asarray((omega * t + np.arctan2(-b, a)) / (2 * np.pi) + _missed(share, t.size))
 
 
 def _missed(share: float, rows: int) -> float:

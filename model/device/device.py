@@ -128,6 +128,16 @@ class Joint:
     torque_limit: float = math.inf
     max_frequency: float = math.inf
 
+    @property
+    def planned_range(self) -> tuple[float, float]:
+        """Positions that a plan may ask for [rad] or [m]: the limits, and a turn where a side has none."""
+        lower, upper = self.position_limits
+        if math.isinf(lower) and math.isinf(upper):
+            return -math.pi, math.pi
+        return (upper - 2 * math.pi if math.isinf(lower) else lower), (
+            lower + 2 * math.pi if math.isinf(upper) else upper
+        )
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Device:

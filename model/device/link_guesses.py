@@ -9,10 +9,17 @@ from typing import Any
 import numpy as np
 
 from haptid.model.device.device import STANDARD, Guess, Inertial
+from haptid.model.device.ranges import LENGTH, MASS, MOMENT, PRODUCT
 from haptid.support.errors import InputError
+from haptid.support.files.place import Place
 
-LARGEST = 1e12
-"""No mass, length or inertia of a link is larger."""
+RANGES = {
+    "m": MASS,
+    **dict.fromkeys("xyz", LENGTH),
+    **dict.fromkeys(("I11", "I22", "I33"), MOMENT),
+    **dict.fromkeys(("I12", "I13", "I23"), PRODUCT),
+}
+"""What the standard parameters of a link may be."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -54,35 +61,27 @@ def widened(guess: Guess, std: float, *, positive: bool) -> Guess:
 
 
 def inertial(
-    entry: Mapping[str, Any], where: str, uncertainty: Uncertainty, guess: Callable[[Any, str], Guess]
+    entry: Mapping[str, Any], place: Place, uncertainty: Uncertainty, guess: Callable[[Any, Place], Guess]
 ) -> Inertial | None:
     """Return the guesses of one ``[[links]]`` entry, or None where it has no mass."""
     if "mass" not in entry:
         return None
-    raw = {"m": guess(entry["mass"], f"{where}.mass")}
-    raw |= {
-        key: guess(value, f"{where}.centroid[{i}]")
-        for i, (key, value) in enumerate(zip("xyz", entry["centroid"], strict=True))
-    }
-    raw |= {key: guess(entry["inertia"].get(key, 0.0), f"{where}.inertia.{key}") for key in STANDARD[4:]}
+    places = {"m": place.at("mass"), **{key: place.at("centroid", i) for i, key in enumerate("xyz")}}
+    places |= {key: place.at("inertia", key) for key in STANDARD[4:]}
+    given = {"m": entry["mass"], **dict(zip("xyz", entry["centroid"], strict=True)), **entry["inertia"]}
+    raw = {key: guess(given.get(key, 0.0), at) for key, at in places.items()}
+    for key, one in raw.items():
+        todo = "leave mass, centroid and inertia out where the link has no mass" if key == "m" else "check its unit"
+        RANGES[key].check_guess(one, places[key], todo)
     values = {key: one.initial for key, one in raw.items()}
-    check_physical(values, where)
+    check_physical(values, place.at("inertia"))
     stds = uncertainty.stds(values)
     positive = ("m", "I11", "I22", "I33")
     return Inertial(guesses=tuple(widened(raw[key], stds[key], positive=key in positive) for key in STANDARD))
 
 
-def check_physical(values: Mapping[str, float], where: str) -> None:
-    """Refuse a mass or an inertia that no distribution of mass can have (Traversaro et al. 2016)."""
-    absurd = next((key for key, value in values.items() if not abs(value) < LARGEST), None)
-    if absurd is not None:
-        expected = f"numbers below {LARGEST:g} in SI units"
-        place = f"{where}: {absurd}"
-        raise InputError(place, expected=expected, got=str(values[absurd]))
-    if not values["m"] > 0:
-        raise InputError(
-            where=f"{where}.mass", expected="a positive mass (leave it out for a massless link)", got=str(values["m"])
-        )
+def check_physical(values: Mapping[str, float], place: Place) -> None:
+    """Refuse an inertia that no distribution of mass can have (Traversaro et al. 2016)."""
     tensor = np.array(
         [
             [values["I11"], values["I12"], values["I13"]],
@@ -93,6 +92,5 @@ def check_physical(values: Mapping[str, float], where: str) -> None:
     smallest = np.linalg.eigvalsh(0.5 * np.trace(tensor) * np.eye(3) - tensor)[0]
     if not smallest >= -1e-12 * abs(np.trace(tensor)):
         expected = "principal moments that satisfy the triangle inequality"
-        raise InputError(
-            where=f"{where}.inertia", expected=expected, got=f"principal moments {np.linalg.eigvalsh(tensor).tolist()}"
-        )
+        moments = ", ".join(f"{moment:g}" for moment in np.linalg.eigvalsh(tensor))
+        raise InputError(str(place), expected=expected, got=f"principal moments {moments} kg m^2")

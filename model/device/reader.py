@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Mapping, Sequence
-from fractions import Fraction
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import jsonschema
-from jsonschema.exceptions import best_match
-
-from haptid.model.device.device import BASE, Device, Guess, Joint, Link, Motor, Vector
-from haptid.model.device.link_guesses import Uncertainty, inertial
+from haptid.model.device import ranges
+from haptid.model.device.device import Device, Link
+from haptid.model.device.entries import check_moved, joint_of, link_of, motor_of, uncertainty_of, vector_of
 from haptid.support.errors import InputError, one_line
 from haptid.support.files.data import parse_toml
 from haptid.support.files.files import is_file, reason_of
+from haptid.support.files.json_schema import check_content
+from haptid.support.files.place import KeyPath, Place, dotted, key_lines
+from haptid.support.suggestion import did_you_mean
 
 Table = Mapping[str, Any]
-Raw = float | Mapping[str, float]
 
 
 def load_device(name: str | Path, folder: Path | None = None) -> Device:
@@ -40,14 +37,15 @@ def load_device(name: str | Path, folder: Path | None = None) -> Device:
     """
     path = _find(str(name), folder)
     if path.suffix == ".urdf":
-        from haptid.model.device.urdf import load_urdf  # noqa: PLC0415 (yourdfpy is slow to import and rarely needed)
+        from haptid.model.device.urdf import load_urdf  # noqa: PLC0415 (it makes a table for `parse_device`)
 
         return load_urdf(path)
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(str(path), expected="a TOML file", got=reason_of(error)) from None
-    return parse_device(parse_toml(text, str(path), finite=True), str(path))
+    data = parse_toml(text, str(path), finite=True)
+    return parse_device(data, Place(file=str(path), lines=key_lines(text), words=_key))
 
 
 def builtin_devices() -> tuple[str, ...]:
@@ -72,34 +70,52 @@ def _find(name: str, folder: Path | None) -> Path:
     )
 
 
-def parse_device(table: Table, where: str) -> Device:
-    """Return the device that a parsed TOML table describes; `where` names it in errors."""
-    _check_schema(table, where)
+def parse_device(table: Table, where: str | Place) -> Device:
+    """Return the device that a parsed TOML table describes.
+
+    Parameters
+    ----------
+    where
+        The file; as a `Place` it names lines too, or what the table's keys are called in the file that was converted.
+
+    Raises
+    ------
+    InputError
+        Names the file and the key at fault.
+    """
+    place = where if isinstance(where, Place) else Place(file=where, words=_key)
+    check_content(table, place, "a device", ("haptid.model.device", "device.schema.json"))
     table = _shown(table)
-    joints = tuple(_joint(entry, f"{where}: joints[{j}]") for j, entry in enumerate(table["joints"]))
-    uncertainty = Uncertainty(**table.get("uncertainty", {}))
+    joints = tuple(joint_of(entry, place.at("joints", j)) for j, entry in enumerate(table["joints"]))
+    uncertainty = uncertainty_of(table.get("uncertainty", {}), place.at("uncertainty"))
     links: list[Link] = []
     for i, entry in enumerate(table["links"]):
-        links.append(_link(entry, f"{where}: links[{i}]", [link.name for link in links], joints, uncertainty))
+        links.append(link_of(entry, place.at("links", i), [link.name for link in links], joints, uncertainty))
     motors = tuple(
-        _motor(entry, f"{where}: motors[{i}]", len(joints), uncertainty)
+        motor_of(entry, place.at("motors", i), len(joints), uncertainty)
         for i, entry in enumerate(table.get("motors", ()))
     )
-    control = table.get("control_point", {"link": "", "position": (0.0, 0.0, 0.0)})
-    if control["link"] and control["link"] not in {link.name for link in links}:
-        raise InputError(where=f"{where}: control_point.link", expected="the name of a link", got=repr(control["link"]))
-    _check_moved(joints, links, where)
+    control, at = table.get("control_point", {"link": "", "position": (0.0, 0.0, 0.0)}), place.at("control_point")
+    names = [link.name for link in links]
+    if control["link"] and control["link"] not in names:
+        todo = did_you_mean(control["link"], names)
+        raise InputError(str(at.at("link")), expected="the name of a link", got=repr(control["link"]), todo=todo)
+    check_moved(joints, links, motors, place)
     return Device(
         name=table["name"],
         title=table["title"],
-        gravity=_vector(table.get("gravity", (0.0, 0.0, -9.81))),
+        gravity=vector_of(table.get("gravity", (0.0, 0.0, -9.81)), ranges.GRAVITY, place.at("gravity")),
         joints=joints,
         links=tuple(links),
         motors=motors,
         control_link=control["link"],
-        control_point=_vector(control["position"]),
+        control_point=vector_of(control["position"], ranges.LENGTH, at.at("position")),
         assumptions=tuple(table.get("assumptions", ())),
     )
+
+
+def _key(path: KeyPath) -> str:
+    return dotted(path) or "top level"
 
 
 def _shown(value: Any) -> Any:
@@ -109,133 +125,3 @@ def _shown(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: _shown(entry) for key, entry in value.items()}
     return [_shown(entry) for entry in value] if isinstance(value, list) else value
-
-
-def _check_schema(table: Table, where: str) -> None:
-    schema = json.loads((resources.files("haptid.model.device") / "device.schema.json").read_text(encoding="utf-8"))
-    error = best_match(jsonschema.Draft202012Validator(schema).iter_errors(table))
-    if error is None:
-        return
-    key = "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in error.absolute_path).lstrip(".")
-    if error.validator in ("required", "additionalProperties", "dependentRequired"):
-        raise InputError(
-            where=f"{where}: {key or 'top level'}",
-            expected="the keys of device.schema.json",
-            got=error.message,
-        )
-    raise InputError(where=f"{where}: {key}", expected=_expected(error), got=repr(error.instance))
-
-
-def _expected(error: jsonschema.ValidationError) -> str:
-    if error.validator in ("oneOf", "anyOf"):
-        return "a number, { initial = …, lower = …, upper = …, std = … } or { fixed = … }"
-    return f"{error.validator} {error.validator_value!r}"
-
-
-def _guess(value: Raw, where: str) -> Guess:
-    try:
-        if not isinstance(value, Mapping):
-            return Guess(initial=float(value))
-        if "fixed" in value:
-            return Guess(initial=float(value["fixed"]), fixed=True)
-        return _full_guess(**value)
-    except ValueError as error:
-        raise InputError(where, expected="lower <= initial <= upper, std > 0", got=str(error)) from None
-
-
-def _full_guess(
-    *, initial: float, lower: float = -math.inf, upper: float = math.inf, std: float | None = None
-) -> Guess:
-    return Guess(initial=float(initial), lower=float(lower), upper=float(upper), std=std)
-
-
-def _joint(entry: Table, where: str) -> Joint:
-    lower, upper = entry.get("position_limits", (-math.pi, math.pi))
-    if not lower < upper:
-        raise InputError(where=f"{where}.position_limits", expected="lower < upper", got=f"[{lower}, {upper}]")
-    parameters = {key: _guess(value, f"{where}.parameters.{key}") for key, value in entry.get("parameters", {}).items()}
-    return Joint(
-        name=entry["name"],
-        transmission=entry.get("transmission", "direct"),
-        prismatic=entry.get("prismatic", False),
-        parameters=parameters,
-        position_limits=(float(lower), float(upper)),
-        torque_limit=float(entry.get("torque_limit", math.inf)),
-        max_frequency=float(entry.get("max_frequency", math.inf)),
-    )
-
-
-def _ratios(table: Table, where: str, n_joints: int) -> dict[int, Fraction]:
-    ratios = {int(key): Fraction(str(value)) for key, value in table.items()}
-    for joint in ratios:
-        if joint >= n_joints:
-            raise InputError(where=f"{where}.{joint}", expected=f"a joint number 0..{n_joints - 1}", got=str(joint))
-    return ratios
-
-
-def _link(entry: Table, where: str, above: list[str], joints: tuple[Joint, ...], uncertainty: Uncertainty) -> Link:
-    if entry["name"] in (*above, BASE):
-        raise InputError(where=f"{where}.name", expected="a name of its own", got=repr(entry["name"]))
-    parent = entry.get("parent", BASE)
-    if parent not in (*above, BASE):
-        raise InputError(
-            where=f"{where}.parent", expected=f"base or a link above ({', '.join(above)})", got=repr(parent)
-        )
-    motion = entry.get("motion", "revolute")
-    moved_by = _ratios(entry.get("moved_by", {}), f"{where}.moved_by", len(joints))
-    _check_motion(motion, moved_by, joints, where)
-    return Link(
-        name=entry["name"],
-        title=entry.get("title", ""),
-        parent=parent,
-        motion=motion,
-        origin=_vector(entry.get("origin", (0, 0, 0))),
-        rpy=_vector(entry.get("rpy", (0, 0, 0))),
-        axis=_axis(entry.get("axis", (0, 0, 1)), f"{where}.axis"),
-        moved_by=moved_by,
-        inertial=inertial(entry, where, uncertainty, _guess),
-    )
-
-
-def _check_motion(motion: str, moved_by: Mapping[int, Fraction], joints: tuple[Joint, ...], where: str) -> None:
-    if (motion == "fixed") != (not moved_by):
-        raise InputError(
-            where=f"{where}.moved_by",
-            expected="joints for a moving link, none for a fixed one",
-            got=f"{dict(moved_by)}",
-        )
-    for joint, ratio in moved_by.items():
-        if motion == "revolute" and (ratio.denominator != 1 or joints[joint].prismatic):
-            raise InputError(
-                where=f"{where}.moved_by.{joint}",
-                expected="a whole number times a revolute joint",
-                got=str(float(ratio)),
-            )
-        if motion == "prismatic" and not joints[joint].prismatic:
-            raise InputError(
-                where=f"{where}.moved_by.{joint}", expected="a joint with prismatic = true", got=f"joint {joint}"
-            )
-
-
-def _check_moved(joints: tuple[Joint, ...], links: list[Link], where: str) -> None:
-    for j in range(len(joints)):
-        if not any(link.moved_by.get(j) for link in links):
-            raise InputError(where=f"{where}: joints[{j}]", expected="a link with this joint in moved_by", got="none")
-
-
-def _motor(entry: Table, where: str, n_joints: int, uncertainty: Uncertainty) -> Motor:
-    guess = uncertainty.rotor_guess(_guess(entry["inertia"], f"{where}.inertia"))
-    return Motor(name=entry["name"], inertia=guess, ratios=_ratios(entry["ratios"], f"{where}.ratios", n_joints))
-
-
-def _vector(values: Sequence[float]) -> Vector:
-    x, y, z = (float(value) for value in values)
-    return x, y, z
-
-
-def _axis(values: Sequence[float], where: str) -> Vector:
-    x, y, z = _vector(values)
-    length = math.hypot(x, y, z)
-    if not length > 1e-9:
-        raise InputError(where, expected="a direction", got=f"[{x}, {y}, {z}]")
-    return x / length, y / length, z / length

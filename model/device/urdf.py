@@ -7,139 +7,182 @@ The root link stands still. Friction and damping of the file, where given, becom
 
 from __future__ import annotations
 
-import math
 import re
-import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 from numpy.typing import NDArray
 
 from haptid.model.device.device import BASE, Device
 from haptid.model.device.reader import parse_device
-from haptid.model.device.urdf_check import check_urdf
+from haptid.model.device.urdf_check import read_urdf
+from haptid.model.device.urdf_joints import friction_guesses, number
 from haptid.support.errors import InputError
-from haptid.support.installing.extras import need
+from haptid.support.files.place import KeyPath, Place, dotted
 
 MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
+OF_THE_LINK = {"mass": "mass value", "centroid": "inertial origin", "inertia": "inertia", "name": "name"}
+OF_THE_JOINT = {"origin": "origin xyz", "rpy": "origin rpy", "axis": "axis xyz", "moved_by": "mimic"}
+OF_THE_DRIVE = {"position_limits": "limit", "torque_limit": "limit effort", "parameters": "dynamics"}
+"""What keys of a device's table are called in a URDF, below its link or joint."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Robot:
+    """A checked URDF: its joints from the root down, those that are driven, and its links by name."""
+
+    name: str
+    joints: tuple[Element, ...]
+    driven: tuple[Element, ...]
+    links: dict[str, Element]
 
 
 def load_urdf(path: Path) -> Device:
     """Return the device of a URDF file; meshes are not needed."""
-    check_urdf(path)
-    robot = _parse(path)
-    links = {link.name: link for link in robot.links}
-    children = {joint.child for joint in robot.joints}
-    actuated = [joint for joint in robot.joints if joint.type != "fixed" and joint.mimic is None]
-    numbers = {joint.name: number for number, joint in enumerate(actuated)}
-    root = next((name for name in links if name not in children), None)
-    if root is None or not actuated:
-        raise InputError(str(path), expected="a tree with a root link and a moving joint", got="none")
-    entries = [_link(joint, links[joint.child], root, numbers, path) for joint in _downwards(robot.joints, root)]
+    root = read_urdf(path)
+    joints = list(root.iterfind("joint"))
+    driven = tuple(joint for joint in joints if joint.get("type") != "fixed" and joint.find("mimic") is None)
+    if not driven:
+        raise InputError(str(path), expected="a moving joint", got="none")
+    robot = _Robot(
+        name=root.get("name") or path.stem,
+        joints=_downwards(joints),
+        driven=driven,
+        links={_name(link): link for link in root.iterfind("link")},
+    )
+    names = _names([_end(joint, "child") for joint in robot.joints])
     table = {
-        "name": _identifier(robot.name or path.stem),
-        "title": f"{robot.name or path.stem} (from {path.name})",
+        "name": _identifier(robot.name),
+        "title": f"{robot.name} (from {path.name})",
         "assumptions": [f"Everything from {path.name}; friction and limits where it gives them."],
-        "joints": [_joint(joint) for joint in actuated],
-        "links": entries,
-        "control_point": {"link": entries[-1]["name"], "position": [0.0, 0.0, 0.0]},
+        "joints": [_drive(joint) for joint in robot.driven],
+        "links": [_link(joint, robot, names) for joint in robot.joints],
+        "control_point": {"link": names[_end(robot.joints[-1], "child")], "position": [0.0, 0.0, 0.0]},
     }
-    return parse_device(table, str(path))
+    return parse_device(table, Place(file=str(path), words=lambda key: _words(key, robot)))
 
 
-def _parse(path: Path) -> Any:
-    need("urdf", str(path))
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # trimesh's and lxml's own deprecations are not the user's concern
-        from yourdfpy import URDF  # noqa: PLC0415 (slow to import, needed for URDF files alone)
+def _words(path: KeyPath, robot: _Robot) -> str:
+    """Return what a key of the table is called in the URDF: ``link upper, mass value``."""
+    if len(path) < 2 or not isinstance(path[1], int):
+        return dotted(path)
+    key = str(path[2]) if len(path) > 2 else ""
+    if path[0] == "joints":
+        owner, names = f"joint {_name(robot.driven[path[1]])}", OF_THE_DRIVE
+    elif key in OF_THE_LINK:
+        owner, names = f"link {_end(robot.joints[path[1]], 'child')}", OF_THE_LINK
+    else:
+        owner, names = f"joint {_name(robot.joints[path[1]])}", OF_THE_JOINT
+    return f"{owner}, {names.get(key, key)}" if key else owner
 
-        try:
-            return URDF.load(
-                str(path), build_scene_graph=False, build_collision_scene_graph=False, load_meshes=False
-            ).robot
-        except Exception as error:  # the library raises whatever the XML parser and its own code raise
-            raise InputError(str(path), expected="a URDF file", got=f"{type(error).__name__}: {error}") from None
+
+def _name(element: Element) -> str:
+    return element.get("name", "")
+
+
+def _end(joint: Element, side: str) -> str:
+    element = joint.find(side)
+    return "" if element is None else element.get("link", "")
 
 
 def _identifier(name: str) -> str:
-    clean = re.sub(r"\W", "_", name)
+    clean = re.sub(r"\W", "_", name, flags=re.ASCII)
     return clean if clean[:1].isalpha() else f"r_{clean}"
 
 
-def _downwards(joints: list[Any], root: str) -> list[Any]:
-    """Return the joints so that parents come first, in the file's order where that allows."""
-    known, left, result = {root}, list(joints), []
-    while left:
-        ready = [joint for joint in left if joint.parent in known]
-        if not ready:
-            break
-        result.append(ready[0])
-        known.add(ready[0].child)
-        left.remove(ready[0])
+def _names(links: Sequence[str]) -> dict[str, str]:
+    """Return a name of its own for each link, of letters, digits and _; ``l-1`` and ``l_1`` become two."""
+    result: dict[str, str] = {}
+    for link in links:
+        stem = candidate = _identifier(link)
+        count = 1
+        while candidate in (BASE, *result.values()):
+            count += 1
+            candidate = f"{stem}_{count}"
+        result[link] = candidate
     return result
 
 
-def _joint(joint: Any) -> dict[str, Any]:
-    entry: dict[str, Any] = {"name": joint.name, "prismatic": joint.type == "prismatic"}
-    limit, dynamics = joint.limit, joint.dynamics
-    if limit is not None and limit.lower is not None and limit.upper is not None and limit.lower < limit.upper:
-        entry["position_limits"] = [float(limit.lower), float(limit.upper)]
-    if limit is not None and limit.effort:
-        entry["torque_limit"] = float(limit.effort)
-    guesses = {"Kp": {"fixed": 1.0}}
-    if dynamics is not None and dynamics.damping:
-        guesses["sigma2"] = {"initial": float(dynamics.damping)}
-    if dynamics is not None and dynamics.friction:
-        guesses |= {key: {"initial": factor * float(dynamics.friction)} for key, factor in (("Fc", 1.0), ("Fs", 1.2))}
-    return entry | {"parameters": guesses}
+def _downwards(joints: Sequence[Element]) -> tuple[Element, ...]:
+    """Return the joints so that parents come first, in the file's order where that allows."""
+    left, result = list(joints), []
+    while left:
+        below = {_end(joint, "child") for joint in left}
+        ready = next(joint for joint in left if _end(joint, "parent") not in below)
+        result.append(ready)
+        left.remove(ready)
+    return tuple(result)
 
 
-def _link(joint: Any, link: Any, root: str, numbers: dict[str, int], path: Path) -> dict[str, Any]:
-    if joint.type not in MOTIONS:
-        raise InputError(where=f"{path}: joint {joint.name}", expected=" or ".join(MOTIONS), got=repr(joint.type))
-    origin = np.eye(4) if joint.origin is None else joint.origin
-    entry = {
-        "name": _identifier(link.name),
-        "title": joint.name,
-        "parent": BASE if joint.parent == root else _identifier(joint.parent),
-        "motion": MOTIONS[joint.type],
-        "origin": origin[:3, 3].tolist(),
-        "rpy": roll_pitch_yaw(origin[:3, :3]),
+def _drive(joint: Element) -> dict[str, Any]:
+    kind, limit = joint.get("type"), joint.find("limit")
+    entry: dict[str, Any] = {"name": _name(joint), "prismatic": kind == "prismatic"}
+    if kind != "continuous":
+        entry["position_limits"] = [number(limit, "lower"), number(limit, "upper")]
+    if limit is not None:
+        entry["torque_limit"] = number(limit, "effort")
+    return entry | {"parameters": {"Kp": {"fixed": 1.0}} | friction_guesses(joint)}
+
+
+def _link(joint: Element, robot: _Robot, names: dict[str, str]) -> dict[str, Any]:
+    origin, kind = joint.find("origin"), joint.get("type", "")
+    entry: dict[str, Any] = {
+        "name": names[_end(joint, "child")],
+        "title": _name(joint),
+        "parent": names.get(_end(joint, "parent"), BASE),
+        "motion": MOTIONS[kind],
+        "origin": _triple(origin, "xyz"),
+        "rpy": _triple(origin, "rpy"),
     }
-    if joint.type != "fixed":
-        entry["axis"] = [1.0, 0.0, 0.0] if joint.axis is None else [float(x) for x in joint.axis]
-        entry["moved_by"] = _moved_by(joint, numbers, path)
-    return entry | _inertial(link)
+    if kind != "fixed":
+        axis = joint.find("axis")
+        entry["axis"] = [1.0, 0.0, 0.0] if axis is None else _triple(axis, "xyz")
+        entry["moved_by"] = _moved_by(joint, [_name(other) for other in robot.driven])
+    return entry | _inertial(robot.links[_end(joint, "child")].find("inertial"))
 
 
-def _moved_by(joint: Any, numbers: dict[str, int], path: Path) -> dict[str, float]:
-    if joint.mimic is None:
-        return {str(numbers[joint.name]): 1}
-    if joint.mimic.joint not in numbers or joint.mimic.offset:
-        got = f"{joint.mimic.joint} with offset {joint.mimic.offset}"
-        raise InputError(where=f"{path}: joint {joint.name}, mimic", expected="a moving joint and no offset", got=got)
-    multiplier = float(joint.mimic.multiplier)
-    return {str(numbers[joint.mimic.joint]): int(multiplier) if multiplier.is_integer() else multiplier}
+def _triple(element: Element | None, key: str) -> list[float]:
+    text = None if element is None else element.get(key)
+    return [0.0, 0.0, 0.0] if text is None else [float(word) for word in text.split()]
 
 
-def _inertial(link: Any) -> dict[str, Any]:
-    if link.inertial is None or not link.inertial.mass:
+def _moved_by(joint: Element, driven: Sequence[str]) -> dict[str, float]:
+    mimic = joint.find("mimic")
+    if mimic is None:
+        return {str(driven.index(_name(joint))): 1}
+    multiplier = number(mimic, "multiplier", 1.0)
+    place = driven.index(mimic.get("joint", ""))
+    return {str(place): int(multiplier) if multiplier.is_integer() else multiplier}
+
+
+def _inertial(inertial: Element | None) -> dict[str, Any]:
+    if inertial is None or not number(inertial.find("mass"), "value"):
         return {}
-    origin = np.eye(4) if link.inertial.origin is None else link.inertial.origin
-    R = origin[:3, :3]
-    tensor = R @ np.asarray(link.inertial.inertia, dtype=np.float64) @ R.T
-    pairs = {"I11": (0, 0), "I22": (1, 1), "I33": (2, 2), "I12": (0, 1), "I13": (0, 2), "I23": (1, 2)}
+    origin, inertia = inertial.find("origin"), inertial.find("inertia")
+    R = rotation(_triple(origin, "rpy"))
+    pairs = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+    tensor = np.zeros((3, 3))
+    for key, (i, j) in pairs.items():
+        tensor[i, j] = tensor[j, i] = number(inertia, f"i{key}")
+    tensor = R @ tensor @ R.T
     return {
-        "mass": float(link.inertial.mass),
-        "centroid": origin[:3, 3].tolist(),
-        "inertia": {key: float(tensor[index]) for key, index in pairs.items()},
+        "mass": number(inertial.find("mass"), "value"),
+        "centroid": _triple(origin, "xyz"),
+        "inertia": {f"I{i + 1}{j + 1}": float(tensor[i, j]) for i, j in pairs.values()},
     }
 
 
-def roll_pitch_yaw(R: NDArray[np.float64]) -> list[float]:
-    """Return fixed-axis angles of R = Rz(yaw)·Ry(pitch)·Rx(roll); at pitch ±π/2 the roll is 0."""
-    pitch = math.atan2(-R[2, 0], math.hypot(R[0, 0], R[1, 0]))
-    if abs(abs(pitch) - math.pi / 2) < 1e-9:
-        return [0.0, pitch, math.atan2(-R[0, 1], R[1, 1])]
-    return [math.atan2(R[2, 1], R[2, 2]), pitch, math.atan2(R[1, 0], R[0, 0])]
+def rotation(rpy: Sequence[float]) -> NDArray[np.float64]:
+    """Return R = Rz(yaw)·Ry(pitch)·Rx(roll) of fixed-axis angles, shape (3, 3)."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )

@@ -9,11 +9,12 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
+from haptid.model.device.urdf_joints import check_joint
+from haptid.model.device.urdf_words import check_depth, check_words
 from haptid.support.errors import InputError
 from haptid.support.files.files import reason_of
 from haptid.support.suggestion import did_you_mean
 
-TYPES = ("revolute", "continuous", "prismatic", "fixed")
 NUMBERS = {
     "origin": ("xyz", "rpy"),
     "axis": ("xyz",),
@@ -28,24 +29,29 @@ LARGEST = 1e12
 """No length, mass, torque or angle of a robot is larger in SI units."""
 
 
-def check_urdf(path: Path) -> None:
-    """Refuse a URDF that its parser would repair in silence, or that describes no tree of links.
+def read_urdf(path: Path) -> Element:
+    """Return the root of a URDF file.
 
     Raises
     ------
     InputError
-        With the line of malformed XML, or the joint or link at fault.
+        With the line of malformed XML, or the joint or link at fault: what is misspelt, missing or there twice, what
+        is no number, links that form no tree.
     """
     root = _strict(path)
     if root.tag != "robot":
         raise InputError(str(path), expected="a URDF file, with <robot> around everything", got=f"<{root.tag}>")
+    check_words(root, str(path))
     for part in (*root.iterfind("link"), *root.iterfind("joint")):
+        check_words(part, _place(path, part))
         _check_numbers(part, _place(path, part))
     for link in root.iterfind("link"):
         _check_inertial(link, _place(path, link))
     _check_tree(path, root)
-    for joint in root.iterfind("joint"):
-        _check_joint(joint, _place(path, joint))
+    joints = {joint.get("name", ""): joint for joint in root.iterfind("joint")}
+    for joint in joints.values():
+        check_joint(joint, joints, _place(path, joint))
+    return root
 
 
 def _strict(path: Path) -> Element:
@@ -54,12 +60,14 @@ def _strict(path: Path) -> Element:
         if re.search(rb"<!(DOCTYPE|ENTITY)", data):
             todo = "take it out: nothing of another file is read"
             raise InputError(str(path), expected="XML without a document type", got="<!DOCTYPE or <!ENTITY", todo=todo)
-        return ElementTree.fromstring(data)
+        root = ElementTree.fromstring(data)
     except ElementTree.ParseError as error:
         where = f"{path}, line {error.position[0]}"
         raise InputError(where, expected="well-formed XML", got=str(error)) from None
     except (OSError, ValueError, LookupError, RecursionError) as error:
         raise InputError(str(path), expected="a URDF file", got=reason_of(error)) from None
+    check_depth(root, str(path))
+    return root
 
 
 def _place(path: Path, part: Element) -> str:
@@ -79,9 +87,15 @@ def _check_numbers(part: Element, where: str) -> None:
 
 def _check_inertial(link: Element, where: str) -> None:
     inertial = link.find("inertial")
-    lacking = [] if inertial is None else [name for name in ("mass", "inertia") if inertial.find(name) is None]
-    if lacking:
+    if inertial is None:
+        return
+    mass, inertia = inertial.find("mass"), inertial.find("inertia")
+    if mass is None or inertia is None:
+        lacking = [name for name, part in (("mass", mass), ("inertia", inertia)) if part is None]
         raise InputError(where, expected="mass and inertia in <inertial>", got=f"no {' and no '.join(lacking)}")
+    if float(mass.get("value", 0)) == 0 and any(float(inertia.get(key, 0)) for key in NUMBERS["inertia"]):
+        todo = "state the mass, or take <inertial> out"
+        raise InputError(where, expected="a mass for a link with inertia", got="mass 0", todo=todo)
 
 
 def _check_number(text: str, key: str, where: str) -> None:
@@ -95,7 +109,7 @@ def _check_number(text: str, key: str, where: str) -> None:
 
 def _is_sensible(word: str) -> bool:
     try:
-        return math.isfinite(float(word)) and abs(float(word)) < LARGEST
+        return math.isfinite(float(word)) and abs(float(word)) < LARGEST and "_" not in word
     except ValueError:
         return False
 
@@ -105,18 +119,37 @@ def _check_tree(path: Path, root: Element) -> None:
     for parts in (links, joints):
         _check_distinct(path, parts)
     names = [link.get("name", "") for link in links]
-    carried: dict[str, str] = {}
+    above: dict[str, Element] = {}
     for joint in joints:
         where = _place(path, joint)
         _linked(joint, "parent", names, where)
         child = _linked(joint, "child", names, where)
-        if child in carried:
-            got = f"{child!r}, carried by {carried[child]}"
+        if child in above:
+            got = f"{child!r}, carried by {above[child].get('name')}"
             raise InputError(where, expected="one joint for every link", got=got)
-        carried[child] = joint.get("name", "")
-    roots = [name for name in names if name not in carried]
+        above[child] = joint
+    roots = [name for name in names if name not in above]
     if len(roots) > 1:
-        raise InputError(str(path), expected="one link that no joint carries", got=", ".join(roots))
+        todo = "join them, or take them out"
+        raise InputError(str(path), expected="one link that no joint carries", got=", ".join(roots), todo=todo)
+    for joint in joints:
+        _check_reached(joint, above, _place(path, joint))
+
+
+def _check_reached(joint: Element, above: dict[str, Element], where: str) -> None:
+    """Refuse a joint that carries itself: climbing from it never comes to the root."""
+    climbing: Element | None = joint
+    for _ in range(len(above) + 1):
+        if climbing is None:
+            return
+        climbing = above.get(_end(climbing, "parent"))
+    got = f"{_end(joint, 'child')!r} below itself"
+    raise InputError(where, expected="a tree of links", got=got, todo="check parent and child")
+
+
+def _end(joint: Element, side: str) -> str:
+    element = joint.find(side)
+    return "" if element is None else element.get("link", "")
 
 
 def _check_distinct(path: Path, parts: list[Element]) -> None:
@@ -127,26 +160,8 @@ def _check_distinct(path: Path, parts: list[Element]) -> None:
 
 
 def _linked(joint: Element, side: str, names: list[str], where: str) -> str:
-    element = joint.find(side)
-    link = "" if element is None else element.get("link", "")
+    link = _end(joint, side)
     if link not in names:
         place = f"{where}, {side}"
         raise InputError(place, expected="a link of this file", got=repr(link), todo=did_you_mean(link, names))
     return link
-
-
-def _check_joint(joint: Element, where: str) -> None:
-    kind = joint.get("type", "")
-    if kind not in TYPES:
-        raise InputError(where, expected=" or ".join(TYPES), got=f"type {kind!r}", todo=did_you_mean(kind, TYPES))
-    axis = joint.find("axis")
-    if axis is not None and not any(float(word) for word in axis.get("xyz", "1 0 0").split()):
-        raise InputError(where, expected="an axis with a direction", got=repr(axis.get("xyz")))
-    limit = joint.find("limit")
-    if limit is None:
-        return
-    lower, upper, effort = (float(limit.get(key, 0.0)) for key in ("lower", "upper", "effort"))
-    if lower > upper:
-        raise InputError(where, expected="limits with lower <= upper", got=f"lower {lower}, upper {upper}")
-    if effort < 0:
-        raise InputError(where, expected="an effort of 0 or more", got=str(effort))

@@ -14,6 +14,7 @@ import sympy as sp
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.joint.checked_coefficients import checked_coefficients
 from haptid.model.joint.joint_in_device import (
     INERTIAL,
     Effects,
@@ -52,7 +53,7 @@ def configuration_equations(
 
 def _single(device: Device, motion: LockedDynamics) -> Equations:
     (j,) = motion.joints
-    known = {c.id: c for c in motion.coefficients}
+    known = {c.id: c for c in checked_coefficients(device, motion)}
     first = tuple(inertial_quantity(known[id], structured=id) for id in INERTIAL if id in known)
     return joint_equations(j, parameters=(*first, *joint_quantities(device, j)), prismatic=device.joints[j].prismatic)
 

@@ -14,6 +14,7 @@ from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Input, Output, State
 from haptid.model.equations.joint_parameters import TABLE, Row, sliding
 from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.equations.stated_parameters import range_of
 from haptid.model.joint.slots import Terms, with_effects
 
 INERTIAL = ("inertia", "gravity_cos", "gravity_sin")
@@ -134,19 +135,29 @@ def _tested(slides: bool) -> Quantity:
 def joint_quantities(device: Device, joint: int, *, suffix: str = "", prefix: str = "") -> tuple[Quantity, ...]:
     """Return drive, spring and friction parameters of one joint: the device's guesses, else the table's defaults."""
     given, slides = device.joints[joint].parameters, device.joints[joint].prismatic
-    return tuple(_quantity(row, given.get(row.id), slides, suffix, prefix) for row in TABLE if row.id not in INERTIAL)
+    rows = [row for row in TABLE if row.id not in INERTIAL]
+    return tuple(_quantity(row, given.get(row.id) or _default(row, given), slides, suffix, prefix) for row in rows)
 
 
-def _quantity(row: Row, guess: Guess | None, slides: bool, suffix: str, prefix: str) -> Quantity:
-    if guess is None:
-        guess = Guess(initial=row.initial, lower=row.lower, upper=row.upper, fixed=row.fixed)
+def _default(row: Row, given: Mapping[str, Guess]) -> Guess:
+    """Return the table's first guess; stiction and Coulomb friction keep their order where only one is given."""
+    initial = row.initial
+    if row.id == "Fs" and "Fc" in given:
+        initial = max(initial, given["Fc"].initial)
+    if row.id == "Fc" and "Fs" in given:
+        initial = min(initial, given["Fs"].initial)
+    return Guess(initial=initial, fixed=row.fixed)
+
+
+def _quantity(row: Row, guess: Guess, slides: bool, suffix: str, prefix: str) -> Quantity:
+    lower, upper = range_of(row.id, {"initial": guess.initial, "lower": guess.lower, "upper": guess.upper})
     return Quantity(
         id=row.id + suffix,
         unit=row.prismatic_unit if slides else row.unit,
         description=row.description,
         initial=guess.initial,
-        lower=max(guess.lower, row.lower),
-        upper=min(guess.upper, row.upper),
+        lower=lower,
+        upper=upper,
         prior=Normal(mean=guess.initial, std=guess.std) if guess.std else None,
         fixed=guess.fixed,
         scale=row.scale,

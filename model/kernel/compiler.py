@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import importlib.metadata
-import importlib.util
-import os
-import subprocess
 import sys
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from haptid.support.errors import NumericalError
-from haptid.support.files.cache import cache_folder, is_sealed, machine, seal
+from haptid.support.files.cache import cache_folder, is_sealed, machine, seal, writing_to_cache
+from haptid.support.processes.c_compiler import is_available, run_c_compiler
 
 FLAGS = (
     "-std=gnu11",
@@ -37,28 +34,6 @@ class Target:
     suffix: str
 
 
-def available() -> bool:
-    """Whether the compiler is installed."""
-    return importlib.util.find_spec("ziglang") is not None
-
-
-def _invoke(arguments: list[str]) -> None:
-    if not available():
-        msg = "the C compiler is missing: install it with python -m pip install ziglang"
-        raise NumericalError(msg)
-    environment = {"ZIG_GLOBAL_CACHE_DIR": str(cache_folder("zig")), **os.environ}
-    done = subprocess.run(
-        [sys.executable, "-m", "ziglang", "cc", *arguments],
-        capture_output=True,
-        text=True,
-        env=environment,
-        check=False,
-    )
-    if done.returncode != 0:
-        msg = f"the C compiler failed: {done.stderr.strip()[-800:]}"
-        raise NumericalError(msg)
-
-
 def compile_shared(
     sources: dict[str, str], *, main: tuple[str, ...], triple: str | None = None, flags: tuple[str, ...] = ()
 ) -> Path:
@@ -73,7 +48,7 @@ def compile_shared(
     triple
         Compiler's name of the target platform; this machine, with all its instructions, where None.
     """
-    made_by = importlib.metadata.version("ziglang") if available() else ""
+    made_by = importlib.metadata.version("ziglang") if is_available() else ""
     made_for = triple or machine()
     parts = (sorted(sources.items()), main, made_for, flags, FLAGS, made_by)
     key = hashlib.sha256(repr(parts).encode()).hexdigest()[:24]
@@ -84,22 +59,12 @@ def compile_shared(
     if is_sealed(library):
         return library
     target = ["-target", triple] if triple else ["-march=native"]
-    with tempfile.TemporaryDirectory(dir=library.parent) as folder:
-        for name, text in sources.items():
-            (Path(folder) / name).write_text(text, encoding="utf-8")
-        built = Path(folder) / f"built{suffix}"
-        _invoke(
-            [
-                *target,
-                *FLAGS,
-                *flags,
-                "-shared",
-                "-fPIC",
-                *(str(Path(folder) / name) for name in main),
-                "-o",
-                str(built),
-            ]
-        )
+    with writing_to_cache(), tempfile.TemporaryDirectory(dir=library.parent) as name:
+        folder = Path(name)
+        for source, text in sources.items():
+            (folder / source).write_text(text, encoding="utf-8")
+        built = folder / f"built{suffix}"
+        run_c_compiler([*target, *FLAGS, *flags, "-shared", "-fPIC", *main, "-o", built.name], folder)
         built.chmod(0o700)
         built.replace(library)
     return seal(library)

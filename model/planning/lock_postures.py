@@ -34,8 +34,9 @@ class Test:
 
     @property
     def whitened(self) -> Array:
-        """A/σ, shape (n, n_pi)."""
-        return self.dynamics.linear_map / self.std[:, np.newaxis]
+        """A/σ, shape (n, n_pi); 0 where σ is 0: such a coefficient is known before any test."""
+        std = self.std[:, np.newaxis]
+        return np.divide(self.dynamics.linear_map, std, out=np.zeros_like(self.dynamics.linear_map), where=std > 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +87,7 @@ def random_motion(device: Device, samples: int, seed: int) -> tuple[Array, Array
 
 
 def _limits(device: Device) -> tuple[Array, Array]:
-    limits = np.array([joint.position_limits for joint in device.joints])
+    limits = np.array([joint.planned_range for joint in device.joints])
     return limits[:, 0], limits[:, 1]
 
 

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 from haptid.model.device.device import Device
 from haptid.model.equations.joint_parameters import joint_parameters
 from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.checked_coefficients import checked_coefficients
+from haptid.model.joint.joint_in_device import joint_quantities
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.rigid_body.locked_dynamics import locked_motion
@@ -61,18 +63,15 @@ class ExcitationPlan:
 
 
 def locked_quantities(device: Device, joint: int) -> tuple[Quantity, ...]:
-    """Return the locked joint's parameters with the device's first guesses (wide bounds), locked joints at home."""
-    rigid = {c.id: c.initial for c in locked_motion(device, (joint,)).coefficients}
-    guesses = device.joints[joint].parameters
-    result = []
-    for row in joint_parameters(prismatic=device.joints[joint].prismatic):
-        if row.id in rigid:
-            result.append(row.but(initial=rigid[row.id]))
-        elif row.id in guesses:
-            result.append(row.but(initial=guesses[row.id].initial, fixed=guesses[row.id].fixed))
-        elif not row.id.startswith("gravity"):
-            result.append(row)
-    return tuple(result)
+    """Return the locked joint's parameters with the device's first guesses, locked joints at home."""
+    coefficients = checked_coefficients(device, locked_motion(device, (joint,)))
+    rigid = {c.id: c.initial for c in coefficients}
+    rows = [row for row in joint_parameters(prismatic=device.joints[joint].prismatic) if row.id in rigid]
+    inertial = [
+        row.but(initial=rigid[row.id], lower=min(row.lower, rigid[row.id]), upper=max(row.upper, rigid[row.id]))
+        for row in rows
+    ]
+    return (*inertial, *joint_quantities(device, joint))
 
 
 def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float = 2e-4) -> ExcitationPlan:
@@ -124,7 +123,7 @@ def _frequencies(device: Device, joint: int, quantities: Sequence[Quantity]) -> 
 
 def _largest_torque(device: Device, joint: int, kernel: CompiledKernel, quantities: Sequence[Quantity]) -> float:
     """Return the largest amplitude that keeps the joint within 80 % of its limits at every planned frequency."""
-    lower, upper = device.joints[joint].position_limits
+    lower, upper = device.joints[joint].planned_range
     room = 0.8 * min(abs(lower), abs(upper))
     value = _values(quantities)
     start = max(value.get("Ks", 0.0) * room, 2 * value["Fs"])

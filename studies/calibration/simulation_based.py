@@ -13,7 +13,7 @@ import numpy as np
 
 from haptid.identification.fit.multistart import fit
 from haptid.identification.problem.options import FitOptions
-from haptid.measurement.signals.cycle_index import cycle_index
+from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.noise.hyper import NOISE_KNOWN
@@ -112,7 +112,7 @@ def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np
             use="fit",
         )
         y = simulator.simulate(theta, run, x0=x0).y[:, 0]
-        cycle = cycle_index(run)
+        cycle = whole_cycles(run).index
         xi = hyper.get("cycle_scatter", 0.0) * rng.standard_normal(cycle[-1] + 1)
         y = rest + (y - rest) * (1 + xi[cycle])
         y = y + design.noise * hyper["noise_factor"] * rng.standard_normal(t.size)

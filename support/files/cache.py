@@ -3,39 +3,69 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import hashlib
 import os
 import platform
+import re
 import shutil
 import stat
 import sys
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-from haptid.support.files.files import write_text
+from haptid.support.errors import HaptidError, InputError, one_line, shortened
+from haptid.support.files.files import WritingError, write_text
 
 VARIABLE = "HAPTID_CACHE"
 _PRIVATE = 0o700
+_ESCAPE = re.compile("%[0-9A-Fa-f]{2}")
 _OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 def cache_folder(name: str) -> Path:
     """Return (and make) the cache folder ``name`` below $HAPTID_CACHE, default ``.cache/haptid`` in the home folder.
 
-    Where it cannot be written, or is not the user's own, a private temporary folder serves until the program ends, and
-    one line on stderr says so.
+    Where it cannot be written, is not the user's own, or cannot hold programs that run, a private temporary folder
+    serves until the program ends, and one line on stderr says so.
+
+    Raises
+    ------
+    InputError
+        Where the temporary folder cannot hold programs that run, either.
     """
     folder = _base() / name
     try:
         folder.mkdir(parents=True, exist_ok=True, mode=_PRIVATE)
         if not _is_own(folder):
             return _temporary(f"{folder} belongs to somebody else", name)
+        if unfit := _unfit(folder):
+            return _temporary(unfit, name)
         folder.chmod(_PRIVATE)
         with tempfile.TemporaryFile(dir=folder):
             return folder
     except OSError as error:
         return _temporary(f"{folder}: {error.strerror}", name)
+
+
+@contextmanager
+def writing_to_cache() -> Iterator[None]:
+    """Say of a full disk that it is the cache's, and what to do; files that the block writes bear no name for users."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
+            raise
+        raise full_cache(error) from None
+
+
+def full_cache(error: OSError) -> HaptidError:
+    """Return the error of a cache whose disk is full."""
+    todo = f"free some space there, or set {VARIABLE} to a folder elsewhere, then repeat"
+    return WritingError(f"{_base()}: the cache could not be written ({error.strerror}); {todo}")
 
 
 def seal(entry: Path) -> Path:
@@ -81,11 +111,28 @@ def _base() -> Path:
 def _temporary(why: str, name: str) -> Path:
     """Return a private folder for this program and the processes it starts; it goes when the program ends."""
     folder = Path(tempfile.mkdtemp(prefix="haptid-cache-"))
-    print(f"note: no cache ({why}): {folder} serves this once; set {VARIABLE} to a folder of yours", file=sys.stderr)
+    told = f"note: no cache ({shortened(one_line(why), 150)}): {folder} serves this once"
+    print(f"{told}; set {VARIABLE} to a folder of yours", file=sys.stderr)
     os.environ[VARIABLE] = str(folder)
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     (folder / name).mkdir(mode=_PRIVATE, exist_ok=True)
+    if unfit := _unfit(folder):
+        todo = f"set {VARIABLE}, or TMPDIR, to such a folder"
+        raise InputError(VARIABLE, expected="a folder that can hold programs that run", got=unfit, todo=todo)
     return folder / name
+
+
+def _unfit(folder: Path) -> str:
+    """Say why what is unpacked or compiled below ``folder`` could not be loaded; empty where it can."""
+    try:
+        str(folder).encode()
+    except UnicodeEncodeError:  # Python code inside an FMU is found by a path in UTF-8
+        return f"{folder} is no path in UTF-8"
+    if _ESCAPE.search(str(folder)) or not str(folder).isprintable():  # pythonfmu's loader and the compiler decode it
+        return f"{folder} has %41, %20 or the like in its name, or what cannot be printed"
+    if hasattr(os, "statvfs") and os.statvfs(folder).f_flag & getattr(os, "ST_NOEXEC", 0):
+        return f"{folder} is on a file system that is mounted noexec"
+    return ""
 
 
 def _is_own(path: Path) -> bool:
@@ -100,8 +147,7 @@ def _digest(entry: Path) -> str:
     if not entry.is_dir():
         return hashlib.sha256(entry.read_bytes()).hexdigest()
     found = hashlib.sha256()
-    for path in sorted(entry.rglob("*")):
-        name = path.relative_to(entry).as_posix()
-        if "__pycache__" not in name:  # the interpreter writes there what it compiled from the files that count
-            found.update(f"{name}\n{'' if path.is_dir() else _digest(path)}\n".encode())
+    for path in sorted(entry.rglob("*")):  # bytecode counts too: the interpreter would run it in place of its source
+        content = "link" if path.is_symlink() else "" if path.is_dir() else _digest(path)
+        found.update(f"{path.relative_to(entry).as_posix()}\n{content}\n".encode())
     return found.hexdigest()

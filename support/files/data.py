@@ -6,13 +6,18 @@ import json
 import math
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
-from typing import Any, NoReturn
+from dataclasses import dataclass
+from typing import Any
 
 from haptid.support.errors import InputError
 
 DEEPEST = 64
 """Levels of tables and lists: no format read here needs a third of them."""
+MOST_DIGITS = 4300
+"""Digits of a whole number that Python converts."""
+FITTING = "numbers of at most 64 bits"
 _HALF_CHARACTER = re.compile(r"\\u[dD][89a-fA-F]")
 OPEN_ENDED = ("lower", "upper", "position_limits")
 """Keys under which infinity says that there is no bound."""
@@ -51,9 +56,9 @@ def parse_json(text: str, path: str, wanted: str = "") -> Any:
         can take.
     """
     try:
-        data = json.loads(text, parse_constant=_refuse_constant, object_pairs_hook=_distinct)
+        data = json.loads(text, parse_constant=_Refused, parse_int=_whole, object_pairs_hook=_distinct)
         if _HALF_CHARACTER.search(text):  # what cannot be written again, or shown
-            json.dumps(data, ensure_ascii=False).encode()
+            json.dumps(data, ensure_ascii=False, default=str).encode()
     except json.JSONDecodeError as error:
         where = f"{path}, line {error.lineno}"
         todo = "the file may have been cut off" if error.pos >= len(text.rstrip()) else ""
@@ -62,30 +67,31 @@ def parse_json(text: str, path: str, wanted: str = "") -> Any:
         raise InputError(path, expected="whole characters", got=r"half of one, as \ud800") from None
     except RecursionError:
         raise _too_deep(path) from None
-    except _NotJsonError as error:
-        raise InputError(path, expected="JSON", got=str(error)) from None
-    except ValueError:
-        raise _too_long(path, text) from None
-    _check_values(data, path, text, finite=True)
+    _check_values(data, path, finite=True)
     return data
 
 
-class _NotJsonError(ValueError):
-    """What Python's reader takes and JSON does not."""
+@dataclass(frozen=True, slots=True)
+class _Refused:
+    """What Python's reader takes and JSON does not, kept in its place until the key can be named."""
+
+    got: str
+    expected: str = "JSON"
 
 
-def _refuse_constant(name: str) -> NoReturn:
-    raise _NotJsonError(name)
+def _whole(text: str) -> int | _Refused:
+    digits = len(text.lstrip("-"))
+    if digits < MOST_DIGITS and -(2**63) <= int(text) < 2**63:
+        return int(text)
+    return _Refused(f"a number of {digits} digits", FITTING)
 
 
-def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any] | _Refused:
     found = dict(pairs)
-    if len(found) < len(pairs):
-        names = [name for name, _ in pairs]
-        twice = next(name for name in names if names.count(name) > 1)
-        msg = f"{twice!r} twice in one object"
-        raise _NotJsonError(msg)
-    return found
+    if len(found) == len(pairs):
+        return found
+    times = Counter(name for name, _ in pairs)
+    return _Refused(f"{next(name for name in times if times[name] > 1)!r} twice in one object")
 
 
 def _too_deep(path: str) -> InputError:
@@ -93,20 +99,32 @@ def _too_deep(path: str) -> InputError:
 
 
 def _too_long(path: str, text: str) -> InputError:
-    number = re.search(r"\d[\d_]{17,}", text)
+    """Name the line of a whole number that Python does not convert; no fraction and no text has as many digits."""
+    number = re.search(rf"\d[\d_]{{{MOST_DIGITS - 1},}}", text)
     line = f", line {text.count(chr(10), 0, number.start()) + 1}" if number else ""
-    got = f"a number of {len(number.group())} digits" if number else "a number that is too long"
-    return InputError(f"{path}{line}", expected="numbers of at most 64 bits", got=got)
+    got = f"a number of {len(number.group().replace('_', ''))} digits" if number else "a number that is too long"
+    return InputError(f"{path}{line}", expected=FITTING, got=got)
 
 
-def _check_values(data: Any, path: str, text: str, *, finite: bool) -> None:
+def _line_of(digits: str, path: str, text: str) -> str:
+    """Name the line of a TOML text in which a whole number stands, ``''`` where it is not written in plain digits."""
+    number = re.search(rf"(?<![\w.]){'_?'.join(digits)}(?![\w.])", text)
+    return f"{path}, line {text.count(chr(10), 0, number.start()) + 1}" if number else ""
+
+
+def _check_values(data: Any, path: str, text: str = "", *, finite: bool) -> None:
     """Refuse what is too deep, whole numbers of more than 64 bits, NaN, and infinity where it is no bound."""
     for key, depth, value in _walk(data):
         where = f"{path}: {key}"
         if depth > DEEPEST:
             raise _too_deep(path)
+        if isinstance(value, _Refused):
+            raise InputError(where if key else path, expected=value.expected, got=value.got)
         if isinstance(value, int) and not -(2**63) <= value < 2**63:
-            raise _too_long(path, text)
+            digits = str(abs(value))
+            raise InputError(
+                _line_of(digits, path, text) or where, expected=FITTING, got=f"a number of {len(digits)} digits"
+            )
         if finite and isinstance(value, float) and not _is_allowed(key, value):
             raise InputError(where, expected="a finite number", got=repr(value))
 

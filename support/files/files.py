@@ -148,7 +148,11 @@ def read_json(path: Path, wanted: str, schema: tuple[str, str] | None = None) ->
     InputError
         Where the file cannot be read, is no JSON, holds no object, or does not follow the schema.
     """
-    data = parse_json(_text_of(path, wanted), str(path), wanted)
+    try:
+        text = read_content(path, wanted).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(str(path), expected="text in UTF-8", got=f"{error.reason} at byte {error.start}") from None
+    data = parse_json(text, str(path), wanted)
     if not isinstance(data, dict):
         raise InputError(str(path), expected=f"{wanted}, a table {{ … }}", got=type(data).__name__)
     if schema is not None:
@@ -156,16 +160,20 @@ def read_json(path: Path, wanted: str, schema: tuple[str, str] | None = None) ->
     return data
 
 
-def _text_of(path: Path, wanted: str) -> str:
-    """Return the text of a regular file: a pipe would be waited for, a huge one fill the memory."""
+def read_content(path: Path, wanted: str) -> bytes:
+    """Return the bytes of a regular file: a pipe would be waited for, a huge one fill the memory.
+
+    Raises
+    ------
+    InputError
+        Where there is no such file, or it has more than `LARGEST_FILE` bytes; ``wanted`` says what it should be.
+    """
     try:
         if path.exists() and not path.is_file():
             raise InputError(str(path), expected=f"{wanted}, a file", got="a folder or a device")
         if (size := path.stat().st_size) > LARGEST_FILE:
             raise InputError(str(path), expected=f"{wanted} of at most {LARGEST_FILE:.0e} bytes", got=f"{size} bytes")
-        return path.read_text(encoding="utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise InputError(str(path), expected="text in UTF-8", got=f"{error.reason} at byte {error.start}") from None
+        return path.read_bytes()
     except (OSError, ValueError) as error:
         raise InputError(str(path), expected=f"{wanted} that can be read", got=reason_of(error)) from None
 

@@ -2,43 +2,103 @@
 
 from __future__ import annotations
 
-import hashlib
+import errno
 import os
 import sys
-import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from itertools import takewhile
 from pathlib import Path
 
 from haptid.support.errors import InputError
+from haptid.support.files.files import unwritable
+
+NAME = ".haptid.lock"
+"""The lock lies in the folder itself: whoever can write there sees it, from any machine and with any TMPDIR."""
+_NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Hold ``folder`` against other commands of this user on this machine.
+    """Hold ``folder`` against other commands, and make it where it is not there.
 
-    The lock lies beside the system's temporary files, so that a command that refuses its input leaves nothing behind.
+    At the end the lock is taken away, and so are the folders that were made where nothing was written: a command that
+    refuses its input leaves nothing behind. What a killed command leaves is an empty file that holds nobody up.
 
     Raises
     ------
     InputError
-        Where another command holds it.
+        Where another command holds it, or nobody lets us write there.
+    WritingError
+        Where the disk is full or fails.
     """
-    user = os.getuid() if hasattr(os, "getuid") else 0
-    name = hashlib.sha256(str(folder.resolve()).encode(errors="surrogateescape")).hexdigest()[:24]
-    path = Path(tempfile.gettempdir()) / f"haptid-{user}-{name}.lock"
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o600)
+    made = list(takewhile(lambda path: not path.exists(), (folder, *folder.absolute().parents)))
     try:
+        folder.mkdir(parents=True, exist_ok=True)
+        descriptor = _held(folder)
+        try:
+            yield
+        finally:
+            _release(folder / NAME, descriptor)
+    finally:
+        with suppress(OSError):  # not empty, or not there
+            for path in made:
+                path.rmdir()
+
+
+def _held(folder: Path) -> int:
+    """Return the descriptor of the lock, which is ours and still bears its name."""
+    path = folder / NAME
+    while True:
+        descriptor = _opened(folder, path)
         try:
             _take(descriptor)
-        except OSError:
-            todo = "wait until it ends, or name another folder with --out"
-            raise InputError(
-                str(folder), expected="one command at a time", got="another one is writing there", todo=todo
-            ) from None
-        yield
-    finally:
+            if _is_at(path, descriptor):
+                return descriptor
+        except OSError as error:
+            if error.errno in _NO_LOCKS:
+                print(f"note: {folder}: no locks on this file system: run one command at a time", file=sys.stderr)
+                return descriptor
+            os.close(descriptor)
+            raise _taken(folder, "wait until it ends, or name another folder with --out") from None
+        os.close(descriptor)  # the command before us took its lock away in between
+
+
+def _opened(folder: Path, path: Path) -> int:
+    """Open the lock's file; that of another user perhaps to read alone, which is enough to wait on."""
+    follow = getattr(os, "O_NOFOLLOW", 0)
+    try:
+        return os.open(path, os.O_RDWR | os.O_CREAT | follow, 0o666)
+    except OSError as error:
+        if not path.is_file() or path.is_symlink():
+            raise unwritable(folder, error) from None
+    try:
+        return os.open(path, os.O_RDONLY | follow)
+    except OSError:
+        raise _taken(folder, f"or remove {NAME} there, if no command runs any more") from None
+
+
+def _taken(folder: Path, todo: str) -> InputError:
+    return InputError(str(folder), expected="one command at a time", got="another one is writing there", todo=todo)
+
+
+def _is_at(path: Path, descriptor: int) -> bool:
+    """Whether the file behind ``descriptor`` is still the one that bears the name."""
+    try:
+        return os.path.samestat(os.fstat(descriptor), path.stat())
+    except FileNotFoundError:
+        return False
+
+
+def _release(path: Path, descriptor: int) -> None:
+    if sys.platform == "win32":  # a file that is open cannot be removed there
         os.close(descriptor)
+        with suppress(OSError):  # the next command has it already
+            path.unlink()
+        return
+    with suppress(OSError):  # while it is still ours: who opened it meanwhile sees that the name is gone
+        path.unlink()
+    os.close(descriptor)
 
 
 def _take(descriptor: int) -> None:

@@ -27,6 +27,7 @@ UNFINISHED = "haptid-installation-unfinished"
 """File beside the installed packages while they are being installed: what a killed installation leaves is not used."""
 
 _REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)\s*(\[[^]]*\])?\s*(?P<bounds>[^;]*?)\s*(;\s*(?P<marker>.*))?$")
+_EXTRA = re.compile(r"""(\s*and\s*)?extra\s*==\s*["'](?P<extra>[^"']*)["']""")
 _SELF = re.compile(r"^haptid\[(?P<extras>[^]]*)\]$")
 _HERE = {
     "implementation_name": sys.implementation.name,
@@ -121,6 +122,8 @@ def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requir
     extra
         Those of this extra too.
     """
+    if not in_clone():
+        return tuple(r for r in map(parse_requirement, _installed_lines(extra)) if r is not None)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     extras = project["project"].get("optional-dependencies", {})
     lines = project["project"]["dependencies"] + (extras[extra] if extra else [])
@@ -128,6 +131,24 @@ def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requir
         own = _SELF.match(line)
         lines += [text for name in own["extras"].split(",") for text in extras[name]] if own else [line]
     return tuple(r for r in map(parse_requirement, lines) if r is not None)
+
+
+def in_clone() -> bool:
+    """Whether this is a clone with its pyproject.toml, not an installed wheel."""
+    return (ROOT / "pyproject.toml").is_file()
+
+
+def _installed_lines(extra: str | None) -> list[str]:
+    """Return the requirements that the installed wheel states, those of an extra without its marker."""
+    lines = []
+    for line in metadata.requires("haptid") or []:
+        text, _, marker = line.partition(";")
+        named = _EXTRA.search(marker)
+        if named is None:
+            lines.append(line)
+        elif named["extra"] == extra:
+            lines.append("; ".join(part for part in (text.strip(), _EXTRA.sub("", marker).strip()) if part))
+    return lines
 
 
 def missing(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
@@ -171,7 +192,7 @@ def ready(extra: str | None = None) -> None:
     any. It acts only while ``python -m`` looks for the command (``sys.argv[0]`` is then ``-m``), so that it costs a
     library import nothing.
     """
-    if sys.argv[:1] != ["-m"] or not (ROOT / "pyproject.toml").is_file():  # installed: pip saw to it
+    if sys.argv[:1] != ["-m"] or not in_clone():  # where haptid is installed, its installer saw to it
         return
     sys.excepthook = _told
     lacking = missing(extra=extra)

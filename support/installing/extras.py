@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import cache
 
 from haptid.support.errors import InputError
-from haptid.support.installing.environment import missing
+from haptid.support.installing.environment import in_clone, missing
 from haptid.support.installing.lock_file import amount
 
 
@@ -15,7 +15,7 @@ def need(extra: str, where: str) -> None:
     Parameters
     ----------
     extra
-        Name in pyproject.toml: ``cluster``, ``parquet``, ``posterior`` or ``urdf``.
+        Name in pyproject.toml: ``cluster``, ``parquet`` or ``posterior``.
     where
         The file or option that needs it.
 
@@ -26,7 +26,7 @@ def need(extra: str, where: str) -> None:
     """
     names = _lacking(extra)
     if names:
-        todo = f"run `make {extra}` ({amount(extra)})"
+        todo = f"run `make {extra}` ({amount(extra)})" if in_clone() else f"run `pip install 'haptid[{extra}]'`"
         raise InputError(where, expected=f"an environment with the extra '{extra}'", got=f"no {names}", todo=todo)
 
 

@@ -22,7 +22,7 @@ from haptid.discrepancy.study.simulators import Factory
 from haptid.identification.simulators.protocol import initial_state
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.signals.whole_cycles import whole_cycles
+from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
 from haptid.model.joint.locked_joint import joint_equations

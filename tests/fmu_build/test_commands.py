@@ -10,10 +10,13 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.fmu_build.building import configurations as module
+from haptid.fmu_build.building.packaging import build_fmu
 from haptid.fmu_build.export import export_full, export_parameters
 from haptid.fmu_build.export import main as export
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.fmu_build.run import main as run
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.errors import InputError
 from tests.fmu_build.fmu_cases import DEVICE, STEP, Client, equations, initial, kernel, torques
 
 
@@ -136,4 +139,28 @@ def test_export_refuses_what_is_no_identification(content, tmp_path):
     result = CliRunner().invoke(export, ["--from", str(path), "--out", str(tmp_path / "x.fmu")])
     assert result.exit_code == 2
     assert len(result.stderr.splitlines()) == 1
+    assert not (tmp_path / "x.fmu").exists()
+
+
+def test_links_that_no_body_has_are_told(tmp_path):
+    path, data = tmp_path / "identification.json", identification()
+    data["links"]["6"]["I11"] = {"value": 0.01, "unit": "kg m^2"}
+    path.write_text(json.dumps(data))
+    arguments = ["--from", str(path), "--out", str(tmp_path / "x.fmu"), "--kind", "native"]
+    assert "identification.json: link 6: no body has this inertia" in CliRunner().invoke(export, arguments).stderr
+
+
+def test_a_model_whose_reference_run_overflows_is_refused(tmp_path):
+    e = joint_equations(4)
+    with pytest.raises(InputError, match=r"expected finite outputs of the reference run.*joint4\.spring\.Ks = 1e\+300"):
+        build_fmu(e, tmp_path / "x.fmu", kind="native", values={"Ks": 1e300})
+    assert not list(tmp_path.iterdir())
+    path, data = tmp_path / "identification.json", identification()
+    data["links"]["6"]["I12"] = {"value": 1.0, "unit": "kg m^2"}
+    path.write_text(json.dumps(data))
+    done = CliRunner().invoke(export, ["--from", str(path), "--out", str(tmp_path / "x.fmu"), "--kind", "native"])
+    assert done.exit_code == 2
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"error: {path}: ")
+    assert "no body has this inertia" in line
     assert not (tmp_path / "x.fmu").exists()

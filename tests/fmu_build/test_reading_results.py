@@ -8,9 +8,12 @@ import shutil
 import pytest
 from click.testing import CliRunner
 
+from haptid.fmu_build.exchange.discrepancy_json import read_finding
+from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.fmu_build.export import main as export
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.model.device.reader import load_device
+from haptid.model.effects.registry import catalogue
 from haptid.support.errors import LONGEST
 
 PARAMETER = {"value": 1e-4, "std": None, "unit": "kg m^2", "status": "identified"}
@@ -54,6 +57,7 @@ def changed(*path, to, data=None):
     return data
 
 
+K3 = ("effects", 0, "parameters", "k3")
 ONE = ("configurations", 0)
 WRONG = [
     (
@@ -82,6 +86,43 @@ WRONG = [
     (changed("whole", to={"a": True}), "whole.a: expected a number, got True"),
     (changed("configurations", to=2 * content()["configurations"]), "joint 4 twice"),
     ('{"schema": "identification/1",', "cut off"),
+    *(
+        (
+            changed(*ONE, "parameters", "inertia", "value", to=x),
+            "parameters.inertia.value: expected a number from 1e-10",
+        )
+        for x in (-1.0, 0.0, 0, 1e300)
+    ),
+    *(
+        (changed(*ONE, "parameters", id, to={"value": x}), f"parameters.{id}.value: expected a number from")
+        for id, x in (("Ks", 1e300), ("Ks", -1.0), ("vs", 0), ("Fc", -1.0), ("gravity_cos", 1e300))
+    ),
+    (changed(*ONE, "parameters", "Fc", to={"value": 5.0}), "expected Fs_4 >= Fc_4, got Fs_4 = "),
+    (changed(*ONE, "parameters", to={"Fc": {"value": 2.0}, "Fs": {"value": 1.0}}), "expected Fs >= Fc, got Fs = 1"),
+    (changed(*ONE, "parameters", "inertia", "unit", to="N m/deg"), "inertia.unit: expected the unit kg m^2"),
+    (changed(*ONE, "parameters", "inertia", "unit", to="kg"), "inertia.unit: expected the unit kg m^2, got 'kg'"),
+    (changed(*ONE, "parameters", "inertia", "lower", to=5), "parameters.inertia.value: expected a value within"),
+    (
+        changed(*ONE, "parameters", "Ks", to={"value": 0.0, "lower": 5, "upper": -5}),
+        "parameters.Ks: expected lower <= upper, got lower 5, upper -5",
+    ),
+    (changed(*ONE, "free_joints", to=[9]), "configurations[0].free_joints: expected joints of freedom6s, got joint 9"),
+    (changed(*ONE, "free_joints", to=[10**9]), "free_joints[0]: expected a number of 9999 or less"),
+    (changed(*ONE, "free_joints", to=[4, 0]), "got 'inertia'; did you mean"),
+    (changed("links", to={"66": {"m": {"value": 1.0}}}), "links: expected links and motors of the device, got '66'"),
+    (
+        changed("links", to={"6": {"mass": {"value": 1.0}}}),
+        "links.6: expected parameters of a link or motor, got 'mass'",
+    ),
+    (changed("links", to={"6": {"m": {"value": -1e300}}}), "links.6.m.value: expected a number from 0"),
+    (changed("links", to={"6": {"x": {"value": 1e15}}}), "links.6.x.value: expected a number from -1000 to 1000"),
+    (changed("links", to={"6": {"m": {"value": 1.0, "unit": "g"}}}), "links.6.m.unit: expected the unit kg, got 'g'"),
+    (changed("whole", to={"Ks_44": 0.1}), "whole: expected parameters of freedom6s, got 'Ks_44'; did you mean Ks_4"),
+    (changed("whole", to={"vs_4": 0.0}), "whole.vs_4: expected a number from"),
+    (
+        '{"schema": "identification/1", "seed": ' + "9" * 5000 + "}",
+        "seed: expected numbers of at most 64 bits, got a n",
+    ),
 ]
 
 
@@ -105,7 +146,30 @@ def test_export_names_the_key_at_fault(data, part, tmp_path):
         (changed("effects", to=[{"id": "cubic_sprin", "parameters": {}}], data=FINDING), "is 'cubic_spring' meant?"),
         (changed("effects", 0, "parameters", to=..., data=FINDING), "effects[0]: expected the key 'parameters'"),
         (changed("refit", to={"k3": "x"}, data=FINDING), "refit.k3: expected a number"),
-        (changed("refit", to={}, data=FINDING), "its inertia, identified and refitted"),
+        (changed("refit", to={}, data=FINDING), "joint4.json: refit: expected its inertia, identified and refitted"),
+        (changed("refit", to=None, data=FINDING), "joint4.json: refit: expected its inertia, identified and refitted"),
+        (changed("refit", to=..., data=FINDING), "joint4.json: refit: expected its inertia, identified and refitted"),
+        (changed("refit", "inertia", to=-1e300, data=FINDING), "refit.inertia: expected a number from 1e-10"),
+        (changed("refit", "Fc", to=-5, data=FINDING), "refit.Fc: expected a number from"),
+        (changed("refit", "Fc", to=5, data=FINDING), "joint4.json: expected Fs_4 >= Fc_4"),
+        (changed("refit", "k3", to=1e300, data=FINDING), "refit.k3: expected a number from"),
+        (
+            changed("refit", "k4", to=1.0, data=FINDING),
+            "refit: expected parameters of the joint and its effects, got 'k4'",
+        ),
+        (
+            changed("effects", to=2 * FINDING["effects"], data=FINDING),
+            "effects: expected every effect once, got cubic_s",
+        ),
+        (
+            changed("refit", "k3", to=..., data=FINDING),
+            "refit: expected the key 'k3', got inertia; cubic_spring has no v",
+        ),
+        (changed(*K3, "value", to=-1e300, data=FINDING), "effects[0].parameters.k3.value: expected a number from"),
+        (changed(*K3, "unit", to="N m", data=FINDING), "parameters.k3.unit: expected the unit N m/rad^3"),
+        (changed(*K3[:-1], to={"k4": {"value": 1}}, data=FINDING), "expected parameters of cubic_spring, got 'k4'"),
+        (changed("joint", to=10**9, data=FINDING), "joint: expected a number of 9999 or less"),
+        (changed("effects", 0, "stability", to=2, data=FINDING), "stability: expected a number of 1 or less"),
     ],
 )
 def test_export_names_the_key_of_a_finding(data, part, tmp_path):
@@ -114,9 +178,29 @@ def test_export_names_the_key_of_a_finding(data, part, tmp_path):
     assert part in refused(tmp_path, content(), "--with", path)
 
 
-def test_one_joint_needs_its_inertia(tmp_path):
-    data = changed(*ONE, "parameters", to={"Ks": PARAMETER})
-    assert "the key 'inertia'" in refused(tmp_path, data, "--joints", "4")
+@pytest.mark.parametrize(
+    ("parameters", "missing"), [({"Ks": {"value": 0.01}}, "inertia"), ({"inertia": PARAMETER}, "Kp")]
+)
+def test_one_joint_needs_all_its_parameters(parameters, missing, tmp_path):
+    data = changed(*ONE, "parameters", to=parameters)
+    assert f"joint 4: expected the key '{missing}'" in refused(tmp_path, data, "--joints", "4")
+
+
+def test_fields_that_were_added_to_the_results_are_read(tmp_path):
+    entry = {
+        "residual": "torque", "why": "a controller swept it", "floor": {"value": 0.01, "unit": "N m"},
+        "baseline": {"parameters": {"Fv": {"value": 1e-3, "std": 1e-5, "unit": "N m s/rad"}}},
+        "runs": [{"file": "a.csv", "figures": {"model": {"free_rmse": 0.1, "horizon_rmse": {"0.1": 0.01}}}}],
+        "locked_positions_rad": [0, 0, 0, 0, 0, 0],
+    }  # fmt: skip
+    source, data = tmp_path / "identification.json", content()
+    data["configurations"][0] |= entry
+    other = data["configurations"][0] | {"locked_positions_rad": [0, 0.5, 0, 0, 0, 0]}
+    source.write_text(json.dumps(data | {"configurations": [*data["configurations"], other]}))
+    assert read_identification(source)["configurations"][0]["residual"] == "torque"
+    told = {"verdict": "partly_named", "residual": "torque", "gap": {"sealed": None, "validate": {"black_box": 0.1}}}
+    source.write_text(json.dumps(changed("effects", 0, "stability", to=0.9, data=FINDING) | told))
+    assert [e.id for e in read_finding(source, catalogue()).effects] == ["cubic_spring"]
 
 
 def test_a_link_out_of_the_folder_is_no_file_of_the_results(tmp_path):

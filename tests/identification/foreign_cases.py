@@ -63,6 +63,8 @@ STEPS = {
     "prints": 'for (int i = 0; i < 200000; i++) fprintf(i % 2 ? stderr : stdout, "a line without end\\n"); '
     "x += h * u; return 0;",
     "reports an error": "return 3;",
+    "divides by zero": "x = (t < 0.4 ? 1.0 : 0.0) / (t < 0.4 ? 1.0 : 0.0); return 0;",
+    "overflows": "x = (t < 0.4 ? 1.0 : 1e308 * 1e10); return 0;",
 }
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>
 <fmiModelDescription fmiVersion="2.0" modelName="small" guid="{0}">

@@ -61,7 +61,7 @@ def wrong(path, value):
     [
         (wrong(["links", 1, "mass"], "heavy"), "links[1].mass"),
         (wrong(["links", 1, "mass"], -0.25), "links[1].mass"),
-        (wrong(["links", 0, "colour"], "red"), "links[0]"),
+        (wrong(["links", 0, "colour"], "red"), "links[0].colour"),
         (wrong(["links", 4, "parent"], "9"), "links[4].parent"),
         (wrong(["links", 4, "name"], "2"), "links[4].name"),
         (wrong(["links", 3, "moved_by"], {"2": 0.5}), "links[3].moved_by.2"),
@@ -72,7 +72,7 @@ def wrong(path, value):
         (wrong(["joints", 2, "transmission"], "chain"), "joints[2].transmission"),
         (wrong(["joints", 2, "position_limits"], [1, -1]), "joints[2].position_limits"),
         (wrong(["joints", 2, "parameters", "Ks"], {"initial": 2.0, "upper": 1.0}), "joints[2].parameters.Ks"),
-        (wrong(["joints", 2, "parameters", "sigma9"], 1.0), "joints[2].parameters"),
+        (wrong(["joints", 2, "parameters", "sigma9"], 1.0), "joints[2].parameters.sigma9"),
         (wrong(["gravity"], [0, -9.81]), "gravity"),
         (wrong(["control_point", "link"], "hand"), "control_point.link"),
         (wrong(["title"], None), "top level"),
@@ -85,6 +85,71 @@ def test_errors_name_the_key(change, named):
         parse_device(data, "mine.toml")
     assert str(caught.value).startswith(f"mine.toml: {named}:")
     assert "expected" in str(caught.value)
+
+
+PENDULUM = (DEVICES / "double_pendulum.toml").read_text()
+FS = "Fs = { initial = 0.16, lower = 0.01, upper = 1.0 }"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        (
+            "moved_by = { 0 = 1 }",
+            "moved_by = { 0 = 1e300 }",
+            "line 71: links[0].moved_by.0: expected a number from -6 ",
+        ),
+        ("ratios = { 0 = 6 }", f"ratios = {{ {'9' * 5000} = 1 }}", "expected a joint's number and its coefficient"),
+        ("ratios = { 0 = 6 }", "ratios = { shoulder = 6 }", "line 60: motors[0].ratios.shoulder: expected a joint's"),
+        ("ratios = { 0 = 6 }", "ratios = { 0 = 1e300 }", "line 60: motors[0].ratios.0: expected a number from -1e+06"),
+        ("origin = [0.0, 0.0, -0.3]", "origin = [0, 0, -1e300]", "line 80: links[1].origin[2]: expected a number"),
+        ("origin = [0.0, 0.0, -0.3]", "origin = [0, 0, 1e20]", "line 80: links[1].origin[2]: expected a number"),
+        ("axis = [0, 1, 0]", "axis = [0, 1e300, 0]", "links[0].axis[1]: expected a number"),
+        ("-9.81]", "-9.81e300]", "line 4: gravity[2]: expected a number from -1000 to 1000 m/s^2"),
+        (FS, "Fs = { initial = 1e300 }", "line 39: joints[0].parameters.Fs: expected initial from 1e-10 to 1e+06"),
+        (FS, "Fs = -1", "line 39: joints[0].parameters.Fs: expected initial from 1e-10"),
+        (FS, "Fs = { fixed = 0.001 }", "expected Fs >= Fc (stiction, Coulomb friction), got Fs = 0.001, Fc = 0.146"),
+        (FS, "Fs = { initial = 1, fixed = 2 }", "got { initial, fixed }; keep one form"),
+        (FS, "Fs = { initial = 1, uper = 2 }", "got { initial, uper }; did you mean upper?"),
+        ("Kp = { fixed = 1.0 }", "Kp = { fixed = 0.0 }", "line 32: joints[0].parameters.Kp"),
+        ("inertia = 7.66e-5", "inertia = -1", "line 59: motors[0].inertia: expected a number from 1e-15"),
+        ("mass = 0.559", "mass = 1e-300", "line 72: links[0].mass: expected a number from 1e-09"),
+        (
+            "mass = 0.559",
+            "mass = { initial = 0.559, std = 1e-300 }",
+            "links[0].mass.std: expected a standard deviation",
+        ),
+        ("[-6.5, 6.5]", "[-1e300, 1e300]", "line 29: joints[0].position_limits[0]: expected a number from -1e+06"),
+        ("mass = 0.3", "mass = 1e300", "line 22: uncertainty.mass: expected a number from 1e-09"),
+        ("torque_limit = 6.0", "torque_limit = 1e300", "line 30: joints[0].torque_limit: expected a number from 1e-09"),
+        ("torque_limit = 6.0", "torque_limt = 6.0", "line 30: joints[0].torque_limt: expected a known key, got"),
+        ("torque_limit = 6.0", "torque_limt = 6.0", "did you mean torque_limit?"),
+        (
+            "torque_limit = 6.0",
+            'transmission = "tendn"',
+            "expected one of direct, tendon, got 'tendn'; did you mean tendon",
+        ),
+        ('"double_pendulum"', '"double pendulum"', "line 2: name: expected a name of the letters a-z, digits and _"),
+        ('title = "DFKI', 'titel = "DFKI', "is 'titel' a misspelling of it?"),
+    ],
+)
+def test_what_no_device_can_have_is_told_with_its_line(tmp_path, old, new, words):
+    assert old in PENDULUM
+    (tmp_path / "mine.toml").write_text(PENDULUM.replace(old, new, 1))
+    with pytest.raises(InputError) as caught:
+        load_device(tmp_path / "mine.toml")
+    assert words in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
+def test_a_joint_that_moves_no_mass_is_refused():
+    data = table("double_pendulum")
+    data["links"] = [{"name": "1", "moved_by": {"0": 1, "1": 1}}]
+    del data["control_point"], data["motors"]
+    with pytest.raises(InputError, match=r"joints\[0\]: expected a joint that moves a mass"):
+        parse_device(data, "mine.toml")
+    data["motors"] = [{"name": "m", "inertia": 1e-4, "ratios": {"0": 6, "1": 1}}]
+    assert parse_device(data, "mine.toml").massive == ()
 
 
 def test_joint_that_moves_nothing_is_refused():

@@ -19,6 +19,11 @@ DEEP = "[" * 5000 + "]" * 5000
         (f"a = 1\nb = {HUGE}", "a.toml, line 2: expected numbers of at most 64 bits, got a number of 400 digits"),
         (f"a = 1\nb = {LONGER}", "a.toml, line 2: expected numbers of at most 64 bits, got a number of 5000 digits"),
         (f"b = {DEEP}", "a.toml: expected at most 64 levels of brackets"),
+        (
+            f"f = 0.{HUGE}\nb = {HUGE}",
+            "a.toml, line 2: expected numbers of at most 64 bits, got a number of 400 digits",
+        ),
+        ("b = 0xFFFFFFFFFFFFFFFFFF", "a.toml: b: expected numbers of at most 64 bits, got a number of 22 digits"),
         ("b = " + "[" * 70 + "]" * 70, "a.toml: expected at most 64 levels of brackets"),
         ("[a]\nb = [1.0, nan]", r"a.toml: a.b[1]: expected a finite number, got nan"),
         ("[a]\nmass = inf", r"a.toml: a.mass: expected a finite number, got inf"),
@@ -39,9 +44,16 @@ def test_an_open_bound_may_be_infinite():
     ("text", "words"),
     [
         ('{"a": 1,\n', "a.json, line 2: expected JSON"),
-        ('{"a": NaN}', "a.json: expected JSON, got NaN"),
+        ('{"a": [1, NaN]}', "a.json: a[1]: expected JSON, got NaN"),
+        ('{"a": {"b": -Infinity}}', "a.json: a.b: expected JSON, got -Infinity"),
+        ('{"c": {"a": 1, "a": 2}}', "a.json: c: expected JSON, got 'a' twice in one object"),
+        (
+            f'{{"f": 0.{HUGE}, "a": {HUGE}}}',
+            "a.json: a: expected numbers of at most 64 bits, got a number of 400 digits",
+        ),
         ('{"a": 1, "a": 2}', "a.json: expected JSON, got 'a' twice in one object"),
-        (f'{{"a": {LONGER}}}', "a.json, line 1: expected numbers of at most 64 bits"),
+        (f'{{"f": 0.{HUGE}, "a": {LONGER}}}', "a.json: a: expected numbers of at most 64 bits, got a number of 5000"),
+        ('{"a": -9223372036854775809}', "a.json: a: expected numbers of at most 64 bits, got a number of 19 digits"),
         (DEEP, "a.json: expected at most 64 levels of brackets"),
     ],
 )

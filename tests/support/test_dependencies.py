@@ -137,6 +137,12 @@ def test_the_embedded_job_runs_on_the_core_alone(tmp_path: Path):
     assert (tmp_path / "report.html").is_file()
 
 
+def test_a_urdf_needs_no_extra(tmp_path: Path):
+    arm = ROOT / "model" / "device" / "built_in" / "arm6.urdf"
+    done = without_extras("model.plan", arm, "--no-design", "--out", tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
 def test_every_other_command_starts_on_the_core_alone():
     commands = (
         "fmu_build.run", "fmu_build.export", "discrepancy.run", "studies.blind.run", "measurement.check",
@@ -150,7 +156,6 @@ def test_every_other_command_starts_on_the_core_alone():
     ("arguments", "extra"),
     [
         (("identification.run", "--joints", "4", "--scheduler", "tcp://127.0.0.1:1"), "cluster"),
-        (("model.plan", ROOT / "model" / "device" / "built_in" / "arm6.urdf"), "urdf"),
     ],
 )
 def test_what_needs_an_extra_names_its_command(tmp_path: Path, arguments: tuple[str | Path, ...], extra: str):

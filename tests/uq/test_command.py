@@ -2,7 +2,9 @@
 
 import csv
 import json
+import math
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +13,9 @@ from click.testing import CliRunner
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.noise.noise_model import NoiseModel
+from haptid.support.errors import InputError, NumericalError
 from haptid.uq.density.forward import EachForward, KernelForward, kernel_of
+from haptid.uq.result.finite import check_finite, early_word
 from haptid.uq.run import main
 from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
 
@@ -104,6 +108,26 @@ def test_the_fmu_gives_the_kernel_s_posterior(kind, equations, runs):
     here = density.but(forward=KernelForward(equations=equations, step=step))(eta)
     there = density.but(forward=EachForward(simulator=fmu))(eta)
     np.testing.assert_allclose(there, here, rtol=1e-9, atol=1e-6)
+
+
+def test_few_rows_are_said_before_any_work(equations, runs):
+    short = runs[0].but(t=runs[0].t[:60], u=runs[0].u[:60], y=runs[0].y[:60])
+    with_rows = equations.with_parameters({q.id: {"fixed": q.id == "Kp"} for q in equations.parameters})
+    assert early_word(with_rows, [short], 4).startswith("joint 4: 60 rows to fit for 11 free parameters, fewer than 10")
+    assert early_word(equations, runs, 4) == ""
+    with pytest.raises(InputError, match="parameter whose posterior is wanted, got all fixed"):
+        early_word(equations.with_parameters({q.id: {"fixed": True} for q in equations.parameters}), runs, 4)
+
+
+def test_a_posterior_without_numbers_ends_in_words():
+    interval = {0.95: (math.nan, 1.0)}
+    lost, sound = (SimpleNamespace(id=id, mean=0.0, std=1.0, median=0.0, intervals=i) for id, i in
+                   (("vs", interval), ("Ks", {0.95: (0.0, 1.0)})))  # fmt: skip
+    with pytest.raises(
+        NumericalError, match="joint 3: the posterior of vs is not finite: the runs do not determine it"
+    ):
+        check_finite(SimpleNamespace(joint=3, parameters=(sound, lost)))
+    assert check_finite(SimpleNamespace(joint=3, parameters=(sound,))).joint == 3
 
 
 @pytest.mark.parametrize(

@@ -5,8 +5,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import hashlib
-import os
-import subprocess
+import shutil
 import sys
 import tempfile
 from pathlib import Path
@@ -14,8 +13,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from haptid.support.errors import NumericalError
-from haptid.support.files.cache import cache_folder, is_sealed, seal
+from haptid.support.files.cache import cache_folder, is_sealed, seal, writing_to_cache
+from haptid.support.processes.c_compiler import run_c_compiler
 
 Array = NDArray[np.float64]
 Doubles = ctypes.POINTER(ctypes.c_double)
@@ -38,15 +37,13 @@ def library(name: str) -> ctypes.CDLL:
 
 def _compile(source: Path, target: Path) -> None:
     """Compile into a temporary folder beside ``target`` and move it there at once, so that races are harmless."""
-    with tempfile.TemporaryDirectory(dir=target.parent) as folder:
-        made = Path(folder) / target.name
-        command = [sys.executable, "-m", "ziglang", "cc", *FLAGS, str(source), "-o", str(made)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)
-        if done.returncode != 0:
-            msg = f"{source.name} did not compile: {done.stderr.strip()}"
-            raise NumericalError(msg)
+    with writing_to_cache(), tempfile.TemporaryDirectory(dir=target.parent) as name:
+        folder = Path(name)
+        shutil.copyfile(source, folder / source.name)
+        made = folder / target.name
+        run_c_compiler([*FLAGS, source.name, "-o", made.name], folder)
         made.chmod(0o700)
-        os.replace(made, target)  # noqa: PTH105 - the atomic form
+        made.replace(target)
 
 
 def doubles(array: Array) -> ctypes._Pointer[ctypes.c_double]:

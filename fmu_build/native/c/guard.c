@@ -110,11 +110,13 @@ FMI2 const char *fmi2GetVersion(void) { return "2.0"; }
 
 FMI2 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                                    const fmi2CallbackFunctions *call, fmi2Boolean visible, fmi2Boolean logging) {
+    char folder[LONGEST_PATH];
     if (!call || !call->allocateMemory || !call->freeMemory) return NULL;
     const char *fault = !name || !*name ? "instance name: expected a text, got none"
                       : !guid || !same(guid, FMU_GUID) ? "guid: expected " FMU_GUID ", got that of another FMU"
                       : !resources ? "resource location: expected a URI, got none"
-                      : type != 1 ? "type: expected co-simulation" : load();
+                      : type != 1 ? "type: expected co-simulation" : locate(resources, folder);
+    if (!fault) fault = load();
     Guard *g = fault ? NULL : call->allocateMemory(1, sizeof *g);
     if (g) {
         g->host = g->own = *call;
@@ -123,7 +125,7 @@ FMI2 fmi2Component fmi2Instantiate(fmi2String name, fmi2Type type, fmi2String gu
         g->own.componentEnvironment = g;
         fmi2Component (*instantiate)(fmi2String, fmi2Type, fmi2String, fmi2String, const fmi2CallbackFunctions *, fmi2Boolean, fmi2Boolean);
         instantiate = loader[INSTANTIATE];
-        g->inner = instantiate(name, type, guid, resources, &g->own, visible, fmi2True);
+        g->inner = instantiate(name, type, guid, folder, &g->own, visible, fmi2True);
         if (g->inner) {
             attach(g);
             return g;

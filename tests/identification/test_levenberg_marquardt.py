@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptid.discrepancy.fit.levenberg_marquardt import FAR, minimise, triangle_by_runs
+from haptid.identification.optimise.levenberg_marquardt import FAR, minimise, triangle_by_runs
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.problem.residuals import Blocks
 from haptid.measurement.values.run import Array

@@ -1,0 +1,59 @@
+"""What a ``discrepancy/joint<j>.json`` may state of a joint and its effects."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+from haptid.fmu_build.exchange.identification_check import COEFFICIENT
+from haptid.fmu_build.exchange.possible import check_entry, check_order, check_value, of_joint_parameter, of_quantity
+from haptid.model.effects.effect import Effect
+from haptid.model.equations.joint_parameters import sliding
+from haptid.model.equations.stated_parameters import ORDERED, ROWS
+from haptid.model.joint.joint_in_device import of_the_test_alone
+from haptid.support.errors import InputError
+from haptid.support.suggestion import did_you_mean
+
+
+def check_refit(refit: Mapping[str, float], effects: Sequence[Effect], where: str) -> None:
+    """Refuse values of parameters that neither the joint nor its effects have, or that they cannot have."""
+    own = {q.id: q for e in effects for q in e.parameters}
+    for id, value in refit.items():
+        if id in ROWS:
+            check_value(value, of_joint_parameter(id), f"{where}.{id}")
+        elif id in own:
+            check_value(value, of_quantity(own[id]), f"{where}.{id}")
+        elif not COEFFICIENT.fullmatch(id):
+            expected, todo = "parameters of the joint and its effects", did_you_mean(id, [*ROWS, *own])
+            raise InputError(where, expected=expected, got=repr(id), todo=todo)
+    for larger, smaller in ORDERED:
+        check_order(larger, smaller, refit, {}, where)
+    if refit:
+        _check_complete(refit, effects, where)
+
+
+def _check_complete(refit: Mapping[str, float], effects: Sequence[Effect], where: str) -> None:
+    for effect in effects:
+        for id in _needed(effect):
+            if id not in refit:
+                todo = f"{effect.id} has no value without it"
+                raise InputError(where, expected=f"the key {id!r}", got=", ".join(refit), todo=todo)
+
+
+def _needed(effect: Effect) -> list[str]:
+    """Return the parameters that a refit has to state: of an effect that is taken along, all but known numbers."""
+    if of_the_test_alone(effect):
+        return []
+    return [q.id for q in effect.parameters if q.id in {*effect.relative, *effect.origin} or not q.fixed]
+
+
+def check_estimates(estimates: Mapping[str, Any], effect: Effect, where: str) -> None:
+    """Refuse estimates of parameters that an effect does not have, or that they cannot have, and other units."""
+    own = {q.id: q for q in effect.parameters}
+    for id, entry in estimates.items():
+        if id not in own:
+            expected, todo = f"parameters of {effect.id}", did_you_mean(id, own)
+            raise InputError(where, expected=expected, got=repr(id), todo=todo)
+        possible = of_quantity(own[id])
+        check_entry(entry, replace(possible, units=(own[id].unit, sliding(own[id].unit))), f"{where}.{id}")

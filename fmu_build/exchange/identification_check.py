@@ -1,0 +1,169 @@
+"""What an ``identification.json`` may state: parameters that exist, with values that they can have."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from haptid.fmu_build.exchange.possible import (
+    LARGEST,
+    Possible,
+    check_bounds,
+    check_entry,
+    check_order,
+    check_value,
+    of_joint_parameter,
+    of_quantity,
+)
+from haptid.model.device.device import STANDARD, Device
+from haptid.model.equations.quantity import Quantity
+from haptid.model.equations.stated_parameters import ORDERED, ROWS
+from haptid.model.joint.joint_in_device import joint_quantities
+from haptid.model.rigid_body.forward_dynamics import link_quantities
+from haptid.support.errors import InputError
+from haptid.support.suggestion import did_you_mean
+
+COEFFICIENT = re.compile(r"(inertia|gravity|V|M\d{2,8})_(1|([csq]\d{1,4}){1,9})")
+"""Inertial coefficients beside those of `joint_parameters.TABLE`: ``M01_c1``, ``V_s0``, ``gravity_c0c0``."""
+TENSOR = ((4, 7, 8), (7, 5, 9), (8, 9, 6))
+"""Places of the inertia tensor's entries among `STANDARD`."""
+SLACK = 1e-6
+"""How far a body's moment may lie below 0, relative to its inertia: a disc or a rod has one at 0."""
+ANY = Possible(least=-LARGEST, most=LARGEST, units=(), description="inertial coefficient")
+
+
+def check_tests(data: Mapping[str, Any], path: str) -> None:
+    """Refuse what no joint has among the parameters of the tests, whatever the device.
+
+    Raises
+    ------
+    InputError
+        Where the same joint was tested alone twice in one posture, or a parameter does not exist or has a value, bounds
+        or a unit that it cannot have.
+    """
+    _check_once(data, path)
+    for where, joints, id, entry in _entries(data, path):
+        name, _ = _of_joint(id, joints)
+        if name in ROWS:
+            check_entry(entry, of_joint_parameter(name), where)
+        elif COEFFICIENT.fullmatch(id):
+            check_value(float(entry["value"]), ANY, f"{where}.value")
+            check_bounds(entry, where)
+        else:
+            known = list(ROWS) if len(joints) == 1 else [f"{name}_{j}" for j in joints for name in ROWS]
+            expected, todo = "parameters of a locked joint", did_you_mean(id, known)
+            raise InputError(where.removesuffix(f".{id}"), expected=expected, got=repr(id), todo=todo)
+
+    for number, configuration in enumerate(data["configurations"]):
+        values = {id: entry["value"] for id, entry in configuration["parameters"].items()}
+        for larger, smaller in ORDERED:
+            for tail in ("", *(f"_{joint}" for joint in configuration["free_joints"])):
+                where = f"{path}: configurations[{number}].parameters"
+                check_order(larger + tail, smaller + tail, values, {}, where)
+
+
+def check_for_device(data: Mapping[str, Any], device: Device, path: str) -> None:
+    """Refuse joints, links and parameters that ``device`` does not have, and values that they cannot have.
+
+    Raises
+    ------
+    InputError
+        Names the key at fault.
+    """
+    for number, configuration in enumerate(data["configurations"]):
+        check_joints(configuration["free_joints"], device, f"{path}: configurations[{number}].free_joints")
+    for where, joints, id, entry in _entries(data, path):
+        name, joint = _of_joint(id, joints)
+        if name in ROWS:
+            check_entry(entry, of_joint_parameter(name, slides=device.joints[joint].prismatic), where)
+    known = device_quantities(device)
+    _check_links(data.get("links", {}), known, path)
+    for id, value in data.get("whole", {}).items():
+        if id in known:
+            check_value(float(value), of_quantity(known[id]), f"{path}: whole.{id}")
+        elif not COEFFICIENT.match(id):
+            expected, todo = f"parameters of {device.name}", did_you_mean(id, known)
+            where = f"{path}: whole"
+            raise InputError(where, expected=expected, got=repr(id), todo=todo)
+
+
+def check_joints(joints: list[int], device: Device, where: str) -> None:
+    """Refuse numbers that no joint of the device has."""
+    last = len(device.joints) - 1
+    for joint in joints:
+        if joint > last:
+            todo = f"it has joints 0 to {last}"
+            raise InputError(where, expected=f"joints of {device.name}", got=f"joint {joint}", todo=todo)
+
+
+def check_orders(values: Mapping[str, float], device: Device, where: str) -> None:
+    """Refuse values by id, the device's first guesses where absent, with which no simulation starts: Fs below Fc."""
+    guesses = {id: q.initial for id, q in device_quantities(device).items()}
+    for joint in range(len(device.joints)):
+        for larger, smaller in ORDERED:
+            check_order(f"{larger}_{joint}", f"{smaller}_{joint}", values, guesses, where)
+
+
+def impossible_links(values: Mapping[str, float], device: Device) -> Iterator[str]:
+    """Say of each link whether no body has its mass, centroid and inertia (Wensing, Kim and Slotine 2018, eq. 17)."""
+    for link in device.massive:
+        ids = [f"link{link.name}_{key}" for key in STANDARD]
+        if not link.inertial or not set(ids) & set(values):
+            continue
+        stated = [float(values.get(id, guess)) for id, guess in zip(ids, link.inertial.initial, strict=True)]
+        inertia = np.array([[stated[k] for k in row] for row in TENSOR])
+        moments = np.linalg.eigvalsh(np.trace(inertia) / 2 * np.eye(3) - inertia)
+        if moments[0] < -SLACK * np.abs(inertia).max():
+            yield f"link {link.name}: no body has this inertia: its principal moments break the triangle inequality"
+
+
+def device_quantities(device: Device) -> dict[str, Quantity]:
+    """Return the parameters of the whole device by id, without its equations."""
+    joints = [q for j in range(len(device.joints)) for q in joint_quantities(device, j, suffix=f"_{j}")]
+    return {q.id: q for q in (*link_quantities(device), *joints)}
+
+
+def _check_once(data: Mapping[str, Any], path: str) -> None:
+    tested = set()
+    for configuration in data["configurations"]:
+        joints, posture = tuple(configuration["free_joints"]), repr(configuration.get("locked_positions_rad"))
+        if len(joints) == 1 and (joints, posture) in tested:
+            where, got = f"{path}: configurations", f"joint {joints[0]} twice"
+            raise InputError(where, expected="one test of every joint alone in a posture", got=got)
+        tested.add((joints, posture))
+
+
+def _entries(data: Mapping[str, Any], path: str) -> Iterator[tuple[str, list[int], str, Mapping[str, Any]]]:
+    """Yield place, free joints, id and entry of every parameter of every test."""
+    for number, configuration in enumerate(data["configurations"]):
+        for id, entry in configuration["parameters"].items():
+            yield f"{path}: configurations[{number}].parameters.{id}", configuration["free_joints"], id, entry
+
+
+def _of_joint(id: str, joints: list[int]) -> tuple[str, int]:
+    """Return a parameter's name and its joint: the only one, or the number at the end of the id."""
+    if len(joints) == 1 and id in ROWS:
+        return id, joints[0]
+    for joint in joints:
+        if id.endswith(f"_{joint}") and id.removesuffix(f"_{joint}") in ROWS:
+            return id.removesuffix(f"_{joint}"), joint
+    return "", joints[0]
+
+
+def _check_links(links: Mapping[str, Any], known: Mapping[str, Quantity], path: str) -> None:
+    bodies = {id.removeprefix("link").rpartition("_")[0] for id in known if id.startswith(("link", "motor_"))}
+    for body, parameters in links.items():
+        if body not in bodies:
+            where, todo = f"{path}: links", did_you_mean(body, sorted(bodies))
+            raise InputError(where, expected="links and motors of the device", got=repr(body), todo=todo)
+        prefix = body if body.startswith("motor_") else f"link{body}"
+        own = [id.removeprefix(f"{prefix}_") for id in known if id.startswith(f"{prefix}_")]
+        for id, entry in parameters.items():
+            where = f"{path}: links.{body}"
+            if f"{prefix}_{id}" not in known:
+                todo = did_you_mean(id, own)
+                raise InputError(where, expected="parameters of a link or motor", got=repr(id), todo=todo)
+            check_entry(entry, of_quantity(known[f"{prefix}_{id}"]), f"{where}.{id}")

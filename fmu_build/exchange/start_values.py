@@ -1,0 +1,75 @@
+"""Start values that a parameter set states, as values of the parameters and states of some equations."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.description.units import parse_unit
+from haptid.fmu_build.description.variables import structured_name
+from haptid.fmu_build.exchange.identification_json import Identified
+from haptid.fmu_build.exchange.possible import (
+    LARGEST,
+    Possible,
+    check_order,
+    check_value,
+    of_joint_parameter,
+    of_quantity,
+)
+from haptid.fmu_build.exchange.ssv_reader import Stated, read_ssv
+from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Quantity
+from haptid.model.equations.stated_parameters import ROWS
+from haptid.support.errors import InputError
+from haptid.support.suggestion import did_you_mean
+
+
+def with_start_values(found: Identified, path: Path | None, equations: Equations) -> Identified:
+    """Return what was identified with the values of the parameter set ``path`` in its place.
+
+    Raises
+    ------
+    InputError
+        Where the file is no parameter set (`fmu_build.exchange.ssv_reader.read_ssv`), names what the FMU of
+        ``equations`` does not have, or states another unit or a value that the quantity cannot have.
+    """
+    if path is None:
+        return found
+    ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
+    ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
+    possible = {q.id: _possible(q) for q in equations.parameters}
+    possible |= {s.id: Possible(least=-LARGEST, most=LARGEST, units=(s.unit,), description=s.description)
+                 for s in equations.states}  # fmt: skip
+    values = dict(found.values)
+    stated = read_ssv(path)
+    for name, one in stated.items():
+        where = f"{path}, line {one.line}"
+        if name not in ids:
+            todo = did_you_mean(name, ids)
+            raise InputError(where, expected="parameters and states of this FMU", got=repr(name), todo=todo)
+        _check_unit(one, possible[ids[name]].units[0], f"{where}: {name}")
+        check_value(one.value, possible[ids[name]], f"{where}: {name}")
+        values[ids[name]] = one.value
+    guesses = {q.id: q.initial for q in equations.parameters}
+    for larger, smaller in equations.orderings:
+        check_order(larger, smaller, values, guesses, str(path))
+    source = Provenance(source=path.name)
+    return Identified(values=values, provenance={**found.provenance, **dict.fromkeys((ids[n] for n in stated), source)})
+
+
+def _possible(q: Quantity) -> Possible:
+    """Return what a parameter of one joint, or of a joint among several, can be, in the unit that it has here."""
+    stem, _, tail = q.id.rpartition("_")
+    name = stem if tail.isdigit() else q.id
+    if name not in ROWS:
+        return of_quantity(q)
+    of_table = of_joint_parameter(name)
+    return Possible(least=of_table.least, most=of_table.most, units=(q.unit,), description=of_table.description)
+
+
+def _check_unit(stated: Stated, unit: str, where: str) -> None:
+    if stated.unit is None:
+        return
+    wanted = parse_unit(unit)
+    if (stated.unit.exponents, stated.unit.factor) != (wanted.exponents, wanted.factor):
+        raise InputError(where, expected=f"the unit {unit}", got=repr(stated.unit.name))

@@ -1,0 +1,75 @@
+"""``haptid COMMAND``: one door to all commands; each is loaded when it is asked for, so that help comes at once."""
+
+from __future__ import annotations
+
+import importlib
+from difflib import get_close_matches
+from importlib import metadata
+
+import click
+
+COMMANDS = {
+    "init": ("measurement.new", "Make a campaign from a folder of tables."),
+    "check": ("measurement.check", "Read a campaign and say what is in it, and what looks like a slip."),
+    "plan": ("model.plan", "Which joints to lock, in which order and posture."),
+    "fmus": ("fmu_build.run", "Build one FMU per locked-joint configuration of a device."),
+    "identify": ("identification.run", "Fit joint by joint, verify the whole device, export its FMU."),
+    "posterior": ("uq.run", "How well each parameter is known."),
+    "missing": ("discrepancy.run", "What is missing in the model of a joint, if anything."),
+    "export": ("fmu_build.export", "Package an identified model again."),
+}
+"""Name: the module that holds the command, and what it does."""
+
+EXAMPLES = """\b
+Examples:
+  haptid init my_tables --out my_campaign
+  haptid check my_campaign
+  haptid identify my_campaign --out results
+  haptid posterior my_campaign --out results --joints 4
+  haptid missing my_campaign --out results --joint 4
+"""
+
+
+class Commands(click.Group):
+    """A group whose commands are imported when they are called."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 # click's signature
+        """Return the names in the order in which a user needs them."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 # click's signature
+        """Import the command."""
+        if cmd_name not in COMMANDS:
+            return None
+        command = importlib.import_module(f"haptid.{COMMANDS[cmd_name][0]}").main
+        return command if isinstance(command, click.Command) else None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Refuse an unknown command in one line, with the one it may have meant."""
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            near = get_close_matches(args[0], COMMANDS, n=1)
+            meant = f"; did you mean {near[0]}?" if near else ""
+            click.echo(f"error: haptid: expected one of {', '.join(COMMANDS)}, got {args[0][:60]!r}{meant}", err=True)
+            ctx.exit(2)
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 # click's signature
+        """Write the list of commands without importing any."""
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, told) for name, (_, told) in COMMANDS.items()])
+
+
+def version() -> str:
+    """Return the version of the installed haptid, or that of a clone that is run in place."""
+    try:
+        return metadata.version("haptid")
+    except metadata.PackageNotFoundError:
+        return "in a clone, not installed"
+
+
+@click.command(cls=Commands, epilog=EXAMPLES, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(version(), prog_name="haptid")
+def main() -> None:
+    """Turn measurements of a robot or haptic device into identified FMUs with honest uncertainty."""

@@ -1,0 +1,156 @@
+"""The entries of a device file as parts of a `Device`: joints, links, motors, with what a schema cannot say of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from typing import Any
+
+from haptid.model.device import ranges
+from haptid.model.device.device import BASE, Guess, Joint, Link, Motor, Vector
+from haptid.model.device.link_guesses import Uncertainty, inertial
+from haptid.model.device.ranges import Range
+from haptid.model.equations.stated_parameters import check_parameters
+from haptid.support.errors import InputError
+from haptid.support.files.place import Place
+
+Table = Mapping[str, Any]
+Raw = float | Mapping[str, float]
+
+
+def guess_of(value: Raw, place: Place) -> Guess:
+    """Return the guess that a number, ``{ initial, lower, upper, std }`` or ``{ fixed }`` states."""
+    try:
+        if not isinstance(value, Mapping):
+            return Guess(initial=float(value))
+        if "fixed" in value:
+            return Guess(initial=float(value["fixed"]), fixed=True)
+        return _full_guess(**value)
+    except ValueError as error:
+        raise InputError(str(place), expected="lower <= initial <= upper, std > 0", got=str(error)) from None
+
+
+def _full_guess(
+    *, initial: float, lower: float = -math.inf, upper: float = math.inf, std: float | None = None
+) -> Guess:
+    return Guess(initial=float(initial), lower=float(lower), upper=float(upper), std=std)
+
+
+def uncertainty_of(table: Table, place: Place) -> Uncertainty:
+    """Return the stated standard deviations of links' guesses."""
+    for key, value in table.items():
+        (ranges.CENTROID_STD if key == "centroid" else ranges.RELATIVE).check(value, place.at(key))
+    return Uncertainty(**table)
+
+
+def joint_of(entry: Table, place: Place) -> Joint:
+    """Return one ``[[joints]]`` entry."""
+    lower, upper = entry.get("position_limits", (-math.pi, math.pi))
+    if not lower < upper:
+        where = str(place.at("position_limits"))
+        raise InputError(where, expected="lower < upper", got=f"[{lower}, {upper}]")
+    for i, limit in enumerate((lower, upper)):
+        ranges.POSITION.check(limit, place.at("position_limits", i))
+    return Joint(
+        name=entry["name"],
+        transmission=entry.get("transmission", "direct"),
+        prismatic=entry.get("prismatic", False),
+        parameters=_parameters(entry.get("parameters", {}), place.at("parameters")),
+        position_limits=(float(lower), float(upper)),
+        torque_limit=ranges.TORQUE.check(entry.get("torque_limit", math.inf), place.at("torque_limit")),
+        max_frequency=ranges.FREQUENCY.check(entry.get("max_frequency", math.inf), place.at("max_frequency")),
+    )
+
+
+def _parameters(table: Table, place: Place) -> dict[str, Guess]:
+    stated = {key: value if isinstance(value, Mapping) else {"initial": value} for key, value in table.items()}
+    check_parameters(stated, lambda key: str(place.at(key)))
+    return {key: guess_of(value, place.at(key)) for key, value in stated.items()}
+
+
+def link_of(
+    entry: Table, place: Place, above: Sequence[str], joints: Sequence[Joint], uncertainty: Uncertainty
+) -> Link:
+    """Return one ``[[links]]`` entry; ``above`` are the names of the links before it."""
+    if entry["name"] in (*above, BASE):
+        raise InputError(str(place.at("name")), expected="a name of its own", got=repr(entry["name"]))
+    parent = entry.get("parent", BASE)
+    if parent not in (*above, BASE):
+        expected = f"base or a link above ({', '.join(above)})"
+        raise InputError(str(place.at("parent")), expected=expected, got=repr(parent))
+    motion = entry.get("motion", "revolute")
+    most = ranges.TRAVEL if motion == "prismatic" else ranges.TURNS
+    moved_by = _ratios(entry.get("moved_by", {}), place.at("moved_by"), len(joints), most)
+    _check_motion(motion, moved_by, joints, place.at("moved_by"))
+    return Link(
+        name=entry["name"],
+        title=entry.get("title", ""),
+        parent=parent,
+        motion=motion,
+        origin=vector_of(entry.get("origin", (0, 0, 0)), ranges.LENGTH, place.at("origin")),
+        rpy=vector_of(entry.get("rpy", (0, 0, 0)), ranges.ANGLE, place.at("rpy")),
+        axis=_axis(entry.get("axis", (0, 0, 1)), place.at("axis")),
+        moved_by=moved_by,
+        inertial=inertial(entry, place, uncertainty, guess_of),
+    )
+
+
+def motor_of(entry: Table, place: Place, n_joints: int, uncertainty: Uncertainty) -> Motor:
+    """Return one ``[[motors]]`` entry."""
+    at = place.at("inertia")
+    guess = ranges.ROTOR.check_guess(guess_of(entry["inertia"], at), at, "leave a motor without inertia out")
+    ratios = _ratios(entry["ratios"], place.at("ratios"), n_joints, ranges.GEAR)
+    return Motor(name=entry["name"], inertia=uncertainty.rotor_guess(guess), ratios=ratios)
+
+
+def _ratios(table: Table, place: Place, n_joints: int, most: Range) -> dict[int, Fraction]:
+    ratios = {}
+    for key, value in table.items():
+        joint = int(key)  # the schema allows four digits
+        if joint >= n_joints:
+            raise InputError(str(place.at(key)), expected=f"a joint number 0..{n_joints - 1}", got=key)
+        most.check(value, place.at(key), "")
+        ratios[joint] = Fraction(str(value))
+    return ratios
+
+
+def _check_motion(motion: str, moved_by: Mapping[int, Fraction], joints: Sequence[Joint], place: Place) -> None:
+    if (motion == "fixed") != (not moved_by):
+        got = ", ".join(f"joint {joint}" for joint in moved_by) or "none"
+        raise InputError(str(place), expected="joints for a moving link, none for a fixed one", got=got)
+    for joint, ratio in moved_by.items():
+        where = str(place.at(str(joint)))
+        if motion == "revolute" and (ratio.denominator != 1 or joints[joint].prismatic):
+            got = f"{float(ratio):g}" + " times a prismatic one" * joints[joint].prismatic
+            raise InputError(where, expected="a whole number times a revolute joint", got=got)
+        if motion == "prismatic" and not joints[joint].prismatic:
+            raise InputError(where, expected="a joint with prismatic = true", got=f"joint {joint}")
+
+
+def check_moved(joints: Sequence[Joint], links: Sequence[Link], motors: Sequence[Motor], place: Place) -> None:
+    """Refuse a joint that moves no link, or nothing that has mass: its equation would divide by zero."""
+    for j in range(len(joints)):
+        moved = {link.name for link in links if link.moved_by.get(j)}
+        if not moved:
+            raise InputError(str(place.at("joints", j)), expected="a link with this joint in moved_by", got="none")
+        for link in links:  # children stand behind their parents
+            moved |= {link.name} if link.parent in moved else set()
+        heavy = any(link.inertial is not None and link.name in moved for link in links)
+        if not heavy and not any(motor.ratios.get(j) for motor in motors):
+            todo = "give a link that it moves mass, centroid and inertia"
+            raise InputError(str(place.at("joints", j)), expected="a joint that moves a mass", got="none", todo=todo)
+
+
+def vector_of(values: Sequence[float], each: Range, place: Place) -> Vector:
+    """Return three numbers within a range."""
+    x, y, z = (each.check(value, place.at(i)) for i, value in enumerate(values))
+    return x, y, z
+
+
+def _axis(values: Sequence[float], place: Place) -> Vector:
+    x, y, z = vector_of(values, ranges.DIRECTION, place)
+    length = math.hypot(x, y, z)
+    if not length > 1e-9:
+        raise InputError(str(place), expected="a direction", got=f"[{x}, {y}, {z}]")
+    return x / length, y / length, z / length

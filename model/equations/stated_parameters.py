@@ -1,0 +1,135 @@
+"""What a file states of a locked joint's parameters, checked in one place for devices and for campaigns.
+
+An entry is ``{ initial, lower, upper, prior = { mean, std } }`` or ``{ fixed }``; a device's ``std`` is a prior about
+``initial``. The checks are of sign, of size, of order, and of entries that contradict themselves or each other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from haptid.model.equations.joint_parameters import TABLE, Row
+from haptid.support.errors import InputError
+
+Entry = Mapping[str, Any]
+ROWS: Mapping[str, Row] = {row.id: row for row in TABLE}
+MARGIN = 1e3
+"""A stated number may lie beyond the default range of its parameter by this factor; a wrong unit lies further out."""
+SHARPEST = 1e-12
+"""Smallest standard deviation of a prior, relative to what it is about: the weight of a sharper one overflows."""
+ORDERED = (("Fs", "Fc"),)
+"""Pairs of which the first is never smaller: stiction and Coulomb friction."""
+
+
+def check_parameters(stated: Mapping[str, Entry], where: Callable[[str], str]) -> None:
+    """Refuse what no fit and no simulation could use of the stated parameters of one joint.
+
+    Parameters
+    ----------
+    stated
+        Entries by the ids of `joint_parameters.TABLE`; their keys hold finite numbers, bounds may be infinite.
+    where
+        Names the place of a parameter in the user's file, as ``campaign.toml, line 12, joint.4.parameters.Fs``.
+
+    Raises
+    ------
+    InputError
+        With the first parameter at fault.
+    """
+    for id, entry in stated.items():
+        _check_entry(ROWS[id], entry, where(id))
+    for larger, smaller in ORDERED:
+        if larger in stated and smaller in stated:
+            _check_order(larger, smaller, stated, where(larger))
+
+
+def possible_range(id: str) -> tuple[float, float]:
+    """Return the range outside which no stated number of a parameter makes sense (0 excluded where it is positive)."""
+    row = ROWS[id]
+    return row.lower / MARGIN if row.lower > 0 else row.lower * MARGIN, row.upper * MARGIN
+
+
+def range_of(id: str, entry: Entry) -> tuple[float, float]:
+    """Return the bounds of a parameter: the stated ones, else the default ones, widened to hold what is stated."""
+    row, value = ROWS[id], stated_value(entry)
+    if "fixed" in entry:
+        return entry["fixed"], entry["fixed"]
+    inside = [row.lower, row.upper] if value is None else [row.lower, row.upper, value]
+    lower, upper = entry.get("lower", float("-inf")), entry.get("upper", float("inf"))
+    return (
+        float(lower) if lower > float("-inf") else min(inside),
+        float(upper) if upper < float("inf") else max(inside),
+    )
+
+
+def stated_value(entry: Entry) -> float | None:
+    """Return the value that an entry states: fixed, first guess or mean of the prior; None where it has bounds only."""
+    for key in ("fixed", "initial"):
+        if key in entry:
+            return float(entry[key])
+    return float(entry["prior"]["mean"]) if "prior" in entry else None
+
+
+def _check_entry(row: Row, entry: Entry, where: str) -> None:
+    if not entry:
+        raise InputError(where, expected="initial, bounds, a prior or a fixed value", got="an empty table")
+    if "fixed" in entry and len(entry) > 1:
+        others = ", ".join(key for key in entry if key != "fixed")
+        raise InputError(where, expected="fixed alone", got=f"fixed with {others}", todo="keep one of the two")
+    prior = entry.get("prior", {})
+    numbers = {**{key: entry[key] for key in ("fixed", "initial", "lower", "upper") if key in entry}, **prior}
+    for key, value in numbers.items():
+        if key != "std" and abs(value) < float("inf"):
+            _check_size(row, key, value, where)
+    if "fixed" not in entry:
+        _check_bounds(row, entry, numbers, where)
+    std = prior.get("std", entry.get("std"))
+    if std is not None:
+        _check_width(row, std, stated_value({"prior": prior} if prior else entry), where)
+
+
+def _check_bounds(row: Row, entry: Entry, numbers: Mapping[str, float], where: str) -> None:
+    lower, upper = range_of(row.id, entry)
+    if not lower < upper:
+        todo = "fix it if it is known" if {"lower", "upper"} <= set(entry) else "state both bounds"
+        raise InputError(where, expected="lower < upper", got=f"lower {lower:g}, upper {upper:g}", todo=todo)
+    for key, words in (("initial", "an initial value"), ("mean", "a prior's mean")):
+        if key in numbers and not lower <= numbers[key] <= upper:
+            got = f"{key} {numbers[key]:g} outside [{lower:g}, {upper:g}]"
+            raise InputError(where, expected=f"{words} within the bounds", got=got)
+
+
+def _check_size(row: Row, key: str, value: float, where: str) -> None:
+    least, most = possible_range(row.id)
+    if least <= value <= most:
+        return
+    todo = "check its unit"
+    if row.lower > 0 >= value:
+        todo = "leave lower out if it is unknown" if key == "lower" else "it must be positive"
+    elif key in ("lower", "upper"):
+        todo = "leave the bound out if it is unknown"
+    expected = f"{key} from {least:g} to {most:g} ({row.description}, SI units)"
+    raise InputError(where, expected=expected, got=f"{value:g}", todo=todo)
+
+
+def _check_width(row: Row, std: float, value: float | None, where: str) -> None:
+    _, most = possible_range(row.id)
+    least = SHARPEST * max(abs(value or 0.0), row.initial or 1e-3)
+    if not least <= std <= most:
+        todo = "write fixed for what is known" if std < least else "leave the prior out where nothing is known"
+        expected = f"a standard deviation from {least:.1g} to {most:g}"
+        raise InputError(where, expected=expected, got=f"{std:g}", todo=todo)
+
+
+def _check_order(larger: str, smaller: str, stated: Mapping[str, Entry], where: str) -> None:
+    values = stated_value(stated[larger]), stated_value(stated[smaller])
+    highest, lowest = range_of(larger, stated[larger])[1], range_of(smaller, stated[smaller])[0]
+    if values[0] is not None and values[1] is not None and values[0] < values[1]:
+        got = f"{larger} = {values[0]:g}, {smaller} = {values[1]:g}"
+    elif highest < lowest:
+        got = f"{larger} up to {highest:g}, {smaller} from {lowest:g}"
+    else:
+        return
+    names = f"{ROWS[larger].description}, {ROWS[smaller].description}"
+    raise InputError(where, expected=f"{larger} >= {smaller} ({names})", got=got)

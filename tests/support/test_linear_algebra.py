@@ -1,0 +1,38 @@
+"""Linear algebra of fits against plain formulas, and its promises where matrices are singular."""
+
+from __future__ import annotations
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from haptid.support.linear_algebra import profiled, scaled_covariance
+
+
+def jacobian(seed: int) -> np.ndarray:
+    """Columns of very different sizes; the last two are one."""
+    J = np.random.default_rng(seed).standard_normal((30, 6)) * np.array([1.0, 1e4, 1e-4, 1.0, 10.0, 1.0])
+    J[:, 5] = 3.0 * J[:, 4]
+    return J
+
+
+@given(st.integers(0, 1000))
+def test_what_is_profiled_is_what_a_fit_of_the_others_leaves(seed: int):
+    J = jacobian(seed)
+    kept, others = [0, 2], [1, 3, 4, 5]
+    left = J[:, kept] - J[:, others] @ np.linalg.lstsq(J[:, others], J[:, kept], rcond=1e-10)[0]
+    np.testing.assert_allclose(
+        profiled(J.T @ J, kept), left.T @ left, rtol=1e-5, atol=1e-6 * np.abs(left.T @ left).max()
+    )
+
+
+@given(st.integers(0, 1000), st.sets(st.integers(0, 5), min_size=1))
+def test_what_is_profiled_is_never_indefinite(seed: int, kept: set[int]):
+    matrix = profiled(jacobian(seed).T @ jacobian(seed), sorted(kept))
+    assert np.linalg.eigvalsh(matrix).min() >= -1e-12 * np.trace(matrix)
+
+
+def test_a_covariance_in_scaled_columns_is_that_of_least_squares():
+    J = jacobian(1)[:, :5]
+    C, size = scaled_covariance(J)
+    np.testing.assert_allclose(C / np.outer(size, size), np.linalg.inv(J.T @ J), rtol=1e-6)
