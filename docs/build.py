@@ -85,7 +85,11 @@ def main(out: Path) -> None:
     """Build the pages into a folder; start at its index.html."""
     with tempfile.TemporaryDirectory() as folder:
         pages = Path(folder) / "docs"
-        shutil.copytree(SOURCES, pages, ignore=shutil.ignore_patterns("*.py", "*.yml", "constants.toml", "__pycache__"))
+        shutil.copytree(
+            SOURCES,
+            pages,
+            ignore=shutil.ignore_patterns("*.py", "*.yml", "constants.toml", "campaign_keys.toml", "__pycache__"),
+        )
         for name, page in PAGES.items():
             (pages / name).parent.mkdir(exist_ok=True)
             (pages / name).write_text(page(), encoding="utf-8")

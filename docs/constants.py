@@ -9,7 +9,6 @@ from __future__ import annotations
 import importlib
 import tomllib
 from dataclasses import dataclass
-from functools import reduce
 from pathlib import Path
 
 import click
@@ -34,7 +33,7 @@ class Constant:
     module
         Below ``haptid``.
     name
-        Of the constant; a dot leads to an attribute.
+        Of the constant, or an expression that the module can evaluate.
     meaning
         What it bounds or counts, with its unit.
     step
@@ -50,7 +49,7 @@ class Constant:
     @property
     def value(self) -> object:
         """Value in the code."""
-        return reduce(getattr, self.name.split("."), importlib.import_module(f"haptid.{self.module}"))
+        return eval(self.name, vars(importlib.import_module(f"haptid.{self.module}")))
 
     @property
     def row(self) -> tuple[str, str, str, str, str]:

@@ -12,6 +12,7 @@ import click
 from click import ClickException
 
 from docs.tables import table, with_parts
+from haptid.model.device import ranges
 from haptid.model.equations.joint_parameters import TABLE
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
@@ -100,6 +101,34 @@ def parameters_table(tree: dict[str, Any]) -> str:
     return table(header, rows)
 
 
+RANGES = (
+    ("`gravity`", ranges.GRAVITY),
+    ("`origin`, `centroid`, `control_point.position`", ranges.LENGTH),
+    ("`rpy`", ranges.ANGLE),
+    ("`position_limits`", ranges.POSITION),
+    ("`torque_limit`", ranges.TORQUE),
+    ("`max_frequency`", ranges.FREQUENCY),
+    ("`mass`", ranges.MASS),
+    ("`I11`, `I22`, `I33`", ranges.MOMENT),
+    ("`I12`, `I13`, `I23`", ranges.PRODUCT),
+    ("`motors.inertia`", ranges.ROTOR),
+    ("`moved_by` of a link that turns", ranges.TURNS),
+    ("`moved_by` of a prismatic link", ranges.TRAVEL),
+    ("`motors.ratios`", ranges.GEAR),
+    ("`uncertainty`, relative", ranges.RELATIVE),
+    ("`uncertainty.centroid`", ranges.CENTROID_STD),
+)
+
+
+def ranges_table() -> str:
+    """Return what the numbers of a device file may be."""
+    rows = []
+    for keys, one in RANGES:
+        unit = "1" if one.unit.startswith(("(", "times")) else one.unit
+        rows.append((keys, f"{one.least:g} … {one.most:g}{', or infinite' if one.infinite else ''}", unit))
+    return table(("key", "range", "unit"), rows)
+
+
 def example(name: str, language: str) -> str:
     """Return a file of ``docs/examples`` as a fenced block."""
     return f"```{language}\n{(EXAMPLES / name).read_text(encoding='utf-8')}```"
@@ -111,6 +140,7 @@ def with_tables(page: str) -> str:
     parts = {name: keys_table({"required": [], **part}) for name, part in objects(tree).items()}
     parts["guess"] = guess_table(tree)
     parts["parameters"] = parameters_table(tree)
+    parts["ranges"] = ranges_table()
     parts["example"] = example("two_joints.toml", "toml")
     parts["urdf example"] = example("two_joints.urdf", "xml")
     return with_parts(page, parts, "docs/device_file.py")

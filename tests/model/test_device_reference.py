@@ -10,6 +10,8 @@ from click.testing import CliRunner
 
 from docs import device_file
 from haptid.model.device.reader import load_device, parse_device
+from haptid.model.device.urdf_joints import STICTION
+from haptid.model.equations.stated_parameters import MARGIN
 from haptid.model.plan import main as plan
 
 OBJECTS = device_file.objects(device_file.schema())
@@ -51,6 +53,12 @@ def test_a_default_is_what_holds_without_the_key(kind: str, key: str):
     entry_of(stated, kind)[key] = OBJECTS[kind]["properties"][key]["default"]
     entry_of(silent, kind).pop(key, None)
     assert parse_device(stated, "example.toml") == parse_device(silent, "example.toml")
+
+
+def test_the_page_states_the_margins_of_the_code():
+    page = device_file.PAGE.read_text(encoding="utf-8")
+    assert f"by a factor of\n{MARGIN:g}" in page
+    assert f"`Fs` {STICTION:g} times as large" in page
 
 
 def test_the_example_is_planned(tmp_path):

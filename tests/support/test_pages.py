@@ -9,6 +9,9 @@ import pytest
 
 from docs import architecture, constants, search_figure
 from docs.equations import BLOCK, TAG, svg_of, with_equations
+from haptid.model.device.reader import load_device
+from haptid.model.planning.locking_order import locking_order
+from haptid.model.rigid_body.forward_dynamics import forward_dynamics
 from haptid.support.installing.environment import ROOT
 
 DOCS = ROOT / "docs"
@@ -66,3 +69,14 @@ def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
     prose = text_of(page).partition("## Constants")[0]
     unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
     assert not unused
+
+
+def test_numbers_of_the_rigid_body_are_those_of_the_device():
+    device = load_device("freedom6s")
+    order = locking_order(device)
+    new = [str(len(stage.new)) for stage in order.stages]
+    operations = sum(expression.count_ops() for _, expression in forward_dynamics(device).definitions)
+    text = text_of(constants.THEORY / "rigid_body.md")
+    assert f"with {', '.join(new[:-1])} and {new[-1]} new parameters" in text
+    assert f"reach {order.reached_home} of {order.full.rank} base parameters" in text
+    assert f"takes {operations:,} operations" in text
