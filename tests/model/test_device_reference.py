@@ -56,8 +56,8 @@ def test_a_default_is_what_holds_without_the_key(kind: str, key: str):
 
 
 def test_the_page_states_the_margins_of_the_code():
-    page = device_file.PAGE.read_text(encoding="utf-8")
-    assert f"by a factor of\n{MARGIN:g}" in page
+    page = " ".join(device_file.PAGE.read_text(encoding="utf-8").split())
+    assert f"by a factor of {MARGIN:g}" in page
     assert f"`Fs` {STICTION:g} times as large" in page
 
 
