@@ -4,7 +4,7 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind calibrate fuzz faults cluster parquet posterior locked licences sbom
+.PHONY: fmu check test real bench docs blind calibrate fuzz faults cluster parquet posterior locked sizes licences sbom
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
@@ -23,5 +23,6 @@ parquet: ; $(RUN) --extra parquet
 posterior: ; $(RUN) --extra posterior
 # Files that are made from uv.lock.
 locked: ; $(RUN) --dev -m support.installing.supply_chain lock
+sizes: ; $(RUN) --dev -m support.installing.supply_chain sizes
 licences: ; $(RUN) --dev -m support.installing.supply_chain licences
 sbom: ; $(RUN) --dev -m support.installing.supply_chain sbom

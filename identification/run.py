@@ -184,6 +184,7 @@ def _head(job: Job, digest: str) -> dict[str, Any]:
         "device": job.campaign.device,
         "campaign": job.campaign.title,
         "measured": job.campaign.measured,
+        "remarks": list(job.campaign.remarks),
         "seed": job.options.seed,
         "software": {"haptid": _version("haptid", "from source"), "python": platform.python_version(), **software},
         "command": "python -m identification.run " + " ".join(sys.argv[1:]),

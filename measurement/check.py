@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from haptid.measurement.checks.stated import check_stated
+from haptid.measurement.checks.preparation import accepted
 from haptid.measurement.checks.summary import summarise, table_text
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.format.reading import read_campaign
@@ -29,7 +29,8 @@ def main(campaign: Path | None, quiet: bool) -> None:
     "~" marks what was estimated from the data. Units: N m and rad (N and m for a joint that slides).
     """
     with warnings_on_stderr():
-        found = check_stated(read_campaign(campaign))
+        found = read_campaign(campaign)
+        accepted(found)
     click.echo(f"{found.title}\n{_counts(found)}\n")
     bar: Any = progress(total=len(found.runs), title="check", quiet=quiet or not sys.stderr.isatty())
     with bar:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import errno
 import functools
 import os
+import select
 import signal
 import sys
+import tempfile
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from types import FrameType
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TextIO, TypeVar
 
 import click
 from tqdm import tqdm
@@ -23,7 +26,8 @@ from haptid.support.files.folder_lock import locked
 
 P = ParamSpec("P")
 T = TypeVar("T")
-INTERRUPTED, TERMINATED = 130, 143
+INTERRUPTED, TERMINATED, CLOSED = 130, 143, 141
+_FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
 class Terminated(KeyboardInterrupt):
@@ -66,15 +70,45 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
             click.echo(f"error: not enough memory; {_kept()}; repeat with fewer --workers", err=True)
             sys.exit(HaptidError.exit_code)
         except OSError as error:
+            if isinstance(error, BrokenPipeError) and _nobody_reads():
+                sys.exit(CLOSED)
             where = f"{error.filename}: " if error.filename is not None else ""
-            told = shortened(one_line(where + (error.strerror or str(error))), LONGEST - 50)
-            click.echo(f"error: {told}; {_kept()}", err=True)
+            told = shortened(one_line(where + (error.strerror or str(error))), LONGEST - 150)
+            todo = (
+                f"; free some space there, in {tempfile.gettempdir()} and in the cache" if error.errno in _FULL else ""
+            )
+            click.echo(f"error: {told}; {_kept()}{shortened(todo, 100)}", err=True)
             sys.exit(HaptidError.exit_code)
         except KeyboardInterrupt as stop:
             click.echo(f"interrupted: {_kept()}", err=True)
             sys.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
 
     return wrapped
+
+
+def _nobody_reads() -> bool:
+    """Whether standard output or error is a pipe whose reader has left (``| head``); what is still to come is dropped.
+
+    Then a command ends in silence, with the exit code that a shell gives to what SIGPIPE ended.
+    """
+    left = [stream for stream in (sys.stdout, sys.stderr) if _has_no_reader(stream)]
+    for stream in left:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    return bool(left)
+
+
+def _has_no_reader(stream: TextIO) -> bool:
+    try:
+        if not hasattr(select, "poll"):  # Windows: what could not be written fails again
+            stream.flush()
+            return False
+        poll = select.poll()
+        poll.register(stream, select.POLLOUT)
+        return any(event & (select.POLLERR | select.POLLHUP) for _, event in poll.poll(0))
+    except BrokenPipeError:
+        return True
+    except (OSError, ValueError):  # closed, or no file of the system's
+        return False
 
 
 def _kept() -> str:

@@ -23,7 +23,7 @@ def root_of_inverse(matrix: Array) -> Array:
     """
     size = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(matrix * np.outer(size, size))
-    values = np.maximum(values, values.size * np.finfo(float).eps * values[-1])
+    values = np.maximum(values, values.size * np.finfo(float).eps * values.max(initial=0.0))
     return np.asarray(size[:, None] * vectors / np.sqrt(values))
 
 
@@ -68,7 +68,7 @@ def profiled(information: Array, places: Sequence[int]) -> Array:
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
     U, s, _ = np.linalg.svd(root[:, others], full_matrices=False)
-    taken = U[:, s > np.sqrt(ROUNDING) * s[0]]
+    taken = U[:, s > np.sqrt(ROUNDING) * s.max(initial=0.0)]
     left = root[:, kept] - taken @ (taken.T @ root[:, kept])
     left = left * size[kept]
     return np.asarray(left.T @ left)

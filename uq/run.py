@@ -18,7 +18,7 @@ from haptid.identification.optimise.workers import Processes, Submitting
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.configurations import Configuration, configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import device_of, equations_for, named
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.protocol import Simulator
@@ -138,7 +138,8 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     kernel = kernel_of(equations)
     bar: Any
     with progress(total=sampling.longest, title=f"joint {joint}: fit", quiet=command.quiet) as bar:
-        found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
+        with named(command.campaign, (joint,)):
+            found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
 
         def report(steps: int, tau: float, effective: float) -> None:
             bar.n = steps

@@ -16,6 +16,8 @@ LARGEST = 1e15
 """Size of a number that no machine's parameter has, in any SI unit, where no closer range is known."""
 ROUNDING = 1e-9
 """How far a value may lie beyond its bounds, relative to them: a fit works with its logarithm."""
+MEETING = 1e-4
+"""How far Fs may lie below Fc, relative to it: a minimiser passes a constraint at which it ends by as much."""
 BODY = {
     "m": (0.0, 1e6), "J": (0.0, 1e6), **dict.fromkeys("xyz", (-1e3, 1e3)),
     **dict.fromkeys(("I11", "I22", "I33"), (0.0, 1e9)), **dict.fromkeys(("I12", "I13", "I23"), (-1e9, 1e9)),
@@ -89,7 +91,7 @@ def check_order(
 ) -> None:
     """Refuse values with which no simulation starts: Fs below Fc; ``guesses`` stand where none is stated."""
     a, b = (float(values.get(id, guesses.get(id, math.nan))) for id in (larger, smaller))
-    if a < b:
+    if a < b - MEETING * abs(b):
         guessed = [id for id in (larger, smaller) if id not in values]
         todo = f"{guessed[0]} is a first guess: state it, too" if guessed else ""
         raise InputError(

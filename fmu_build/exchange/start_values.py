@@ -10,6 +10,7 @@ from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.fmu_build.exchange.possible import (
     LARGEST,
+    MEETING,
     Possible,
     check_order,
     check_value,
@@ -34,7 +35,7 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         ``equations`` does not have, or states another unit or a value that the quantity cannot have.
     """
     if path is None:
-        return found
+        return _in_order(found, equations)
     ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
     ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
     possible = {q.id: _possible(q) for q in equations.parameters}
@@ -54,7 +55,18 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
     for larger, smaller in equations.orderings:
         check_order(larger, smaller, values, guesses, str(path))
     source = Provenance(source=path.name)
-    return Identified(values=values, provenance={**found.provenance, **dict.fromkeys((ids[n] for n in stated), source)})
+    provenance = {**found.provenance, **dict.fromkeys((ids[name] for name in stated), source)}
+    return _in_order(Identified(values=values, provenance=provenance), equations)
+
+
+def _in_order(found: Identified, equations: Equations) -> Identified:
+    """Return values whose pairs are in order to the last bit, as an FMU demands: fits end a hair off Fs = Fc."""
+    values = dict(found.values)
+    for larger, smaller in equations.orderings:
+        a, b = values.get(larger), values.get(smaller)
+        if a is not None and b is not None and b - MEETING * abs(b) <= a < b:
+            values[larger] = b
+    return Identified(values=values, provenance=found.provenance)
 
 
 def _possible(q: Quantity) -> Possible:

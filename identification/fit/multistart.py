@@ -19,7 +19,7 @@ from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Basin, Fit, RunScore
-from haptid.identification.result.outcome import outcome_of
+from haptid.identification.result.outcome import outcome_of, with_cause
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
@@ -69,7 +69,8 @@ def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, worke
     descents = workers.until(descend_from, [(problem, theta) for theta in starts], lambda done: _more(problem, done))
     basins = sort_into_basins(problem, descents)
     if not basins:
-        msg = f"{simulator.equations.name}: no start gave a finite simulation; check units, bounds and first guesses"
+        files = ", ".join(run.file for run in problem.runs)
+        msg = f"no start gave a finite simulation of {files}; check units, bounds and first guesses"
         raise NumericalError(msg)
     best = min(descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
     return _result(problem, runs, best, basins, descents, begun)
@@ -114,6 +115,8 @@ def _result(
         rows=sum(run.y.size for run in problem.runs),
         parameters=n,
     )
+    excited = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
+    outcome = with_cause(outcome, over_motion=_over_motion(problem.runs, scores), excited=excited)
     return Fit(
         equations=scaling.equations,
         theta=theta,
@@ -136,6 +139,14 @@ def _result(
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
         profiles=profiles(problem, best.x, bent) if problem.options.profile else {},
     )
+
+
+def _over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:
+    """RMS of the residual over that of the motion about its mean, the largest of the joints."""
+    fitted = {score.file: score for score in scores if score.use == "fit"}
+    residual = np.mean([fitted[run.file].rmse ** 2 for run in runs], axis=0)
+    motion = np.mean([np.var(run.y, axis=0) for run in runs], axis=0)
+    return float(np.sqrt(np.max(residual / np.maximum(motion, np.finfo(float).tiny))))
 
 
 def _physical(bent: Curvature, n: int, slope: Array) -> Array:

@@ -124,4 +124,4 @@ class Scaling:
             if row.any():
                 rows.append(row)
                 limits.append(limit)
-        return np.array(rows).reshape(-1, len(self.free)), np.array(limits)
+        return np.array(rows).reshape(len(limits), len(self.free)), np.array(limits)

@@ -17,7 +17,19 @@ class Outcome(Enum):
         "only one start reached the best minimum, which leaves the sensor's noise; "
         "raise --starts to be sure that it is the best"
     )
-    LONELY = "only one start reached the best minimum, and it lies above the sensor's noise; raise --starts"
+    LONELY = (
+        "only one start reached the best minimum, and it lies above the sensor's noise; "
+        "look whether columns and units are right, then raise --starts"
+    )
+    UNEXPLAINED = (
+        "the model explains hardly anything of the motion: look whether the columns of torque and position, their "
+        "units and their signs are right (python -m measurement.check), then what it lacks (python -m discrepancy.run)"
+    )
+    UNEXCITED = (
+        "the torque never changes in the fitted runs, so that they do not tell how the joint answers to it: "
+        "look whether the torque was recorded, and in which column"
+    )
+    FIXED = "every parameter is fixed, so that nothing was fitted: the scores are those of the model as it is stated"
     UNSEEN = (
         "the fitted runs are at the sensor's noise, but runs that no fit saw are not: "
         "look whether their columns and units are those of the fitted runs, or try python -m discrepancy.run"
@@ -43,6 +55,8 @@ class Outcome(Enum):
 
 ROWS_PER_PARAMETER = 10
 """Rows of the fitted runs for each fitted parameter, below which nothing is concluded from a residual."""
+EXPLAINED = 0.5
+"""RMS of the residual over the RMS of the motion about its mean, from which a model counts as explaining nothing."""
 UNSEEN_ABOVE = 1.2
 """Times the tolerance that runs which no fit saw may reach: a run's own noise varies about the pooled one."""
 
@@ -63,6 +77,8 @@ def outcome_of(
     rows, parameters
         Readings of the fitted runs, and how many parameters they determine.
     """
+    if parameters == 0:
+        return Outcome.FIXED
     if rows < ROWS_PER_PARAMETER * parameters:
         return Outcome.TOO_FEW_ROWS
     quiet = rms_over_noise <= tolerance
@@ -71,3 +87,20 @@ def outcome_of(
     if reached > 1:
         return Outcome.CONVERGED if quiet else Outcome.ABOVE_NOISE
     return Outcome.SINGLE_START if quiet else Outcome.LONELY
+
+
+def with_cause(outcome: Outcome, *, over_motion: float, excited: bool) -> Outcome:
+    """Return the outcome, or what lies behind it where a residual above the noise has a plainer cause.
+
+    Parameters
+    ----------
+    over_motion
+        RMS of the residual over that of the motion about its mean, in the fitted runs.
+    excited
+        Whether the torque changes in some fitted run.
+    """
+    if outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY):
+        return outcome
+    if not excited:
+        return Outcome.UNEXCITED
+    return Outcome.UNEXPLAINED if over_motion > EXPLAINED else outcome

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from haptid.measurement.checks.summary import AT_REST
+from haptid.measurement.checks.motion import locked_posture
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
@@ -76,29 +74,13 @@ def configurations_of(
     missing = sorted(set(joints or ()) - {j for free in order for j in free})
     if missing or not chosen:
         tested = ", ".join(str(j) for j in sorted({j for free in order for j in free}))
-        raise InputError("--joints", expected=f"joints with runs to fit ({tested})", got=str(missing or joints))
+        got = ", ".join(map(str, missing or joints or ())) or "none"
+        raise InputError("--joints", expected=f"joints with runs to fit ({tested})", got=got)
     made = []
     for free in chosen:
         runs = campaign.runs_of(free)
-        postures = dict.fromkeys(_locked(run) for run in runs if run.use == "fit")
+        postures = dict.fromkeys(locked_posture(run) for run in runs if run.use == "fit")
         for number, posture in enumerate(postures, start=1):
-            own = tuple(run for run in runs if _locked(run) == posture)
-            _check_motion(own)
+            own = tuple(run for run in runs if locked_posture(run) == posture)
             made.append(Configuration(free_joints=free, posture=posture, runs=own, number=number))
     return tuple(made)
-
-
-def _check_motion(runs: Sequence[Run]) -> None:
-    """Refuse a configuration whose joints stand still in every run to fit."""
-    fitted = [run for run in runs if run.use == "fit"]
-    travel = np.array([np.ptp(run.y, axis=0) for run in fitted])
-    if np.all(travel < AT_REST * np.array([run.sensor_std for run in fitted])):
-        joints = ", ".join(map(str, fitted[0].free_joints))
-        expected = f"a run in which joint {joints} moves more than {AT_REST:.0f} times the sensor's noise"
-        todo = "measure with more torque, or set these runs to excluded"
-        raise InputError(fitted[0].file, expected=expected, got=f"a travel of {travel.max():.3g} at most", todo=todo)
-
-
-def _locked(run: Run) -> tuple[float, ...]:
-    """Posture with the free joints at 0, where they are ignored."""
-    return tuple(0.0 if j in run.free_joints else float(x) for j, x in enumerate(run.posture))

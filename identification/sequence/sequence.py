@@ -14,7 +14,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carried, measurement_of
 from haptid.identification.sequence.configurations import Configuration
-from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.sequence.equations_for import equations_for, named
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.inverse_dynamics import torque_equations
@@ -95,7 +95,8 @@ class Sequence:
                 fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
                 return Step(configuration=configuration, fit=fitted, torque_scored=torque)
         runs = configuration.runs
-        made, torque = fit_runs(equations, self.build, runs, options=self.options, workers=self.workers)
+        with named(self.campaign, configuration.free_joints):
+            made, torque = fit_runs(equations, self.build, runs, options=self.options, workers=self.workers)
         return Step(configuration=configuration, fit=made, torque_scored=torque)
 
 

@@ -10,6 +10,8 @@ from haptid.support.errors import InputError
 
 SLOWEST = 0.5
 """Usual time between rows [s] above which nothing of a joint's friction is left to see."""
+FASTEST = 1e-9
+"""Least time between rows [s]: no joint is sampled faster."""
 LONGEST_GAP, MANY_ROWS = 10.0, 100.0
 """A gap may last this long [s], or as long as this many rows."""
 
@@ -20,24 +22,29 @@ def check_clocks(campaign: Campaign) -> Campaign:
     Raises
     ------
     InputError
-        Where rows are more than 0.5 s apart, as where the time is in milliseconds, or where a gap is longer than 10 s
-        and than 100 rows: what the joint did meanwhile is not known, and a simulation across it would take hours.
+        Where rows are less than 1e-9 s or usually more than 0.5 s apart, as where the time is in milliseconds, or where
+        a gap is longer than 10 s and than 100 rows: what the joint did meanwhile is not known, and a simulation across
+        it would take hours.
     """
     for run in campaign.runs:
         if run.use != "excluded":
-            _check(run)
+            _check(run, f"{campaign.folder / run.file}, time_s")
     return campaign
 
 
-def _check(run: Run) -> None:
+def _check(run: Run, where: str) -> None:
     gaps = np.diff(run.t)
+    if gaps.min() < FASTEST:
+        row, todo = int(np.argmin(gaps)), "check its unit, and take rows away that repeat a time"
+        after = f"{where} after {run.t[row] + run.start_time:.6g} s"
+        expected = f"time in seconds, with rows {FASTEST:g} s apart at least"
+        raise InputError(after, expected=expected, got=f"{gaps[row]:.3g} s", todo=todo)
     usual, row = float(np.median(gaps)), int(np.argmax(gaps))
     if usual > SLOWEST:
         todo = "where the time is in ms, multiply it by 0.001"
         expected = f"time in seconds, with rows {SLOWEST} s apart at most"
-        where = f"{run.file}, time_s"
         raise InputError(where, expected=expected, got=f"{usual:.4g} s", todo=todo)
     if gaps[row] > max(LONGEST_GAP, MANY_ROWS * usual):
-        where = f"{run.file}, time_s after {run.t[row] + run.start_time:.6g} s"
         todo = "make two runs of what lies before and after"
-        raise InputError(where, expected=f"no gap above {LONGEST_GAP:g} s", got=f"{gaps[row]:.4g} s", todo=todo)
+        after = f"{where} after {run.t[row] + run.start_time:.6g} s"
+        raise InputError(after, expected=f"no gap above {LONGEST_GAP:g} s", got=f"{gaps[row]:.4g} s", todo=todo)

@@ -1,16 +1,22 @@
-"""What every consumer of a campaign wants first: noise filled in, validation runs held out where there are none."""
+"""What every command does with a campaign first: one gate for all, then noise filled in and runs held out."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import click
+
 from haptid.measurement.checks.clock import check_clocks
+from haptid.measurement.checks.motion import check_motion
+from haptid.measurement.checks.remarks import remark_lines, remarks_of
+from haptid.measurement.checks.sizes import check_sizes
 from haptid.measurement.checks.stated import check_stated
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.signals.hold_out import with_validation
 from haptid.measurement.signals.noise import campaign_with_noise
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
+from haptid.support.errors import LONGEST, one_line, shortened
 
 
 def prepare(campaign: Campaign) -> Campaign:
@@ -18,7 +24,24 @@ def prepare(campaign: Campaign) -> Campaign:
     return with_validation(campaign_with_noise(campaign))
 
 
+def accepted(campaign: Campaign) -> Campaign:
+    """Return the campaign ready for fits: the one place that decides whether a command can use it.
+
+    Raises
+    ------
+    InputError
+        Where numbers, clocks, stated parameters or motion allow no fit.
+    """
+    campaign = check_stated(check_clocks(check_sizes(campaign)))
+    return check_motion(campaign, prepare(campaign))
+
+
 def campaign_for_command(folder: Path | str | None) -> Campaign:
-    """Read and prepare a campaign for a command: its warnings appear on stderr, one line each."""
+    """Read and prepare a campaign for a command: its warnings and remarks appear on stderr, one line each."""
     with warnings_on_stderr():
-        return prepare(check_clocks(check_stated(read_campaign(folder))))
+        campaign = read_campaign(folder)
+        prepared = accepted(campaign)
+    remarks = tuple(remark_lines(remarks_of(campaign)))
+    for remark in remarks:
+        click.echo(f"remark: {shortened(one_line(remark), LONGEST)}", err=True)
+    return prepared.but(remarks=remarks)

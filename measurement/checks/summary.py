@@ -1,4 +1,4 @@
-"""What can be said of a campaign without a model: one row per run and joint, and remarks."""
+"""What can be said of a campaign without a model: one row per run and joint, and remarks, as text."""
 
 from __future__ import annotations
 
@@ -7,11 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.checks.stated import torque_limits
-from haptid.measurement.checks.suspicions import suspicions, twins
-from haptid.measurement.signals.control_detection import position_control
+from haptid.measurement.checks.remarks import Remarks, remarks_of
 from haptid.measurement.signals.cycles import find_cycles
-from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 
@@ -32,7 +29,6 @@ HEADER = (
 )
 EVEN = 0.01
 """Row intervals within this share of their median count as even."""
-AT_REST = 10.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,21 +47,14 @@ def unevenness(run: Run) -> float:
 
 def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Row, ...]:
     """Describe every joint of every run; ``report`` is called after each run."""
-    same, limits = twins(campaign.runs), torque_limits(campaign)
     rows = []
-    for run in campaign.runs:
-        full = with_noise(run)
-        estimated = (
-            with_noise(run.but(noise=np.full(run.noise.shape, np.nan))) if np.isfinite(run.noise).any() else full
-        )
-        for column, joint in enumerate(run.free_joints):
-            doubts = suspicions(run, estimated, column, limit=limits.get(joint, np.inf))
-            rows.append(_row(run, full, column, doubts, same.get(run.file)))
-        report()
+    for one in remarks_of(campaign, report=report):
+        rows += [_row(one, column) for column in range(len(one.run.free_joints))]
     return tuple(rows)
 
 
-def _row(run: Run, full: Run, column: int, doubts: list[str], twin: str | None) -> Row:
+def _row(one: Remarks, column: int) -> Row:
+    run = one.run
     cycles = find_cycles(run, column)
     uneven = unevenness(run)
     given = "" if np.isfinite(run.noise[column]) else "~"
@@ -83,33 +72,14 @@ def _row(run: Run, full: Run, column: int, doubts: list[str], twin: str | None) 
         f"{np.ptp(run.y[:, column]):.3g}",
         f"{cycles.omega:.4g}" if cycles.omega else "–",
         str(cycles.count) if cycles.count > 1 else "–",
-        f"{given}{full.noise[column]:.2g}",
-        f"{step_given}{full.resolution[column]:.2g}",
+        f"{given}{one.noise[column]:.2g}",
+        f"{step_given}{one.resolution[column]:.2g}",
     )
-    return Row(cells=cells, remarks=tuple(_remarks(run, full, column, doubts, twin)))
+    return Row(cells=cells, remarks=(*one.by_joint[column], *_own_words(run)))
 
 
-def _remarks(run: Run, full: Run, column: int, doubts: list[str], twin: str | None) -> list[str]:
-    sensor = float(full.sensor_std[column])
-    found = []
-    sign = position_control(run, column)
-    if sign:
-        found.append(f"{sign}: recorded under position control, an open-loop simulation from the torque would drift")
-    if np.ptp(run.u[:, column]) == 0:
-        found.append("the torque never changes: nothing excites the joint")
-    if np.ptp(run.y[:, column]) < AT_REST * sensor:
-        found.append(f"the joint hardly moves: its travel is below {AT_REST:.0f} times the sensor noise")
-    if float(np.diff(run.t).max()) > 5 * float(np.median(np.diff(run.t))):
-        row = int(np.argmax(np.diff(run.t)))
-        found.append(f"a gap of {np.diff(run.t).max():.3g} s after {run.t[row] + run.start_time:.4g} s")
-    if run.v is not None and abs(run.v[0, column]) > 0.1 * float(np.abs(run.v[:, column]).max()):
-        found.append("it starts in motion: the initial velocity should be measured or fitted")
-    found += doubts
-    if twin is not None:
-        found.append(f"it holds the same rows as {twin}, which is used otherwise: it shows nothing that no fit saw")
-    if run.use == "excluded":
-        found.append(f"excluded: {run.reason}")
-    return [*found, *run.notes]
+def _own_words(run: Run) -> list[str]:
+    return [*([f"excluded: {run.reason}"] if run.use == "excluded" else []), *run.notes]
 
 
 def table_text(rows: tuple[Row, ...]) -> str:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
+from haptid.measurement.checks.limits import Limits
 from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.signals.noise import contrasts, robust_std
 from haptid.measurement.values.run import Array, Run
 
+UNLIMITED = Limits()
 MANY_TURNS = 8 * np.pi
 """Travel [rad] of a joint that turns, four turns, above which degrees are more likely."""
 SLOW = 0.05
@@ -17,51 +18,59 @@ AGAINST = -0.05
 """Mean power over RMS torque times RMS velocity, below which a joint would drive its motor."""
 ABOVE = 10.0
 """Torque over the device's limit above which thousandths of the unit are more likely."""
+BEYOND = 1.5
+"""Travel over the device's range of motion from which degrees are likelier: end stops are not stated that well."""
+LEAST_BITS, MOST_BITS, EXACTLY = 8, 26, 1e-4
+"""Bits of encoders, and how far a number of counts may be from a power of two in bits."""
+FLICKERS, BESIDE = 0.5, 0.1
+"""Noise over the encoder's step from which readings at rest change level; distance of an end from a level in steps."""
+ORDER, FEWEST = 4, 50
+"""Order of the differences that take the motion out of readings, and fewest of them that tell the noise."""
 PLATEAU, SHARE = 5, 0.02
 """Equal extreme readings in a row, and their share of a run, from which it looks clipped."""
 FAR = 10.0
 """Stated noise over what the rows show, and the other way round."""
 
 
-def suspicions(run: Run, estimated: Run, column: int, *, limit: float = np.inf) -> list[str]:
+def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMITED) -> list[str]:
     """Return remarks on one joint of a run.
 
     Parameters
     ----------
     estimated
         The run with noise and encoder step from its own rows.
-    limit
-        Largest torque (force) of the joint that the device states [N m] ([N]).
+    limits
+        Largest torque and range of motion of the joint that the device states.
     """
     checks = (
-        _degrees(run, column),
+        _degrees(run, estimated, column, limits.travel),
         _milliseconds(run),
-        _thousandths(run, column, limit),
+        _thousandths(run, column, limits.torque),
         _power(run, column),
         _clipped(run, estimated, column),
     )
     return [remark for remark in (*checks, _noise(run, estimated, column)) if remark]
 
 
-def twins(runs: Sequence[Run]) -> dict[str, str]:
-    """Return by file the run whose rows it repeats, where a run to fit and one to validate are the same."""
-    first: dict[bytes, Run] = {}
-    found = {}
-    for run in runs:
-        if run.use == "excluded":
-            continue
-        rows = run.t.tobytes() + run.u.tobytes() + run.y.tobytes()
-        other = first.setdefault(rows, run)
-        if other.use != run.use:
-            found[run.file] = other.file
-    return found
-
-
-def _degrees(run: Run, column: int) -> str:
-    travel = float(np.ptp(run.y[:, column]))
-    if run.prismatic[column] or travel <= MANY_TURNS:
+def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> str:
+    """Look for degrees: more travel than the device or any joint has, or the step of an encoder that counts in 360."""
+    travel, step = float(np.ptp(run.y[:, column])), float(estimated.resolution[column])
+    if run.prismatic[column]:
         return ""
-    return f"travel {travel:.3g} rad on a revolute joint: degrees? then multiply the position by 0.0174533"
+    remedy = "degrees? then multiply the position by 0.0174533"
+    if travel > MANY_TURNS:
+        return f"travel {travel:.3g} rad on a revolute joint: {remedy}"
+    if travel > BEYOND * range_of_motion:
+        return f"travel {travel:.3g} rad, the device's joint has {range_of_motion:.3g}: {remedy}"
+    if step > 0 and _is_power_of_two(360.0 / step) and not _is_power_of_two(2 * np.pi / step):
+        return f"the position's step is 360/{round(360.0 / step)}: {remedy}"
+    return ""
+
+
+def _is_power_of_two(counts: float) -> bool:
+    """Whether an encoder has so many counts a turn."""
+    bits = float(np.log2(counts))
+    return LEAST_BITS <= bits <= MOST_BITS and abs(bits - round(bits)) < EXACTLY
 
 
 def _milliseconds(run: Run) -> str:
@@ -107,11 +116,39 @@ def _share(run: Run, column: int, begin: float, end: float) -> float:
 
 
 def _clipped(run: Run, estimated: Run, column: int) -> str:
-    y = run.y[:, column]
-    if np.ptp(y) == 0 or estimated.resolution[column] > 0:
+    """Look for readings that rest exactly at an end.
+
+    With an encoder's step a joint that turns round or sticks rests at a level, too. What tells then is an end that lies
+    beside the levels, or rows that hold still although noise moves all others by more than half a step.
+    """
+    y, step = run.y[:, column], float(estimated.resolution[column])
+    if np.ptp(y) == 0:
         return ""
-    ends = [name for name, end in (("highest", y.max()), ("lowest", y.min())) if _is_plateau(y == end)]
+    still = step == 0 or _noise_inside(run.t, y, step) > FLICKERS * step
+    ends = [
+        name
+        for name, end in (("highest", float(y.max())), ("lowest", float(y.min())))
+        if _is_plateau(y == end) and (still or _is_beside_levels(y, end, step))
+    ]
     return f"the position rests exactly at its {' and '.join(ends)} value: clipped, or an end stop?" if ends else ""
+
+
+def _noise_inside(t: Array, y: Array, step: float) -> float:
+    """Noise of the readings away from both ends: those that rest there would hide it."""
+    inside = (y > y.min()) & (y < y.max())
+    whole = np.lib.stride_tricks.sliding_window_view(inside, ORDER + 1).all(axis=1)
+    values = contrasts(t, y, ORDER)[whole]
+    if values.size < FEWEST:
+        return 0.0
+    return float(np.sqrt(max(robust_std(values) ** 2 - step**2 / 12.0, 0.0)))
+
+
+def _is_beside_levels(y: Array, end: float, step: float) -> bool:
+    """Whether an end lies between the levels that the readings next to it have."""
+    others = y[y != end]
+    nearest = float(others[np.argmin(np.abs(others - end))])
+    counts = (end - nearest) / step
+    return abs(counts - round(counts)) > BESIDE
 
 
 def _is_plateau(at_end: Array) -> bool:

@@ -10,6 +10,8 @@ import numpy as np
 from haptid.measurement.format import schema
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.run import Array
+from haptid.measurement.values.warning import warn
+from haptid.model.equations.stated_parameters import check_parameters
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
@@ -42,25 +44,28 @@ def _parameters(source: TomlSource, table: dict[str, Any], joint: int) -> dict[s
         if not isinstance(value, dict):
             todo = f"write {name} = {{ initial = {value} }} or {name} = {{ fixed = {value} }}"
             raise InputError(source.where(section, name), expected="a table", got=repr(value), todo=todo)
-        _check_parameter(source, value, section, name)
+        _check_kinds(source, value, section, name)
+    check_parameters(table, lambda name: source.where(section, name))
     return {name: dict(value) for name, value in table.items()}
 
 
-def _check_parameter(source: TomlSource, value: dict[str, Any], section: str, name: str) -> None:
-    where = source.where(section, name)
+def _check_kinds(source: TomlSource, value: dict[str, Any], section: str, name: str) -> None:
+    """Refuse unknown keys of one parameter, and keys that hold something else than a number or a prior."""
     for key, entry in value.items():
-        place = f"{where}.{key}"
+        place = f"{source.where(section, name)}.{key}"
         if key not in schema.PARAMETER:
             todo = did_you_mean(key, schema.PARAMETER)
             raise InputError(place, expected="a known key", got=repr(key), todo=todo)
         if not schema.PARAMETER[key].accepts(entry):
             raise InputError(place, expected=schema.PARAMETER[key].words, got=repr(entry))
-    lower, upper = value.get("lower", -np.inf), value.get("upper", np.inf)
-    if not lower < upper:
-        raise InputError(where, expected="lower < upper", got=f"lower {lower}, upper {upper}")
-    if not lower <= value.get("initial", lower) <= upper:
-        got = f"initial {value['initial']} outside [{lower}, {upper}]"
-        raise InputError(where, expected="an initial value within the bounds", got=got)
+
+
+def warn_of_unused(source: TomlSource, tables: dict[int, dict[str, Any]], joints: set[int]) -> None:
+    """Warn of tables of joints that no run frees: a number may be mistyped."""
+    for joint in sorted(set(tables) - joints):
+        there = ", ".join(map(str, sorted(joints)))
+        where = source.where(f"joint.{joint}")
+        warn(f"{where}: no run frees joint {joint} (joints with runs: {there}): nothing uses it")
 
 
 def sensor_of(

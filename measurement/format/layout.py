@@ -7,11 +7,15 @@ import zlib
 from pathlib import Path
 from typing import TextIO
 
+from haptid.measurement.format.damage import refuse_damaged, too_many_cells
 from haptid.support.errors import InputError
 
 LINES = 200
 """Lines from the start that are looked at: a layout is the same all through a file."""
 LONGEST_LINE = 1_000_000
+SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"), (" ", "blanks"))
+ALWAYS = ";\t"
+"""Signs that separate columns where they occur; the others do where the header holds no comma."""
 BOMB_BYTES, BOMB_RATIO = 64 << 20, 250
 """Measured tables pack to a third or a twentieth; one that unpacks to more than both is made to fill the memory."""
 
@@ -29,12 +33,11 @@ def check_layout(path: Path) -> None:
             _refuse_packed_bomb(path)
         with _opened(path) as stream:
             lines = [stream.readline(LONGEST_LINE) for _ in range(LINES)]
-    except UnicodeDecodeError as error:
-        got, todo = f"byte 0x{error.object[error.start]:02x}", "save it as UTF-8"
-        raise InputError(str(path), expected="a text in UTF-8", got=got, todo=todo) from None
+    except UnicodeDecodeError as error:  # anywhere in the block that was read ahead
+        raise refuse_damaged(path, type(error).__name__) from None
     except (OSError, EOFError, zlib.error):
         return  # said by whoever reads the file whole
-    _check_header(path, lines[0].strip())
+    _check_header(path, lines[0].strip(), empty=not any(line.strip() for line in lines))
     _check_rows(path, lines)
 
 
@@ -62,13 +65,16 @@ def _opened(path: Path) -> TextIO:
     return path.open(encoding="utf-8-sig")
 
 
-def _check_header(path: Path, header: str) -> None:
+def _check_header(path: Path, header: str, *, empty: bool) -> None:
     where = f"{path}, line 1"
+    if not header and not empty:
+        todo = "take the blank lines before the header away"
+        raise InputError(where, expected="the header", got="a blank line", todo=todo)
     if header.startswith(("#", "%", "//")):
         todo = "take the lines before the header away"
         raise InputError(where, expected="the header", got=f"a comment: {header[:40]!r}", todo=todo)
-    for sign, name in ((";", "semicolons"), ("\t", "tabs")):
-        if sign in header:
+    for sign, name in SEPARATORS:
+        if sign in header and (sign in ALWAYS or "," not in header):
             todo = "export it with commas and decimal points"
             raise InputError(where, expected="columns separated by commas", got=name, todo=todo)
     cells = [cell.strip() for cell in header.split(",")]
@@ -86,9 +92,8 @@ def _check_rows(path: Path, lines: list[str]) -> None:
         if line.strip() and cells > columns:
             spare = line.rstrip().endswith(",") and cells == columns + 1
             if not spare:
-                todo = "where a comma is the decimal sign, export with decimal points"
                 where = f"{path}, line {number}"
-                raise InputError(where, expected=f"{columns} cells, as the header has", got=f"{cells}", todo=todo)
+                raise too_many_cells(where, columns, cells)
 
 
 def _is_number(cell: str) -> bool:

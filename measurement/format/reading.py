@@ -10,7 +10,7 @@ import numpy as np
 
 from haptid.measurement.format import schema
 from haptid.measurement.format.devices import joint_count, resolve_device
-from haptid.measurement.format.joint_tables import joint_tables, read_overrides
+from haptid.measurement.format.joint_tables import joint_tables, read_overrides, warn_of_unused
 from haptid.measurement.format.run_entries import read_runs
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.campaign import Campaign
@@ -42,7 +42,8 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
     Warns
     -----
     CampaignWarning
-        Once for unknown extra columns; once for a device file that is missing and has a built-in namesake.
+        Once for unknown extra columns; once for each table of a joint that no run frees;
+        once for a device file that is missing and has a built-in namesake.
     """
     folder = embedded_campaign() if folder is None else Path(folder)
     source = _open(folder)
@@ -52,6 +53,7 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
     runs, unknown = read_runs(source, device, head.get("hold", "zero"), tables)
     if unknown:
         warn(f"{folder}: columns that the format does not know are kept and not used: {', '.join(unknown)}")
+    warn_of_unused(source, tables, {joint for run in runs for joint in run.free_joints})
     named = {"title", "device", "measured", "hold"}
     return Campaign(
         folder=folder,

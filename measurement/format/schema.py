@@ -66,12 +66,22 @@ def _is_noise(value: object) -> bool:
     return is_number(value) and LEAST <= value <= MOST
 
 
-def _is_not_negative(value: object) -> bool:
-    return is_number(value) and value >= 0
+def _is_step(value: object) -> bool:
+    return is_number(value) and (value == 0 or LEAST <= value <= MOST)
 
 
-def _is_nonzero(value: object) -> bool:
-    return is_number(value) and value != 0
+LEAST_CONSTANT, MOST_CONSTANT = 1e-9, 1e9
+"""Torque (force) per ampere of drives [N m/A] ([N/A]), from the smallest to the largest and far beyond."""
+FARTHEST = 1e4
+"""No locked joint stands farther from home [rad] or [m]."""
+
+
+def _is_constant(value: object) -> bool:
+    return is_number(value) and LEAST_CONSTANT <= abs(value) <= MOST_CONSTANT
+
+
+def _is_posture(value: object) -> bool:
+    return _is_numbers(value) and all(abs(entry) <= FARTHEST for entry in value)  # type: ignore[attr-defined] # a list
 
 
 TEXT = Key(accepts=_is_text, words="a text in quotes")
@@ -80,7 +90,8 @@ HOLD = Key(accepts=_one_of("zero", "linear"), words='"zero" or "linear"')
 NOISE = Key(
     accepts=_is_noise, words=f"a positive number (standard deviation of the white noise, {LEAST:g} to {MOST:g})"
 )
-STEP = Key(accepts=_is_not_negative, words="a number, 0 or more (encoder step)")
+STEP = Key(accepts=_is_step, words=f"0, or a positive number (encoder step, {LEAST:g} to {MOST:g})")
+CONSTANT = Key(accepts=_is_constant, words=f"a number of size {LEAST_CONSTANT:g} to {MOST_CONSTANT:g}")
 
 CAMPAIGN = {
     "title": TEXT,
@@ -93,7 +104,9 @@ SENSOR = {"noise_rad": NOISE, "resolution_rad": STEP, "noise_m": NOISE, "resolut
 RUN = {
     "file": Key(accepts=_is_text, words='the name of a table, as in "joint4.csv"', required=True),
     "free_joints": Key(accepts=_is_joints, words="distinct joint numbers, as in [4] or [0, 1]", required=True),
-    "locked_positions_rad": Key(accepts=_is_numbers, words="a list with one number per joint"),
+    "locked_positions_rad": Key(
+        accepts=_is_posture, words=f"a list with one number per joint, none beyond {FARTHEST:g}"
+    ),
     "use": Key(accepts=_one_of("fit", "validate", "excluded"), words='"fit", "validate" or "excluded"', required=True),
     "reason": TEXT,
     "hold": HOLD,
@@ -102,8 +115,8 @@ RUN = {
 JOINT = {
     "parameters": Key(accepts=lambda value: isinstance(value, dict), words="a table of parameters"),
     "sensor": Key(accepts=lambda value: isinstance(value, dict), words="a table with noise_rad, resolution_rad"),
-    "torque_constant_Nm_per_A": Key(accepts=_is_nonzero, words="a number other than 0"),
-    "force_constant_N_per_A": Key(accepts=_is_nonzero, words="a number other than 0"),
+    "torque_constant_Nm_per_A": CONSTANT,
+    "force_constant_N_per_A": CONSTANT,
 }
 PARAMETER = {
     "initial": NUMBER,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import warnings
 import zlib
 from contextlib import suppress
@@ -13,10 +14,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from haptid.measurement.format.damage import DECIMAL_COMMA, refuse_damaged
 from haptid.measurement.format.layout import check_layout, refuse_bomb
 from haptid.measurement.format.misnamed import advice
 from haptid.measurement.values.run import Array
-from haptid.support.errors import InputError
+from haptid.support.errors import InputError, shortened
 from haptid.support.files.files import is_file
 from haptid.support.installing.extras import need
 
@@ -24,6 +26,8 @@ SUFFIXES = (".csv", ".csv.gz", ".parquet")
 LEAST_ROWS = 8
 LARGEST = 1e100
 """No time, torque, position or velocity is larger, and squares of such numbers are finite."""
+LONGEST_CELL = 40
+"""Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
 """Python's float() to the last bit, as pandas does by itself from version 3 on."""
 
@@ -65,17 +69,31 @@ class Table:
         values = self.loosely(column)
         bad = np.flatnonzero(~(np.abs(values) < LARGEST))
         if bad.size:
-            cell = self.frame[column].iloc[int(bad[0])]
-            got = "an empty or NaN cell" if pd.isna(cell) else repr(str(cell))
-            todo = "" if np.isnan(values[bad[0]]) else f"no value is above {LARGEST:g}"
-            where = f"{self.row(int(bad[0]))}, {column}"
-            raise InputError(where, expected="a finite number", got=got, todo=todo)
+            raise self._no_number(column, int(bad[0]), values[bad[0]])
         return values
+
+    def _no_number(self, column: str, index: int, value: float) -> InputError:
+        """Return the error of a cell that is no number, or none that anything measures; it shows what stands there."""
+        cell = self._as_written(column, index)
+        got = "an empty or NaN cell" if pd.isna(cell) else repr(shortened(str(cell), LONGEST_CELL))
+        todo = "" if np.isnan(value) else f"no value is above {LARGEST:g}"
+        if re.fullmatch(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", str(cell), re.IGNORECASE):
+            todo = DECIMAL_COMMA
+        return InputError(f"{self.row(index)}, {column}", expected="a finite number", got=got, todo=todo)
+
+    def _as_written(self, column: str, index: int) -> Any:
+        cell = self.frame[column].iloc[index]
+        if self.path.suffix == ".parquet" or isinstance(cell, str) or pd.isna(cell):
+            return cell
+        texts = _read_frame(self.path, as_text=True)
+        return texts.iloc[index, list(self.frame.columns).index(column)]
 
     def loosely(self, column: str) -> Array:
         """Return a column as numbers, NaN where a cell holds none, shape (n_t,)."""
         if self.frame[column].dtype == np.float64:
             return self.frame[column].to_numpy()
+        if pd.api.types.is_bool_dtype(self.frame[column].dtype):  # true and false are no numbers
+            return np.full(len(self.frame), np.nan)
         cells = self.frame[column].to_numpy(dtype=object, na_value=np.nan)
         try:
             return cells.astype(np.float64)
@@ -100,9 +118,11 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
     Refused are an unknown kind of file, a broken one, and one with fewer than 8 rows.
     """
     if not is_file(path):
-        near = get_close_matches(path.name, _neighbours(path), n=1)
+        names = _neighbours(path)
+        near = get_close_matches(path.name, [name for name in names if name != path.name], n=1)
         todo = f"did you mean {near[0]}?" if near else ""
-        raise InputError(str(path), expected="a table of a run", got="no such file", todo=todo)
+        got = "a folder" if path.name in names else "no such file"
+        raise InputError(str(path), expected="a table of a run", got=got, todo=todo)
     if not path.name.endswith(SUFFIXES):
         raise InputError(str(path), expected=f"a file that ends in {', '.join(SUFFIXES)}", got=repr(path.name))
     if path.suffix != ".parquet":
@@ -126,14 +146,23 @@ def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
             common: dict[str, Any] = {"encoding": "utf-8-sig", "skip_blank_lines": False, "skipinitialspace": True}
             if not as_text:
                 with suppress(ValueError):  # a cell that is no number: read again as text, so that it can be shown
-                    return pd.read_csv(path, index_col=False, dtype=np.float64, **common, **EXACT)
+                    frame = pd.read_csv(path, index_col=False, dtype=np.float64, **common, **EXACT)
+                    if not _holds_flags(path, frame, common):
+                        return frame
             return pd.read_csv(path, index_col=False, dtype=str, **common)
     except pd.errors.EmptyDataError:
         raise InputError(str(path), expected=f"a header and at least {LEAST_ROWS} rows", got="an empty file") from None
     except broken as error:
-        got = f"a damaged file ({type(error).__name__})"
-        expected = "a table in CSV with a header line"
-        raise InputError(str(path), expected=expected, got=got, todo="export it again") from None
+        raise refuse_damaged(path, type(error).__name__) from None
+
+
+def _holds_flags(path: Path, frame: pd.DataFrame, common: dict[str, Any]) -> bool:
+    """Whether a column holds true and false throughout, which pandas takes for 1 and 0."""
+    binary = [k for k in range(frame.shape[1]) if len(frame) and np.isin(frame.iloc[:, k].to_numpy(), (0.0, 1.0)).all()]
+    if not binary:
+        return False
+    texts = pd.read_csv(path, index_col=False, dtype=str, usecols=binary, nrows=1, **common)
+    return any(str(cell).strip().lower() in ("true", "false") for cell in texts.iloc[0])
 
 
 def _read_parquet(path: Path) -> pd.DataFrame:

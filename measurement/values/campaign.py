@@ -32,6 +32,8 @@ class Campaign:
         ``{joint: {parameter: {"initial" | "lower" | "upper" | "fixed": number, "prior": {"mean", "std"}}}}``.
     noise_given
         Whether the campaign states the sensor noise of every run; else it is estimated from the data.
+    remarks
+        Sentences on what looks like a slip in it, for reports; filled in for commands.
     extra
         Tables and keys that nothing here interprets (``source``, ``note``, …).
     """
@@ -44,6 +46,7 @@ class Campaign:
     runs: tuple[Run, ...]
     parameter_overrides: Mapping[int, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     noise_given: bool = False
+    remarks: tuple[str, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)
 
     @property

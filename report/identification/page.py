@@ -35,7 +35,7 @@ def identification_page(
     verification: Verification,
 ) -> str:
     """Return the page; ``data`` is the content of identification.json."""
-    sections = [_overview(steps)]
+    sections = [_overview(steps), *_remarks(data.get("remarks", ()))]
     sections += [_configuration(step, own) for step, own in zip(steps, traces, strict=True)]
     if verification.runs:
         sections.append(_whole(verification))
@@ -97,6 +97,15 @@ def _overview(steps: Sequence[Step]) -> Section:
     rows = [(sentence.replace("..", "."),) for sentence in look]
     tables = (table, Table(header=("worth a second look",), rows=rows)) if rows else (table,)
     return Section(title="Overview", anchor="overview", paragraphs=(METHOD,), tables=tables)
+
+
+def _remarks(remarks: Sequence[str]) -> list[Section]:
+    """Return the section on what looked odd in the data, where anything did."""
+    if not remarks:
+        return []
+    table = Table(header=("remark",), rows=[(remark,) for remark in remarks])
+    words = "What was remarked of the runs before any fit. A slip of units, signs or columns makes every figure wrong."
+    return [Section(title="Remarks on the data", anchor="remarks", paragraphs=(words,), tables=(table,))]
 
 
 def _configuration(step: Step, traces: Sequence[Trace]) -> Section:

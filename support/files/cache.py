@@ -51,6 +51,23 @@ def cache_folder(name: str) -> Path:
         return _temporary(f"{folder}: {error.strerror}", name)
 
 
+def give_matplotlib_a_folder() -> None:
+    """Let matplotlib, which is not imported yet, keep its files in the cache where the home folder cannot be written.
+
+    Else it says so in two lines of its own at every start.
+    """
+    if "MPLCONFIGDIR" in os.environ or os.name != "posix":
+        return
+    try:
+        for variable, default in (("XDG_CONFIG_HOME", ".config"), ("XDG_CACHE_HOME", ".cache")):
+            folder = Path(os.environ.get(variable) or Path.home() / default) / "matplotlib"
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+    except (OSError, RuntimeError):
+        os.environ["MPLCONFIGDIR"] = str(cache_folder("matplotlib"))
+
+
 @contextmanager
 def writing_to_cache() -> Iterator[None]:
     """Say of a full disk that it is the cache's, and what to do; files that the block writes bear no name for users."""

@@ -5,6 +5,7 @@ Standard library only: this runs before anything is installed.
 
 from __future__ import annotations
 
+import json
 import platform
 import re
 import sys
@@ -18,6 +19,10 @@ from haptid.support.installing.environment import ROOT, applies
 
 FOLDER = ROOT / "support" / "installing" / "locked"
 CORE, DEV = "core", "dev"
+SIZES = FOLDER / "sizes.json"
+"""Bytes on disk by name, measured where they were installed: uv.lock holds only what is downloaded."""
+_UNPACKED = 4
+"""Bytes on disk for one that is downloaded, where it was not measured."""
 
 _PIN = re.compile(r"^(?P<name>[\w.-]+)==(?P<version>[^\s;]+)\s*(;\s*(?P<marker>[^\\]*?))?\s*\\?$")
 _SYSTEMS = {"linux": "manylinux", "darwin": "macosx", "win32": "win"}
@@ -47,15 +52,17 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Amount:
-    """How much an installation fetches: number of distributions, and bytes of their files."""
+    """How much an installation fetches: number of distributions, bytes of their files, and bytes on disk."""
 
     count: int
     size: int
+    on_disk: int
 
     def __str__(self) -> str:
         """In words, for a person who decides whether now is the time."""
         noun = "distribution" if self.count == 1 else "distributions"
-        return f"{self.count} {noun}, {max(round(self.size / 1e6), 1)} MB to download"
+        fetched, kept = (max(round(size / 1e6), 1) for size in (self.size, self.on_disk))
+        return f"{self.count} {noun}, {fetched} MB to download, about {kept} MB on disk"
 
 
 def locked_file(part: str) -> Path:
@@ -74,7 +81,10 @@ def amount(part: str, *, again: bool = False) -> Amount:
     packages = tomllib.loads((ROOT / "uv.lock").read_text(encoding="utf-8"))["package"]
     known = {(p["name"], p.get("version")): p for p in packages}
     lacking = [pin for pin in pins(part) if again or not pin.met]
-    return Amount(len(lacking), sum(_size(known[pin.name, pin.version]) for pin in lacking))
+    fetched = {pin.name: _size(known[pin.name, pin.version]) for pin in lacking}
+    measured = json.loads(SIZES.read_text(encoding="utf-8")) if SIZES.is_file() else {}
+    on_disk = sum(measured.get(name, _UNPACKED * size) for name, size in fetched.items())
+    return Amount(len(lacking), sum(fetched.values()), on_disk)
 
 
 def _size(package: dict[str, Any]) -> int:

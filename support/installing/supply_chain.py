@@ -1,21 +1,24 @@
-"""What comes from others: ``python -m support.installing.supply_chain lock|check|sbom|licences``, all from uv.lock."""
+"""What comes from others: ``support.installing.supply_chain lock|check|sizes|sbom|licences``, all from uv.lock."""
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 import tomllib
 from collections.abc import Iterable
 from importlib import metadata
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import click
 
 from haptid.support.command import exit_codes
 from haptid.support.errors import HaptidError
-from haptid.support.files.files import write_text
+from haptid.support.files.files import write_json, write_text
 from haptid.support.installing.environment import ROOT
-from haptid.support.installing.lock_file import CORE, DEV, locked_file, pins
+from haptid.support.installing.licence import UNKNOWN, licence, with_licences
+from haptid.support.installing.lock_file import CORE, DEV, SIZES, locked_file, pins
 
 LICENCES = ROOT / "THIRD_PARTY.md"
 SBOM = ROOT / "artifacts" / "sbom.cdx.json"
@@ -52,15 +55,6 @@ def stale() -> tuple[Path, ...]:
     return tuple(p for p, text in texts.items() if not p.is_file() or p.read_text(encoding="utf-8") != text)
 
 
-def licence(name: str) -> str:
-    """Licence of an installed distribution, as its metadata says it: expression, classifier, or first line."""
-    about = metadata.metadata(name).json
-    expression = about.get("license_expression")
-    classifiers = [c.rpartition(" :: ")[2] for c in about.get("classifier", []) if c.startswith("License ::")]
-    lines = str(about.get("license", "")).strip().splitlines()
-    return str(expression or "") or ", ".join(classifiers) or (lines[0][:80] if lines else "not stated in its metadata")
-
-
 def licences_page() -> str:
     """Return the distributions of the lock file that are installed here, with licence and the part that needs them."""
     parts: dict[tuple[str, str], str] = {}
@@ -77,8 +71,28 @@ def _rows(parts: Iterable[tuple[tuple[str, str], str]]) -> Iterable[str]:
         try:
             said = licence(name)
         except metadata.PackageNotFoundError:
-            said = "not installed where this page was made"
+            said = UNKNOWN
         yield f"| {name} | {version} | {part} | {said.replace('|', '/')} |\n"
+
+
+def installed_sizes() -> dict[str, int]:
+    """Return the bytes on disk of every distribution of the lock file that is installed here, or as known before."""
+    found = json.loads(SIZES.read_text(encoding="utf-8")) if SIZES.is_file() else {}
+    for pin in {pin for part in (CORE, *extras(), DEV) for pin in pins(part)}:
+        if pin.met:
+            files = metadata.distribution(pin.name).files or ()
+            found[pin.name] = sum(_on_disk(Path(str(file.locate()))) for file in files if file.suffix != ".pyc")
+    return dict(sorted(found.items()))
+
+
+def _on_disk(path: Path) -> int:
+    """Bytes of the blocks of a file, and of what pip compiles from it: about as much, where it was not compiled yet."""
+    if not path.is_file():
+        return 0
+    size, compiled = path.stat().st_blocks * 512, Path(cache_from_source(str(path)))
+    if path.suffix == ".py":
+        size += compiled.stat().st_blocks * 512 if compiled.is_file() else size
+    return size
 
 
 @click.group()
@@ -107,10 +121,18 @@ def check() -> None:
 @main.command()
 @exit_codes
 def sbom() -> None:
-    """Write a CycloneDX bill of materials, every file with its hash."""
+    """Write a CycloneDX bill of materials, every distribution with its licence."""
     options = ("--locked", "--all-extras", "--no-dev", "--format", "cyclonedx1.5")
-    write_text(SBOM, uv("export", *options, "--preview-features", "sbom-export"))
+    bill = json.loads(uv("export", *options, "--preview-features", "sbom-export"))
+    write_json(SBOM, with_licences(bill))
     click.echo(f"{SBOM.relative_to(ROOT)} written")
+
+
+@main.command()
+@exit_codes
+def sizes() -> None:
+    """Write how much disk each distribution takes, as installed here."""
+    write_text(SIZES, json.dumps(installed_sizes(), indent=1) + "\n")
 
 
 @main.command()

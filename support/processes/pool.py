@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from types import TracebackType
 from typing import Any, TypeVar
 
@@ -20,6 +21,7 @@ class Pool(ProcessPoolExecutor):
     """Spawned workers, started as tasks come; they end with their parent, also where an error or Ctrl-C ends it."""
 
     def __init__(self, count: int) -> None:
+        _start_tracker()
         super().__init__(count, mp_context=multiprocessing.get_context("spawn"), initializer=_left_to_the_parent)
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
@@ -37,6 +39,21 @@ class Pool(ProcessPoolExecutor):
         for child in list((self._processes or {}).values()) if kind is not None else []:
             child.terminate()
         self.shutdown(cancel_futures=True)
+
+
+def _start_tracker() -> None:
+    """Start Python's tracker of semaphores such that it says nothing of those that a killed command left to it."""
+    if os.name != "posix":
+        return
+    before = os.environ.get("PYTHONWARNINGS")
+    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (before, "ignore:resource_tracker:UserWarning")))
+    try:
+        resource_tracker.ensure_running()
+    finally:
+        if before is None:
+            del os.environ["PYTHONWARNINGS"]
+        else:
+            os.environ["PYTHONWARNINGS"] = before
 
 
 def _left_to_the_parent() -> None:

@@ -77,6 +77,33 @@ def test_a_killed_run_goes_on_to_the_same_bits(moment: int, whole: tuple[Path, f
     assert not [path.name for path in (tmp_path / "out").iterdir() if path.suffix == ".json" and path != file]
 
 
+def configurations_in(file: Path) -> int:
+    """Return how many configurations a result holds; what bears the name is whole at any moment."""
+    return len(json.loads(file.read_text(encoding="utf-8"))["configurations"]) if file.exists() else 0
+
+
+@pytest.mark.parametrize("finished", [1, 2])
+def test_a_run_that_is_killed_with_partial_results_goes_on_from_them(
+    finished: int, whole: tuple[Path, float], tmp_path: Path
+):
+    """Killed at the moment when so many of the two configurations are on the disk, before the report is."""
+    file = tmp_path / "out" / "identification.json"
+    process = started(tmp_path / "out")
+    while configurations_in(file) < finished:
+        assert process.poll() is None
+        time.sleep(0.002)
+    process.kill()
+    process.communicate()
+    before = json.loads(file.read_text(encoding="utf-8"))
+    assert len(before["configurations"]) == finished
+    assert not before["complete"] or (tmp_path / "out" / "report.html").exists()
+    assert ended(tmp_path / "out") == (0, [])
+    assert content(tmp_path / "out") == content(whole[0])
+    walls = [c["wall_s"] for c in json.loads(file.read_text(encoding="utf-8"))["configurations"]]
+    assert walls[:finished] == [c["wall_s"] for c in before["configurations"]]  # taken over, not fitted again
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["identification.json", "report.html"]
+
+
 def test_a_full_disk_leaves_nothing_that_looks_whole(whole: tuple[Path, float], tmp_path: Path):
     """The system refuses every byte of a file beyond what identification.json needs: the report does not fit."""
     most = (whole[0] / "identification.json").stat().st_size + 2000

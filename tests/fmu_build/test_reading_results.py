@@ -106,6 +106,11 @@ WRONG = [
         changed(*ONE, "parameters", "Ks", to={"value": 0.0, "lower": 5, "upper": -5}),
         "parameters.Ks: expected lower <= upper, got lower 5, upper -5",
     ),
+    (changed(*ONE, "locked_positions_rad", to=7), "configurations[0].locked_positions_rad: expected a list"),
+    (
+        changed(*ONE, "locked_positions_rad", to=[1e300]),
+        "locked_positions_rad[0]: expected a number of 1000000.0 or less",
+    ),
     (changed(*ONE, "free_joints", to=[9]), "configurations[0].free_joints: expected joints of freedom6s, got joint 9"),
     (changed(*ONE, "free_joints", to=[10**9]), "free_joints[0]: expected a number of 9999 or less"),
     (changed(*ONE, "free_joints", to=[4, 0]), "got 'inertia'; did you mean"),

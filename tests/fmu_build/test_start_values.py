@@ -8,10 +8,14 @@ import fmpy
 import pytest
 from click.testing import CliRunner
 
+from haptid.fmu_build.exchange.identification_json import Identified
+from haptid.fmu_build.exchange.possible import check_order
 from haptid.fmu_build.exchange.ssv import ssv_bytes
 from haptid.fmu_build.exchange.ssv_reader import read_ssv
+from haptid.fmu_build.exchange.start_values import with_start_values
 from haptid.fmu_build.export import main as export
 from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import LONGEST, InputError
 from tests.fmu_build.test_commands import identification
 
@@ -83,6 +87,14 @@ def test_stiction_stays_above_coulomb_friction(tmp_path):
     done, _ = exported(tmp_path, ssv_bytes({"joint4.friction.Fc": 1.0}, {"joint4.friction.Fc": "N m"}).decode())
     assert done.exit_code == 2
     assert "expected Fs >= Fc" in done.stderr
+
+
+@pytest.mark.parametrize("hair", [1e-15, 3e-6])
+def test_stiction_at_coulomb_friction_is_in_order_to_the_last_bit(hair):
+    equations, level = joint_equations(4), 0.0548853
+    found = Identified(values={"Fs": level * (1 - hair), "Fc": level}, provenance={})
+    assert with_start_values(found, None, equations).values == {"Fs": level, "Fc": level}
+    check_order("Fs", "Fc", found.values, {}, "a.json")
 
 
 def test_annotations_are_passed_over_and_a_unit_may_be_left_open(tmp_path):

@@ -38,7 +38,8 @@ torque_constant_Nm_per_A = 0.05
 
 [joint.4.parameters]
 inertia = { initial = 2.2e-4, lower = 2e-5, upper = 2e-3 }
-Kp = { fixed = 0.1, prior = { mean = 0.1, std = 0.01 } }
+Kp = { prior = { mean = 0.1, std = 0.01 } }
+Fc = { fixed = 1e-3 }
 
 [joint.4.sensor]
 noise_rad = 3e-4

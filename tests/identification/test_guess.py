@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from haptid.identification.fit.initial_guess import guess_from
-from haptid.identification.sequence.equations_for import changed, equations_for, overridden
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.measurement.checks.stated import changed, overridden
 from haptid.measurement.signals.smoothing import dominant_period, smoothed
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.reader import load_device

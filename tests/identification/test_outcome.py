@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from haptid.identification.result.outcome import Outcome, outcome_of
+from haptid.identification.result.outcome import Outcome, outcome_of, with_cause
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.support.errors import InputError
@@ -81,3 +81,15 @@ def test_a_joint_that_moves_is_not(tmp_path: Path):
 def test_a_clock_that_would_take_hours_is_refused(settings: dict[str, float], words: str, tmp_path: Path):
     with pytest.raises(InputError, match=words):
         campaign_for_command(campaign(tmp_path, travel=0.1, **settings))
+
+
+@pytest.mark.parametrize("above", [Outcome.ABOVE_NOISE, Outcome.LONELY])
+def test_a_residual_as_large_as_the_motion_has_a_plainer_cause(above: Outcome):
+    assert with_cause(above, over_motion=0.1, excited=True) is above
+    assert with_cause(above, over_motion=0.9, excited=True) is Outcome.UNEXPLAINED
+    assert with_cause(above, over_motion=0.9, excited=False) is Outcome.UNEXCITED
+    assert with_cause(Outcome.CONVERGED, over_motion=0.9, excited=False) is Outcome.CONVERGED
+
+
+def test_nothing_is_fitted_where_every_parameter_is_fixed():
+    assert outcome_of(1, 1.0, 1.05, unseen=1.0, rows=1000, parameters=0) is Outcome.FIXED

@@ -148,7 +148,7 @@ def test_real_sweep_has_its_torque_scored() -> None:
 
 
 @pytest.mark.real("dfki_double_pendulum_a0")
-@pytest.mark.filterwarnings("ignore::measurement.values.warning.CampaignWarning")
+@pytest.mark.filterwarnings("ignore::haptid.measurement.values.warning.CampaignWarning")
 def test_real_double_pendulum_needs_an_observer() -> None:
     campaign = read_campaign(DATA / "dfki_double_pendulum_a0")
     simulator = KernelSimulator.of(configuration_equations(load_device("double_pendulum"), (0, 1)))

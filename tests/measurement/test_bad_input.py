@@ -132,7 +132,7 @@ def test_too_many_cells_in_a_line(folder):
         (b"time_s,torque_4_Nm,position_4_rad\n", r"a\.csv: expected at least 8 rows, got 0"),
         (b"time_s,torque_4_Nm,position_4_rad\n0,1,2\n1,2,3\n", r"a\.csv: expected at least 8 rows, got 2"),
         (b"time_s;torque_4_Nm;position_4_rad\n" + b"0;1;2\n" * 9, r"columns separated by commas, got semicolons"),
-        (b"\xff\xfe\x00\x01\x9a", r"a\.csv: expected a text in UTF-8, got byte 0xff; save it as UTF-8"),
+        (b"\xff\xfe\x00\x01\x9a", r"a\.csv, line 1: expected a text in UTF-8, got byte 0xff; save it as UTF-8"),
     ],
 )
 def test_table_that_is_none(folder, content, pattern):
@@ -198,3 +198,85 @@ def test_a_device_file_outside_the_folder_needs_to_be_allowed(folder, tmp_path):
     (tmp_path / "arm.toml").write_text("")
     folder.replace('"single_joint"', '"../arm.toml"')
     fault(folder, r"campaign\.device: expected a file inside the campaign's folder, got .*allow it by --allow-outside")
+
+
+LATE = [
+    (310, "1.54,0,005,0,1", r"line 310: expected 3 cells, as the header has, got 5; where a comma is the decimal sign"),
+    (310, '1.54,"0.1,0.1', r"line 310: expected quotes in pairs, got one that nothing closes; close the quote"),
+    (310, "1.54,0.1,0.1 \xb5", r"line 310: expected a text in UTF-8, got byte 0xb5; save it as UTF-8"),
+    (310, '1.54,"0,05",0.1', r"line 310, torque_4_Nm: .*got '0,05'; where a comma is the decimal sign"),
+    (310, f"1.54,{'9' * 400},0.1", r"line 310, torque_4_Nm: .*got '9{20}…9{19}'; no value is above"),
+    (310, f"1.54,{'9' * 5000},0.1", r"line 310, torque_4_Nm: .*got '9{20}…9{19}'; no value is above"),
+]
+
+
+@pytest.mark.parametrize(("line", "text", "pattern"), LATE, ids=[f"{k}" for k in range(len(LATE))])
+@pytest.mark.parametrize("suffix", [".csv", ".csv.gz"])
+def test_faults_far_down_a_table_name_their_line(folder, suffix, line, text, pattern):
+    rows = [f"{0.005 * k:.3f},0.1,{0.001 * k:.3f}" for k in range(400)]
+    lines = ["time_s,torque_4_Nm,position_4_rad", *rows]
+    lines[line - 1] = text
+    content = "\n".join(lines).encode("latin-1")
+    (folder.path / f"a{suffix}").write_bytes(content if suffix == ".csv" else gzip.compress(content))
+    folder.replace('"a.csv"', f'"a{suffix}"')
+    fault(folder, rf"a{re.escape(suffix)}, {pattern}")
+
+
+@pytest.mark.parametrize(
+    ("header", "pattern"),
+    [
+        ("\n\ntime_s,torque_4_Nm,position_4_rad", r"a\.csv, line 1: expected the header, got a blank line"),
+        ("time_s torque_4_Nm position_4_rad", r"a\.csv, line 1: expected columns separated by commas, got blanks"),
+        ("time_s|torque_4_Nm|position_4_rad", r"a\.csv, line 1: expected columns separated by commas, got bars"),
+    ],
+)
+def test_headers_that_are_laid_out_otherwise(folder, header, pattern):
+    folder.line(1, header)
+    fault(folder, pattern)
+
+
+def test_a_folder_in_place_of_a_table(folder):
+    (folder.path / "d.csv").mkdir()
+    folder.replace('"a.csv"', '"d.csv"')
+    assert "did you mean d.csv" not in str(fault(folder, r"d\.csv: expected a table of a run, got a folder"))
+
+
+@pytest.mark.parametrize("suffix", [".csv", ".parquet"])
+def test_true_and_false_are_no_torque(folder, suffix):
+    frame = folder.frame.assign(torque_4_Nm=True)
+    frame.to_csv(folder.path / "a.csv", index=False)
+    if suffix == ".parquet":
+        frame.to_parquet(folder.path / "a.parquet")
+        folder.replace('"a.csv"', '"a.parquet"')
+    fault(folder, r", torque_4_Nm: expected a finite number, got 'True'")
+
+
+STATED = "inertia = { initial = 2.2e-4, lower = 2e-5, upper = 2e-3 }"
+CONTRADICTIONS = [
+    (STATED, "inertia = { fixed = -1.0 }", r"line 11, joint\.4\.parameters\.inertia: expected fixed from .* got -1"),
+    (STATED, "inertia = { initial = 0.0 }", r"parameters\.inertia: .*it must be positive"),
+    (STATED, "inertia = { upper = -1.0 }", r"parameters\.inertia: "),
+    (STATED, "inertia = {}", r"parameters\.inertia: .*empty table"),
+    (STATED, "inertia = { initial = 1e-3, fixed = 2e-3 }", r"parameters\.inertia: expected fixed alone"),
+    (STATED, "Fs = { fixed = 1e-3 }\nFc = { fixed = 1.0 }", r"line 11, joint\.4\.parameters\.Fs: expected Fs >= Fc"),
+    (STATED, "epos = { fixed = 1e300 }", r"parameters\.epos: .*check its unit"),
+    (STATED, "Ks = { prior = { mean = 9.0, std = 1.0 }, upper = 2.0 }", r"parameters\.Ks: .*prior's mean within"),
+    ("resolution_rad = 1.5e-4", "resolution_rad = 1e300", r"line 8, sensor\.resolution_rad: expected 0, or"),
+    ("resolution_rad = 1.5e-4", "resolution_rad = 1e-300", r"line 8, sensor\.resolution_rad: expected 0, or"),
+    ("[joint.4.parameters]",
+     "[joint.4]\ntorque_constant_Nm_per_A = 1e300\n[joint.4.parameters]", r"_A: .*1e-09 to 1e"),
+    ('use = "fit"', 'use = "fit"\nlocked_positions_rad = [1e300]',
+     r"line 17, runs\[0\]\.locked_positions_rad: .* none"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "pattern"), CONTRADICTIONS, ids=[f"{k}" for k in range(len(CONTRADICTIONS))])
+def test_numbers_that_nothing_can_have(folder, old, new, pattern):
+    folder.replace(old, new)
+    fault(folder, pattern)
+
+
+def test_the_table_of_a_joint_without_runs_is_warned_of(folder):
+    folder.replace("[joint.4.parameters]", "[joint.7.parameters]")
+    with pytest.warns(CampaignWarning, match=r"line 10, joint\.7: no run frees joint 7 \(joints with runs: 4\)"):
+        read_campaign(folder.path)

@@ -146,7 +146,7 @@ def test_missing_device_file_with_a_built_in_namesake(folder):
 
 @pytest.mark.real("dvrk_mtm_joint4", "dfki_double_pendulum_a0")
 @pytest.mark.parametrize("name", ["dvrk_mtm_joint4", "dfki_double_pendulum_a0"])
-@pytest.mark.filterwarnings("ignore::measurement.values.warning.CampaignWarning")
+@pytest.mark.filterwarnings("ignore::haptid.measurement.values.warning.CampaignWarning")
 def test_real_measurements(shared, name):
     campaign = read_campaign(shared / name)
     assert campaign.measured

@@ -51,7 +51,7 @@ def campaigns(draw) -> Campaign:
         measured=draw(st.booleans()),
         hold=draw(st.sampled_from(["zero", "linear"])),
         runs=tuple(draw(runs(f"run{k}", use, joint)) for k, use in enumerate(uses)),
-        parameter_overrides={joint: {"Fs": {"fixed": draw(NUMBERS)}}},
+        parameter_overrides={joint: {"Fs": {"fixed": draw(st.floats(1e-6, 1e3))}}},
         extra={"source": {"licence": "none"}},
     )
 

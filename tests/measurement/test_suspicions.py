@@ -5,15 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from haptid.measurement.checks.between_runs import misnamed, twins
+from haptid.measurement.checks.limits import Limits
 from haptid.measurement.checks.summary import summarise
-from haptid.measurement.checks.suspicions import suspicions, twins
+from haptid.measurement.checks.suspicions import suspicions
 from haptid.measurement.format.misnamed import advice
 from haptid.measurement.format.reading import embedded_campaign, read_campaign
 from haptid.measurement.signals.noise import contrasts, with_noise
 from haptid.measurement.values.run import Array, Run
 from tests.real_data import DATA
 
-WORDS = ("degrees?", "milliseconds?", "sign wrong", "clipped", "is stated", "same rows")
+WORDS = ("degrees?", "milliseconds?", "sign wrong", "clipped", "is stated", "same rows", "swapped?", "never changes")
 
 
 def a_run(t: Array, u: Array, y: Array, *, noise: float = np.nan, file: str = "a.csv", use: str = "fit") -> Run:
@@ -81,7 +83,10 @@ def test_slips_are_remarked(run, word: str):
 def test_a_run_to_validate_with_the_rows_of_a_run_to_fit():
     t, u, y = moved()
     runs = [a_run(t, u, y), a_run(t, u, y, file="b.csv", use="validate"), a_run(t, u, y, file="c.csv")]
-    assert twins(runs) == {"b.csv": "a.csv"}
+    found = twins(runs)
+    assert found.keys() == {"b.csv", "c.csv"}
+    assert "same rows as a.csv, which is used otherwise" in found["b.csv"]
+    assert "same rows as a.csv: they count twice" in found["c.csv"]
 
 
 def test_nothing_is_suspected_of_the_embedded_campaign():
@@ -90,7 +95,7 @@ def test_nothing_is_suspected_of_the_embedded_campaign():
 
 
 @pytest.mark.real("dvrk_mtm_joint4", "dfki_double_pendulum_a0")
-@pytest.mark.filterwarnings("ignore::measurement.values.warning.CampaignWarning")
+@pytest.mark.filterwarnings("ignore::haptid.measurement.values.warning.CampaignWarning")
 @pytest.mark.parametrize("name", ["dvrk_mtm_joint4", "dfki_double_pendulum_a0"])
 def test_nothing_is_suspected_of_real_machines(name: str):
     rows = summarise(read_campaign(DATA / name))
@@ -108,8 +113,9 @@ def test_contrasts_do_not_depend_on_the_block(monkeypatch: pytest.MonkeyPatch):
 def test_torque_far_above_the_devices_limit_is_remarked():
     t, u, y = moved()
     run = a_run(t, 1000 * u, y)
-    assert "in mN m? then multiply by 0.001" in "; ".join(suspicions(run, with_noise(run), 0, limit=0.1))
-    assert not suspicions(a_run(t, u, y), with_noise(run), 0, limit=0.1)
+    limits = Limits(torque=0.1)
+    assert "in mN m? then multiply by 0.001" in "; ".join(suspicions(run, with_noise(run), 0, limits=limits))
+    assert not suspicions(a_run(t, u, y), with_noise(run), 0, limits=limits)
 
 
 @pytest.mark.parametrize(
@@ -143,3 +149,60 @@ def test_torque_far_above_the_devices_limit_is_remarked():
 )
 def test_columns_in_other_units_and_names_are_advised(column: str, there: str, says: str):
     assert advice(column, ("other", there)) == says
+
+
+STEP = 1.5e-4
+
+
+def in_steps(y: Array, step: float = STEP) -> Array:
+    return np.round(y / step) * step
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda y: np.clip(in_steps(y), -0.05, 0.05), True),
+        (lambda y: np.clip(in_steps(y), -300 * STEP, 300 * STEP), True),
+        (lambda y: in_steps(np.clip(y, -0.05, 0.05)), True),
+        (in_steps, False),
+        (lambda y: in_steps(y, 5e-3), False),
+    ],
+)
+def test_clipped_positions_of_an_encoder_are_remarked(change, told: bool):
+    t, u, y = moved()
+    assert ("clipped" in remarks_on(a_run(t, u, change(y)))) is told
+
+
+def test_degrees_of_a_small_travel_are_told_by_the_device_or_the_encoder():
+    t, u, y = moved()
+    degrees = np.degrees(y)
+    run = a_run(t, u, degrees)
+    assert "the device's joint has 1" in "; ".join(suspicions(run, with_noise(run), 0, limits=Limits(travel=1.0)))
+    assert "the position's step is 360/16384: degrees?" in remarks_on(a_run(t, u, in_steps(degrees, 360 / 2**14)))
+    assert not remarks_on(a_run(t, u, in_steps(y, 2 * np.pi / 2**14)))
+
+
+def test_rows_that_are_the_same_to_the_last_digits_are_remarked():
+    t, u, y = moved()
+    runs = [a_run(t, u, y), a_run(t, u, y * (1 + 1e-15), file="b.csv", use="validate"), a_run(t, u, 1.01 * y, file="c")]
+    assert twins(runs).keys() == {"b.csv"}
+
+
+def cosine(omega: float, file: str) -> Run:
+    t = np.arange(0.0, 10.0, 0.01)
+    return a_run(t, np.cos(omega * t), np.sin(omega * t), file=file)
+
+
+@pytest.mark.parametrize(
+    ("named", "remarked"),
+    [
+        ({"joint4_w6.28.csv": 10.68, "joint4_w10.68.csv": 6.283}, {"joint4_w6.28.csv", "joint4_w10.68.csv"}),
+        ({"joint4_w6.28.csv": 6.283, "joint4_w10.68.csv": 10.68}, set()),
+        ({"f1Hz.csv": 10.68, "f1.7Hz.csv": 6.283}, {"f1Hz.csv", "f1.7Hz.csv"}),
+        ({"w2.csv": 2.0, "w3.csv": 3.0, "w4.csv": 4.0, "w5.csv": 7.0}, {"w5.csv"}),
+        ({"run1.csv": 2.0, "run2.csv": 3.0, "run3.csv": 4.5}, set()),
+        ({"trial_12.csv": 2.0}, set()),
+    ],
+)
+def test_tables_under_each_others_names(named: dict[str, float], remarked: set[str]):
+    assert misnamed([cosine(omega, file) for file, omega in named.items()]).keys() == remarked

@@ -54,6 +54,7 @@ def test_friction_that_is_not_given_keeps_the_order(given, other):
     ("old", "new"),
     [
         ("gravity = [0.0, 0.0, -9.81]", "gravity = [0, 0, 0]"),
+        ("-9.81]", "-5e-324]"),
         ("position_limits = [-6.5, 6.5]", "position_limits = [-inf, inf]"),
         ("position_limits = [-6.5, 6.5]", "position_limits = [0.1, inf]"),
         ("inertia = { I11 = 0.00319, I22 = 0.00319, I33 = 1e-4 }", "inertia = { I11 = 0, I22 = 0, I33 = 0 }"),

@@ -103,7 +103,8 @@ def test_installs_into_the_interpreter_in_use_and_runs_from_any_folder(python: P
     done = run(project, python, project / "support" / "bootstrap.py", "-m", "tool.run", cwd=elsewhere)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["hello", str(python.parent.parent)]
-    assert f"installing into {python.parent.parent}: 1 distribution, 6 MB to download\n  1/1 greeting" in done.stderr
+    told = "1 distribution, 6 MB to download, about 24 MB on disk"
+    assert f"installing into {python.parent.parent}: {told}\n  1/1 greeting" in done.stderr
     assert run(project, python, "-m", "tool.run").stdout == done.stdout
     run(project, python, "-m", "pip", "uninstall", "--yes", "greeting")
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import json
+import re
 import subprocess
 import sys
 import tomllib
@@ -17,6 +18,7 @@ from packaging.requirements import Requirement
 from haptid.support.installing import lock_file as locked
 from haptid.support.installing import supply_chain
 from haptid.support.installing.environment import ROOT, requirements
+from haptid.support.installing.licence import recognised
 
 OURS = (
     "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "noise", "uq", "discrepancy",
@@ -84,6 +86,30 @@ def test_the_list_of_licences_names_every_distribution_of_the_lock():
     page = supply_chain.LICENCES.read_text(encoding="utf-8")
     for pin in locked.pins(locked.DEV):
         assert f"| {pin.name} | {pin.version} |" in page, "run `make licences`"
+    assert "| not stated" not in page
+
+
+def test_what_the_core_takes_on_disk_was_measured():
+    measured = json.loads(locked.SIZES.read_text(encoding="utf-8"))
+    assert {pin.name for pin in locked.pins(locked.CORE)} <= set(measured), "run `make sizes`"
+    assert locked.amount(locked.CORE, again=True).on_disk > locked.amount(locked.CORE, again=True).size
+
+
+@pytest.mark.parametrize(
+    ("text", "spdx"),
+    [
+        ("Permission is hereby granted,\nfree of charge, to any person obtaining", "MIT"),
+        ("Redistribution and use in source and binary forms, with or without ...", "BSD-2-Clause"),
+        ("Redistribution and use in source and binary forms ... to endorse or promote products", "BSD-3-Clause"),
+        (
+            "Apache License\n   Version 2.0\n ... Permission is hereby granted, free of charge, to any person",
+            "Apache-2.0",
+        ),
+        ("All rights reserved.", ""),
+    ],
+)
+def test_a_licence_is_recognised_by_its_text(text: str, spdx: str):
+    assert recognised(text) == spdx
 
 
 def test_the_bill_of_materials_has_a_hash_for_every_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
@@ -93,6 +119,7 @@ def test_the_bill_of_materials_has_a_hash_for_every_file(tmp_path: Path, monkeyp
         (tmp_path / name).write_bytes((ROOT / name).read_bytes())
     assert CliRunner().invoke(supply_chain.main, ["sbom"]).exit_code == 0
     bill = json.loads((tmp_path / "sbom.json").read_text())
+    assert all(component["licenses"] for component in bill["components"])
     assert bill["bomFormat"] == "CycloneDX"
     assert {pin.name for pin in locked.pins("posterior")} <= {c["name"] for c in bill["components"]}
     files = [f for c in bill["components"] for f in c.get("externalReferences", [])]
@@ -162,7 +189,7 @@ def test_what_needs_an_extra_names_its_command(tmp_path: Path, arguments: tuple[
     done = without_extras(*arguments, "--out", tmp_path / "out")
     assert done.returncode == 2, done.stderr
     assert f"run `make {extra}` (" in done.stderr.splitlines()[-1]
-    assert "MB to download)" in done.stderr.splitlines()[-1]
+    assert re.search(r"MB to download, about \d+ MB on disk\)", done.stderr.splitlines()[-1])
 
 
 def test_missing_development_packages_are_one_line():

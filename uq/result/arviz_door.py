@@ -13,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from haptid.measurement.values.run import Array
+from haptid.support.files.cache import give_matplotlib_a_folder
 from haptid.support.files.files import write_bytes
 
+give_matplotlib_a_folder()  # ArviZ imports it
 with warnings.catch_warnings():
     warnings.simplefilter("ignore", FutureWarning)  # ArviZ announces its next major version at every import
     try:

@@ -1,0 +1,107 @@
+"""What only several runs tell together: the same rows twice, and tables under each other's names."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from haptid.measurement.signals.cycles import PERIODIC, find_cycles
+from haptid.measurement.values.run import Run
+
+SAME = 1e-9
+"""Relative difference below which two numbers are one number that was written twice."""
+NAMED_LIKE = 0.03
+"""Relative difference between a frequency and the number that names it: names are rounded."""
+NUMBER = re.compile(r"([A-Za-z]*)[_-]?(?<![\d.])(\d+(?:[.p]\d+)?)")
+
+
+def twins(runs: Sequence[Run]) -> dict[str, str]:
+    """Return a sentence by file for every run that repeats the rows of an earlier one."""
+    place = {run.file: k for k, run in enumerate(runs)}
+    used = sorted((run for run in runs if run.use != "excluded"), key=lambda run: (run.t.size, float(np.std(run.y))))
+    found: dict[str, str] = {}
+    first: Run | None = None
+    for run in used:
+        if first is None or not _same_rows(first, run):
+            first = run
+            continue
+        later, earlier = (run, first) if place[run.file] > place[first.file] else (first, run)
+        found[later.file] = _twin_sentence(later, earlier)
+        first = earlier
+    return found
+
+
+def _same_rows(one: Run, other: Run) -> bool:
+    for a, b in ((one.t, other.t), (one.u, other.u), (one.y, other.y)):
+        if a.shape != b.shape or np.abs(a - b).max() > SAME * np.abs(a).max():
+            return False
+    return True
+
+
+def _twin_sentence(run: Run, other: Run) -> str:
+    if run.use == other.use:
+        return f"it holds the same rows as {other.file}: they count twice; was a file copied over another?"
+    return f"it holds the same rows as {other.file}, which is used otherwise: it shows nothing that no fit saw"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Named:
+    """A number in a file's name, and the frequency of the run's torque in the same unit."""
+
+    run: Run
+    number: float
+    frequency: float
+
+    @property
+    def agrees(self) -> bool:
+        return _alike(self.number, self.frequency)
+
+
+def misnamed(runs: Sequence[Run]) -> dict[str, str]:
+    """Return a sentence by file for runs whose name states another run's frequency.
+
+    A number counts as the frequency (in rad/s or Hz) where it agrees with the torque's in most runs whose names have
+    that number after the same letters, or where two runs have each other's.
+    """
+    found: dict[str, str] = {}
+    for unit, factor in (("rad/s", 1.0), ("Hz", 1.0 / (2.0 * np.pi))):
+        for named in _by_letters(runs, factor).values():
+            wrong = [one for one in named if not one.agrees]
+            agreed = len(named) - len(wrong) >= max(2, len(wrong) + 1)
+            for one in wrong:
+                other = next((o for o in wrong if o is not one and _swapped(one, o)), None)
+                if agreed or other is not None:
+                    whose = "" if other is None else f", {other.run.file} has that"
+                    found[one.run.file] = (
+                        f"its name says {one.number:g}, its torque has {one.frequency:.4g} {unit}{whose}: "
+                        "were two tables swapped?"
+                    )
+    return found
+
+
+def _by_letters(runs: Sequence[Run], factor: float) -> Mapping[tuple[tuple[int, ...], str, int], list[_Named]]:
+    """Collect the numbers in the names of periodic runs of one joint, by joint, letters before them and their place."""
+    table: dict[tuple[tuple[int, ...], str, int], list[_Named]] = {}
+    for run in runs:
+        if run.use == "excluded" or len(run.free_joints) > 1:
+            continue
+        cycles = find_cycles(run)
+        if cycles.share < PERIODIC or cycles.count < 2:
+            continue
+        name = re.sub(r"\.(csv|csv\.gz|parquet)$", "", run.file.rsplit("/", 1)[-1])
+        for place, (letters, digits) in enumerate(NUMBER.findall(name)):
+            number = float(digits.replace("p", "."))
+            named = _Named(run=run, number=number, frequency=cycles.omega * factor)
+            table.setdefault((run.free_joints, letters, place), []).append(named)
+    return table
+
+
+def _swapped(one: _Named, other: _Named) -> bool:
+    return _alike(one.number, other.frequency) and _alike(other.number, one.frequency)
+
+
+def _alike(a: float, b: float) -> bool:
+    return abs(a - b) <= NAMED_LIKE * max(abs(a), abs(b))

@@ -1,0 +1,64 @@
+"""A joint that stands still in every run determines nothing: told before any work."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from haptid.measurement.signals.noise import with_noise
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array, Run
+from haptid.support.errors import InputError
+
+AT_REST = 10.0
+"""Travel over the sensor's noise, below which a joint counts as standing still."""
+
+
+def check_motion(campaign: Campaign, prepared: Campaign) -> Campaign:
+    """Return the ``prepared`` campaign, where the joints of every configuration to fit move.
+
+    Parameters
+    ----------
+    campaign
+        As it was read: it knows which noise is stated.
+
+    Raises
+    ------
+    InputError
+        Where all joints of a configuration travel less than 10 times the noise in all its runs to fit.
+    """
+    stated = {run.file: run for run in campaign.runs}
+    groups: dict[tuple[tuple[int, ...], tuple[float, ...]], list[Run]] = {}
+    for run in prepared.runs:
+        if run.use == "fit":
+            groups.setdefault((run.free_joints, locked_posture(run)), []).append(run)
+    for runs in groups.values():
+        if all(np.all(_travel(run) < AT_REST * run.sensor_std) for run in runs):
+            raise _at_rest(campaign, runs, [stated[run.file] for run in runs])
+    return prepared
+
+
+def locked_posture(run: Run) -> tuple[float, ...]:
+    """Posture with the free joints at 0, where they are ignored."""
+    return tuple(0.0 if j in run.free_joints else float(x) for j, x in enumerate(run.posture))
+
+
+def _travel(run: Run) -> Array:
+    return np.asarray(np.ptp(run.y, axis=0))
+
+
+def _at_rest(campaign: Campaign, runs: Sequence[Run], stated: Sequence[Run]) -> InputError:
+    """Return the error, with the remedy: a stated noise that the rows do not show is at fault, not the motion."""
+    first = runs[0]
+    joints = ", ".join(map(str, first.free_joints))
+    travel, noise = max(float(_travel(run).max()) for run in runs), float(first.sensor_std.max())
+    unstated = [run.but(noise=np.full(run.noise.shape, np.nan), resolution=run.noise * np.nan) for run in stated]
+    moves = any(np.any(_travel(run) >= AT_REST * with_noise(run).sensor_std) for run in unstated)
+    told = bool(np.isfinite(stated[0].noise).any() or np.isfinite(stated[0].resolution).any())
+    todo = "measure with more torque, or set these runs to excluded"
+    if told and moves:
+        todo = "correct noise or resolution under [sensor] in campaign.toml: the rows show less"
+    expected = f"a run in which joint {joints} moves more than {AT_REST:.0f} times the sensor's noise"
+    got = f"a travel of {travel:.3g} at most, noise {noise:.3g} ({'stated' if told else 'estimated'})"
+    return InputError(str(campaign.folder / first.file), expected=expected, got=got, todo=todo)

@@ -1,0 +1,85 @@
+"""All remarks on a campaign: what looks like a slip or needs a second look, with the remedy; nothing is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from haptid.measurement.checks.between_runs import misnamed, twins
+from haptid.measurement.checks.limits import limits_of
+from haptid.measurement.checks.motion import AT_REST
+from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
+from haptid.measurement.signals.control_detection import position_control
+from haptid.measurement.signals.noise import with_noise
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array, Run
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Remarks:
+    """What is remarked of one run.
+
+    Parameters
+    ----------
+    run
+        As it was read.
+    noise, resolution
+        Stated, or estimated from its rows, shape (n_joints,) each.
+    by_joint
+        Sentences for each free joint.
+    """
+
+    run: Run
+    noise: Array
+    resolution: Array
+    by_joint: tuple[tuple[str, ...], ...]
+
+
+def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Remarks, ...]:
+    """Look at every run of a campaign; ``report`` is called after each."""
+    limits, between = limits_of(campaign), (twins(campaign.runs), misnamed(campaign.runs))
+    made = []
+    for run in campaign.runs:
+        full = with_noise(run)
+        unstated = run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan))
+        stated = bool(np.isfinite([run.noise, run.resolution]).any())
+        estimated = with_noise(unstated) if stated else full
+        shared = [table[run.file] for table in between if run.file in table]
+        sentences = []
+        for column, joint in enumerate(run.free_joints):
+            doubts = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
+            sentences.append((*_circumstances(run, full, column), *doubts, *shared))
+        made.append(Remarks(run=run, noise=full.noise, resolution=full.resolution, by_joint=tuple(sentences)))
+        report()
+    return tuple(made)
+
+
+def _circumstances(run: Run, full: Run, column: int) -> list[str]:
+    """Return what any fit of one joint of a run has to know."""
+    sensor = float(full.sensor_std[column])
+    found = []
+    sign = position_control(run, column)
+    if sign:
+        found.append(f"{sign}: recorded under position control, an open-loop simulation from the torque would drift")
+    if np.ptp(run.u[:, column]) == 0:
+        found.append("the torque never changes: nothing excites the joint; was it recorded, in this column?")
+    if np.ptp(run.y[:, column]) < AT_REST * sensor:
+        found.append(f"the joint hardly moves: its travel is below {AT_REST:.0f} times the sensor noise")
+    if float(np.diff(run.t).max()) > 5 * float(np.median(np.diff(run.t))):
+        row = int(np.argmax(np.diff(run.t)))
+        found.append(f"a gap of {np.diff(run.t).max():.3g} s after {run.t[row] + run.start_time:.4g} s")
+    if run.v is not None and abs(run.v[0, column]) > 0.1 * float(np.abs(run.v[:, column]).max()):
+        found.append("it starts in motion: the initial velocity should be measured or fitted")
+    return found
+
+
+def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
+    """Return one line a remark, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together."""
+    joints: dict[tuple[str, str], list[str]] = {}
+    for one in remarks:
+        for joint, sentences in zip(one.run.free_joints, one.by_joint, strict=True):
+            for sentence in sentences:
+                joints.setdefault((one.run.file, sentence), []).append(str(joint))
+    return [f"{file}, joint {', '.join(names)}: {sentence}" for (file, sentence), names in joints.items()]

@@ -1,0 +1,48 @@
+"""Numbers of tables that something can have measured: what lies beyond overflows in whatever is made of them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array, Run
+from haptid.support.errors import InputError
+
+LARGEST_TORQUE, LARGEST_POSITION, LARGEST_SPEED = 1e12, 1e9, 1e9
+"""No drive [N m] or [N], no travel [rad] or [m] and no speed [rad/s] or [m/s] is larger."""
+SMALLEST_TORQUE = 1e-15
+"""A torque that never exceeds this [N m] or [N], and is not 0 throughout, drives nothing that can be measured."""
+
+
+def check_sizes(campaign: Campaign) -> Campaign:
+    """Return the campaign, where the numbers of all its runs can be computed with.
+
+    Raises
+    ------
+    InputError
+        With the table and the joint at fault.
+    """
+    for run in campaign.runs:
+        if run.use != "excluded":
+            for column in range(len(run.free_joints)):
+                _check(run, column, f"{campaign.folder / run.file}, joint {run.free_joints[column]}")
+    return campaign
+
+
+def _check(run: Run, column: int, where: str) -> None:
+    unit = "m" if run.prismatic[column] else "rad"
+    torque = "N" if run.prismatic[column] else "N m"
+    _check_size(run.u[:, column], LARGEST_TORQUE, f"a torque up to {LARGEST_TORQUE:g} {torque}", where)
+    _check_size(run.y[:, column], LARGEST_POSITION, f"a position up to {LARGEST_POSITION:g} {unit}", where)
+    if run.v is not None:
+        _check_size(run.v[:, column], LARGEST_SPEED, f"a velocity up to {LARGEST_SPEED:g} {unit}/s", where)
+    most = float(np.abs(run.u[:, column]).max())
+    if 0 < most < SMALLEST_TORQUE:
+        expected, todo = f"a torque of {SMALLEST_TORQUE:g} {torque} at least", "check its unit"
+        raise InputError(where, expected=expected, got=f"{most:.3g} at most", todo=todo)
+
+
+def _check_size(values: Array, most: float, expected: str, where: str) -> None:
+    largest = float(np.abs(values).max())
+    if largest > most:
+        raise InputError(where, expected=expected, got=f"{largest:.3g}", todo="check its unit")

@@ -1,0 +1,67 @@
+"""Where a CSV file goes wrong: the line that a reader of whole tables cannot tell."""
+
+from __future__ import annotations
+
+import csv
+import gzip
+import zlib
+from pathlib import Path
+from typing import BinaryIO
+
+from haptid.support.errors import InputError
+
+DECIMAL_COMMA = "where a comma is the decimal sign, export with decimal points"
+
+
+def refuse_damaged(path: Path, kind: str) -> InputError:
+    """Return the error of a text that could not be read as a table, with the first line at fault.
+
+    Parameters
+    ----------
+    kind
+        What the reader said, for a file in which no line looks wrong.
+    """
+    columns = 0
+    try:
+        with _opened(path) as stream:
+            for number, raw in enumerate(stream, start=1):
+                fault = _fault(raw, f"{path}, line {number}", columns)
+                if fault is not None:
+                    return fault
+                columns = columns or _cells(raw.decode("utf-8-sig"))
+    except (OSError, EOFError, zlib.error):
+        kind = "a damaged archive" if path.suffix == ".gz" else kind
+    got = f"a damaged file ({kind})"
+    return InputError(str(path), expected="a table in CSV with a header line", got=got, todo="export it again")
+
+
+def _opened(path: Path) -> BinaryIO:
+    return gzip.open(path, "rb") if path.suffix == ".gz" else path.open("rb")  # type: ignore[return-value] # a reader of bytes, too
+
+
+def _fault(raw: bytes, where: str, columns: int) -> InputError | None:
+    """Return what is wrong with a line where the header has ``columns`` cells (0: this is the header)."""
+    try:
+        line = raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        got = f"byte 0x{error.object[error.start]:02x}"
+        return InputError(where, expected="a text in UTF-8", got=got, todo="save it as UTF-8")
+    if line.count('"') % 2:
+        todo = "close the quote, or take it away: numbers need none"
+        return InputError(where, expected="quotes in pairs", got="one that nothing closes", todo=todo)
+    cells = _cells(line)
+    if columns and cells > columns and line.rstrip().rstrip(","):
+        return too_many_cells(where, columns, cells)
+    return None
+
+
+def _cells(line: str) -> int:
+    """Count the cells of a line; an empty last one, as some programs write it, is none."""
+    cells = next(csv.reader([line.strip()]), [])
+    return len(cells) - (len(cells) > 1 and not cells[-1])
+
+
+def too_many_cells(where: str, columns: int, cells: int) -> InputError:
+    """Return the error of a line with more cells than the header."""
+    expected = f"{columns} cells, as the header has"
+    return InputError(where, expected=expected, got=f"{cells}", todo=DECIMAL_COMMA)
