@@ -32,7 +32,7 @@ def entry_of(data: dict[str, Any], kind: str) -> dict[str, Any]:
 
 def test_the_page_is_that_of_the_schema():
     page = device_file.PAGE.read_text(encoding="utf-8")
-    assert page == device_file.with_tables(page), "run python -m docs.device_file"
+    assert page == device_file.with_tables(page), "run python -m docs.generate"
 
 
 @pytest.mark.parametrize(("kind", "key"), KEYS)
