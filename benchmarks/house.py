@@ -57,6 +57,7 @@ MEANINGS = {
     "numeric_constants": "numeric module constants outside `Thresholds`",
     "one_importer": "modules with exactly one importer",
     "longest_chain": "longest import chain, modules",
+    "cycles": "import cycles",
     "reached_from_discrepancy": f"modules reached from `{ENTRY}`",
 }
 
@@ -72,6 +73,7 @@ COUNTING = """
   Properties are left out.
 - A numeric constant is a name that a module binds to a number, to arithmetic of numbers, or to a tuple of these.
 - Imports count wherever they stand, for type checking too. Effects are found by their folder: no import leads to them.
+- Modules that import each other in a circle are one cycle, and count as one module of a chain.
 """
 
 
@@ -194,18 +196,28 @@ def imports_of(module: Module, known: set[str]) -> set[str]:
     return found - {module.name}
 
 
+def cycles_of(graph: dict[str, set[str]]) -> list[set[str]]:
+    """Return the sets of modules that import each other in a circle."""
+    reach = {name: reached_from(graph, name) for name in graph}
+    circles = {frozenset(other for other in reach[name] if name in reach[other]) for name in graph}
+    return [set(circle) for circle in circles if len(circle) > 1]
+
+
 def longest_chain(graph: dict[str, set[str]]) -> int:
-    """Return the number of modules on the longest import chain; an import that closes a cycle is not followed."""
-    open_modules: set[str] = set()
+    """Return the number of modules on the longest import chain; modules of one cycle count as one."""
+    name_of = {name: name for name in graph}
+    for circle in cycles_of(graph):
+        name_of |= dict.fromkeys(circle, min(circle))
+
+    below: dict[str, set[str]] = {}
+    for name, imported in graph.items():
+        below.setdefault(name_of[name], set()).update(name_of[other] for other in imported)
 
     @cache
     def length(name: str) -> int:
-        open_modules.add(name)
-        longest = 1 + max((length(other) for other in sorted(graph[name]) if other not in open_modules), default=0)
-        open_modules.discard(name)
-        return longest
+        return 1 + max((length(other) for other in below[name] - {name}), default=0)
 
-    return max(map(length, sorted(graph)))
+    return max(map(length, below))
 
 
 def reached_from(graph: dict[str, set[str]], entry: str) -> set[str]:
@@ -233,6 +245,7 @@ def import_figures(modules: list[Module]) -> dict[str, int]:
     return {
         "one_importer": sum(count == 1 for count in importers.values()),
         "longest_chain": longest_chain(graph),
+        "cycles": len(cycles_of(graph)),
         "reached_from_discrepancy": len(reached_from(graph, ENTRY)),
     }
 

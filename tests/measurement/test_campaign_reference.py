@@ -20,7 +20,7 @@ ROWS = [(kind, row[0], row[4]) for kind in campaign_file.KEYS for row in LISTED[
 
 def test_the_page_is_that_of_the_schema():
     page = campaign_file.PAGE.read_text(encoding="utf-8")
-    assert page == campaign_file.with_tables(page), "run python -m docs.campaign_file"
+    assert page == campaign_file.with_tables(page), "run python -m docs.generate"
 
 
 @pytest.mark.parametrize("kind", campaign_file.KEYS)

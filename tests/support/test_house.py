@@ -11,6 +11,7 @@ from benchmarks.house import (
     Module,
     comment_lines,
     count_statements,
+    cycles_of,
     imports_of,
     is_bare_participle,
     longest_chain,
@@ -70,4 +71,11 @@ def test_imports_of_either_tree(line: str):
 def test_chain_and_reach():
     graph = {"a": {"b", "c"}, "b": {"c"}, "c": set(), "d": {"a"}}
     assert longest_chain(graph) == 4
+    assert not cycles_of(graph)
     assert reached_from(graph, "a") == {"a", "b", "c"}
+
+
+def test_a_cycle_is_counted_and_is_one_link_of_a_chain():
+    graph = {"a": {"b"}, "b": {"c"}, "c": {"b", "d"}, "d": set()}
+    assert cycles_of(graph) == [{"b", "c"}]
+    assert longest_chain(graph) == 3

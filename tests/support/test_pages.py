@@ -25,12 +25,12 @@ def text_of(page: Path) -> str:
 
 def test_the_architecture_is_that_of_the_contracts():
     page = text_of(architecture.PAGE)
-    assert page == architecture.with_tables(page), "run python -m docs.architecture"
+    assert page == architecture.with_tables(page), "run python -m docs.generate"
     assert "| 1 | `equations/` |" in page
 
 
 def test_the_figure_of_the_data_flow_is_that_of_the_script():
-    assert text_of(architecture.FIGURE) == architecture.data_flow(), "run python -m docs.architecture"
+    assert text_of(architecture.FIGURE) == architecture.data_flow(), "run python -m docs.generate"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.stem)
@@ -59,13 +59,13 @@ def test_an_equation_becomes_a_picture_with_its_number():
 
 
 def test_the_figure_of_the_search_is_that_of_the_script():
-    assert text_of(search_figure.FIGURE) == search_figure.search_flow(), "run python -m docs.search_figure"
+    assert text_of(search_figure.FIGURE) == search_figure.search_flow(), "run python -m docs.generate"
 
 
 @pytest.mark.parametrize("name", constants.listed())
 def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
     page = constants.THEORY / name
-    assert text_of(page) == constants.with_tables(page), "run python -m docs.constants"
+    assert text_of(page) == constants.with_tables(page), "run python -m docs.generate"
     prose = text_of(page).partition("## Constants")[0]
     unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
     assert not unused
