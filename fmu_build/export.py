@@ -11,14 +11,20 @@ import click
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
-from haptid.fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
+from haptid.fmu_build.exchange.identification_json import (
+    entries_of,
+    friction_by_joint,
+    of_device,
+    of_joint,
+    read_identification,
+)
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.model.device.device import Device
 from haptid.model.device.reader import builtin_devices, load_device
 from haptid.model.effects.registry import with_folder
-from haptid.model.equations.joint_parameters import joint_parameters
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.joint.whole_device import full_equations
 from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
@@ -40,7 +46,7 @@ def export_full(
 
     ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified.
     """
-    equations = full_equations(device, by_joint(findings))
+    equations = full_equations(device.with_friction(friction_by_joint(identification)), by_joint(findings))
     found = refitted(of_device(identification), findings).among(equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
@@ -48,16 +54,16 @@ def export_full(
 def export_joint(identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python") -> Fmu:
     """Build the FMU of one joint with the values of ``identification``."""
     entries, found = entries_of(identification, joint), of_joint(identification, joint)
-    slides = entries["inertia"].get("unit") == "kg"
-    table = [q for q in joint_parameters(prismatic=slides) if q.id in found.values]
+    slides, friction = entries["inertia"].get("unit") == "kg", friction_by_joint(identification)[joint]
+    table = [q for q in joint_parameters(prismatic=slides, friction=friction) if q.id in found.values]
     parameters = [_bounded(q, found.values[q.id], entries[q.id]) for q in table]
-    equations = joint_equations(joint, parameters=parameters, prismatic=slides)
+    equations = joint_equations(joint, parameters=parameters, prismatic=slides, friction=friction)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
 def export_parameters(device: Device, identification: Mapping[str, Any], path: Path) -> Path:
     """Write the parameter set (SSV) of the whole device's FMU."""
-    equations = full_equations(device)
+    equations = full_equations(device.with_friction(friction_by_joint(identification)))
     return write_ssv(path, *of_device(identification).among(equations).named(equations), name=device.name)
 
 

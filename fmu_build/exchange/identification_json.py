@@ -10,7 +10,8 @@ from typing import Any
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import structured_name
 from haptid.model.equations.equations import Equations
-from haptid.model.equations.joint_parameters import joint_parameters
+from haptid.model.friction.registry import DEFAULT, law_named
+from haptid.model.joint.parameter_table import parameter_rows
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 from haptid.support.suggestion import did_you_mean
@@ -55,12 +56,29 @@ def read_identification(path: Path) -> dict[str, Any]:
             raise InputError(where, expected="one test of every joint alone", got=f"joint {joints[0]} twice")
     for configuration in data["configurations"]:
         if len(configuration["free_joints"]) == 1:
-            _check_ids(configuration["parameters"], f"{path}: joint {configuration['free_joints'][0]}")
+            where = f"{path}: joint {configuration['free_joints'][0]}"
+            _check_ids(configuration["parameters"], friction_of(configuration, where)[0], where)
     return data
 
 
-def _check_ids(parameters: Mapping[str, Any], where: str) -> None:
-    known = [q.id for q in joint_parameters()]
+def friction_of(configuration: Mapping[str, Any], where: str = "friction") -> tuple[str, ...]:
+    """Return the friction law of each free joint of a configuration; LuGre where it says nothing."""
+    joints, said = configuration["free_joints"], configuration.get("friction", DEFAULT)
+    laws = (said,) * len(joints) if isinstance(said, str) else tuple(said)
+    place = f"{where}: friction"
+    if len(laws) != len(joints):
+        raise InputError(place, expected="one law for each free joint", got=str(list(laws)))
+    return tuple(law_named(id, place).id for id in laws)
+
+
+def friction_by_joint(data: Mapping[str, Any]) -> dict[int, str]:
+    """Return the friction law of every joint of which a configuration tells."""
+    pairs = ((c["free_joints"], friction_of(c)) for c in data["configurations"])
+    return {joint: law for joints, laws in pairs for joint, law in zip(joints, laws, strict=True)}
+
+
+def _check_ids(parameters: Mapping[str, Any], friction: str, where: str) -> None:
+    known = [row.id for row in parameter_rows(friction)]
     for id in parameters:
         if id not in known:
             expected, todo = "parameters of a locked joint", did_you_mean(id, known)

@@ -13,6 +13,7 @@ from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.friction.registry import DEFAULT
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import InputError
@@ -21,8 +22,10 @@ Overrides = Mapping[str, Mapping[str, Any]]
 
 
 def device_of(campaign: Campaign) -> Device | None:
-    """Return the campaign's device, or None for ``single_joint``."""
-    return None if campaign.device == SINGLE_JOINT else load_device(campaign.device, campaign.folder)
+    """Return the campaign's device with the friction laws that the campaign names, or None for ``single_joint``."""
+    if campaign.device == SINGLE_JOINT:
+        return None
+    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
 
 
 def equations_for(
@@ -39,7 +42,8 @@ def equations_for(
     runs = campaign.runs_of(joints)
     given = {j: campaign.parameter_overrides.get(j, {}) for j in joints}
     if device is None:
-        return _single(joints[0], [run for run in runs if run.use == "fit"], given[joints[0]])
+        friction = campaign.friction.get(joints[0], DEFAULT)
+        return _single(joints[0], [run for run in runs if run.use == "fit"], given[joints[0]], friction)
     if posture is None and runs:
         posture = tuple(float(x) for x in runs[0].posture)
     equations = configuration_equations(device, joints, posture)
@@ -55,9 +59,9 @@ def _has(equations: Equations, id: str) -> bool:
     return any(q.id == id for q in equations.parameters)
 
 
-def _single(joint: int, runs: Sequence[Run], given: Overrides) -> Equations:
+def _single(joint: int, runs: Sequence[Run], given: Overrides, friction: str) -> Equations:
     prismatic = bool(runs[0].prismatic[0]) if runs else False
-    equations = overridden(joint_equations(joint, prismatic=prismatic), given, joint)
+    equations = overridden(joint_equations(joint, prismatic=prismatic, friction=friction), given, joint)
     return guess(equations, runs, given=given) if runs else equations
 
 

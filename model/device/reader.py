@@ -15,12 +15,16 @@ from jsonschema.exceptions import best_match
 
 from haptid.model.device.device import BASE, Device, Guess, Joint, Link, Motor, Vector
 from haptid.model.device.link_guesses import Uncertainty, inertial
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.support.errors import InputError, one_line
 from haptid.support.files.data import parse_toml
 from haptid.support.files.files import is_file, reason_of
+from haptid.support.suggestion import did_you_mean
 
 Table = Mapping[str, Any]
 Raw = float | Mapping[str, float]
+OWN = ("Kp", "Ks", "epos")
+"""Parameters of drive and spring that a joint may state; those of friction are its law's."""
 
 
 def load_device(name: str | Path, folder: Path | None = None) -> Device:
@@ -153,11 +157,19 @@ def _joint(entry: Table, where: str) -> Joint:
     lower, upper = entry.get("position_limits", (-math.pi, math.pi))
     if not lower < upper:
         raise InputError(where=f"{where}.position_limits", expected="lower < upper", got=f"[{lower}, {upper}]")
-    parameters = {key: _guess(value, f"{where}.parameters.{key}") for key, value in entry.get("parameters", {}).items()}
+    law = law_named(entry.get("friction", DEFAULT), f"{where}.friction")
+    parameters = {}
+    for key, value in entry.get("parameters", {}).items():
+        place, known = f"{where}.parameters.{key}", (*OWN, *law.ids)
+        if key not in known:
+            expected = f"a parameter of a joint with {law.id} friction"
+            raise InputError(place, expected=expected, got=repr(key), todo=did_you_mean(key, known))
+        parameters[key] = _guess(value, place)
     return Joint(
         name=entry["name"],
         transmission=entry.get("transmission", "direct"),
         prismatic=entry.get("prismatic", False),
+        friction=law.id,
         parameters=parameters,
         position_limits=(float(lower), float(upper)),
         torque_limit=float(entry.get("torque_limit", math.inf)),

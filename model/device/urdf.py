@@ -19,9 +19,12 @@ from numpy.typing import NDArray
 from haptid.model.device.device import BASE, Device
 from haptid.model.device.reader import parse_device
 from haptid.model.device.urdf_check import check_urdf
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.support.errors import InputError
 from haptid.support.installing.extras import need
 
+STICTION = 1.2
+"""First guess of stiction over Coulomb friction, of which a URDF file gives one number."""
 MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 
 
@@ -87,11 +90,12 @@ def _joint(joint: Any) -> dict[str, Any]:
         entry["position_limits"] = [float(limit.lower), float(limit.upper)]
     if limit is not None and limit.effort:
         entry["torque_limit"] = float(limit.effort)
-    guesses = {"Kp": {"fixed": 1.0}}
+    guesses, roles = {"Kp": {"fixed": 1.0}}, law_named(DEFAULT).roles
     if dynamics is not None and dynamics.damping:
-        guesses["sigma2"] = {"initial": float(dynamics.damping)}
+        guesses[roles.viscous] = {"initial": float(dynamics.damping)}
     if dynamics is not None and dynamics.friction:
-        guesses |= {key: {"initial": factor * float(dynamics.friction)} for key, factor in (("Fc", 1.0), ("Fs", 1.2))}
+        guesses[roles.stiction] = {"initial": STICTION * float(dynamics.friction)}
+        guesses[roles.coulomb] = {"initial": float(dynamics.friction)}
     return entry | {"parameters": guesses}
 
 

@@ -72,7 +72,7 @@ def wrong(path, value):
         (wrong(["joints", 2, "transmission"], "chain"), "joints[2].transmission"),
         (wrong(["joints", 2, "position_limits"], [1, -1]), "joints[2].position_limits"),
         (wrong(["joints", 2, "parameters", "Ks"], {"initial": 2.0, "upper": 1.0}), "joints[2].parameters.Ks"),
-        (wrong(["joints", 2, "parameters", "sigma9"], 1.0), "joints[2].parameters"),
+        (wrong(["joints", 2, "parameters", "sigma9"], 1.0), "joints[2].parameters.sigma9"),
         (wrong(["gravity"], [0, -9.81]), "gravity"),
         (wrong(["control_point", "link"], "hand"), "control_point.link"),
         (wrong(["title"], None), "top level"),
