@@ -7,6 +7,7 @@ import importlib.util
 import shutil
 import sys
 import tempfile
+from collections.abc import Iterable
 from pathlib import Path
 
 import click
@@ -22,7 +23,8 @@ from docs.equations import with_equations
 from docs.tables import table
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
-from haptid.model.equations.joint_parameters import TABLE
+from haptid.model.equations.joint_parameters import TABLE, Row
+from haptid.model.friction.registry import laws
 from haptid.support.installing.environment import ROOT
 
 SOURCES = ROOT / "docs"
@@ -34,9 +36,16 @@ COMMANDS = (
 
 def parameters_page() -> str:
     """Return the parameters of a locked joint."""
-    rows = ([f"`{r.id}`", r.description, r.unit, r.prismatic_unit, f"{r.lower:g} … {r.upper:g}"] for r in TABLE)
-    header = ("id", "meaning", "unit", "unit, prismatic", "default range")
-    return "# Parameters of a locked joint\n\n" + table(header, rows)
+    text = "# Parameters of a locked joint\n\n" + _rows(TABLE)
+    for law in laws().values():
+        formulas = "\n".join(f"    {line}" for line in (f"friction = {law.formulas[0]}", *law.formulas[1:]))
+        text += f"\n## {law.title} friction (`{law.id}`)\n\n{formulas}\n\n{_rows(law.parameters)}"
+    return text
+
+
+def _rows(rows: Iterable[Row]) -> str:
+    cells = ([f"`{r.id}`", r.description, r.unit, r.prismatic_unit, f"{r.lower:g} … {r.upper:g}"] for r in rows)
+    return table(("id", "meaning", "unit", "unit, prismatic", "default range"), cells)
 
 
 def effects_page() -> str:

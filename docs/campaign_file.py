@@ -14,6 +14,7 @@ from docs.device_file import example
 from docs.tables import table, with_parts
 from haptid.measurement.format import schema
 from haptid.measurement.format.schema import Key
+from haptid.model.joint.parameter_table import all_ids
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
@@ -52,7 +53,7 @@ def with_tables(page: str) -> str:
     """Return the page with its generated parts made anew."""
     parts = {kind: keys_table(kind) for kind in KEYS}
     parts["COLUMNS"] = columns_table()
-    parts["parameters"] = ", ".join(f"`{id}`" for id in schema.PARAMETER_IDS)
+    parts["parameters"] = ", ".join(f"`{id}`" for id in all_ids())
     parts["example"] = example("campaign.toml", "toml")
     return with_parts(page, parts, "docs/campaign_file.py")
 

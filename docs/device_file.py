@@ -9,11 +9,12 @@ import json
 from typing import Any
 
 import click
-from click import ClickException
 
 from docs.tables import table, with_parts
 from haptid.model.device import ranges
-from haptid.model.equations.joint_parameters import TABLE
+from haptid.model.device.entries import OWN
+from haptid.model.device.stated_parameters import ROWS
+from haptid.model.friction.registry import laws
 from haptid.support.files.files import write_text
 from haptid.support.installing.environment import ROOT
 
@@ -86,18 +87,16 @@ def guess_table(tree: dict[str, Any]) -> str:
     return table(("key", "meaning"), rows)
 
 
-def parameters_table(tree: dict[str, Any]) -> str:
+def parameters_table() -> str:
     """Return the parameters of a joint that a device file may guess, with what holds where it does not."""
-    allowed = tree["$defs"]["joint"]["properties"]["parameters"]["properties"]
-    header = ("key", "meaning", "unit", "unit, prismatic", "first guess", "bounds")
+    header = ("key", "of friction", "meaning", "unit", "unit, prismatic", "first guess", "bounds")
     rows = []
-    for row in TABLE:
-        if row.id in allowed:
-            guess = f"{row.initial:g}{', fixed' if row.fixed else ''}"
-            bounds = f"{row.lower:g} … {row.upper:g}"
-            rows.append((f"`{row.id}`", row.description, row.unit, row.prismatic_unit, guess, bounds))
-    if len(rows) != len(allowed):
-        raise ClickException("a parameter of the schema has no row in the table of parameters")
+    for id in (*OWN, *dict.fromkeys(id for law in laws().values() for id in law.ids)):
+        row, having = ROWS[id], [f"`{law.id}`" for law in laws().values() if id in law.ids]
+        guess = f"{row.initial:g}{', fixed' if row.fixed else ''}"
+        bounds = f"{row.lower:g} … {row.upper:g}"
+        of = ", ".join(having) or "–"
+        rows.append((f"`{row.id}`", of, row.description, row.unit, row.prismatic_unit, guess, bounds))
     return table(header, rows)
 
 
@@ -139,7 +138,7 @@ def with_tables(page: str) -> str:
     tree = schema()
     parts = {name: keys_table({"required": [], **part}) for name, part in objects(tree).items()}
     parts["guess"] = guess_table(tree)
-    parts["parameters"] = parameters_table(tree)
+    parts["parameters"] = parameters_table()
     parts["ranges"] = ranges_table()
     parts["example"] = example("two_joints.toml", "toml")
     parts["urdf example"] = example("two_joints.urdf", "xml")

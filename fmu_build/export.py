@@ -17,16 +17,22 @@ from haptid.fmu_build.exchange.identification_check import (
     check_orders,
     impossible_links,
 )
-from haptid.fmu_build.exchange.identification_json import entries_of, of_device, of_joint, read_identification
+from haptid.fmu_build.exchange.identification_json import (
+    entries_of,
+    friction_by_joint,
+    of_device,
+    of_joint,
+    read_identification,
+)
 from haptid.fmu_build.exchange.recorded_device import device_of_results
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.exchange.start_values import with_start_values
 from haptid.fmu_build.exchange.taken_along import taken_along
 from haptid.model.device.device import Device
 from haptid.model.effects.registry import with_folder
-from haptid.model.equations.joint_parameters import joint_parameters
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.joint.whole_device import full_equations
 from haptid.support.command import exit_codes, parse_joints
 from haptid.support.errors import InputError
@@ -48,7 +54,7 @@ def export_full(
     ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified. The
     parameter set ``start`` overrules both.
     """
-    equations = full_equations(device, by_joint(findings))
+    equations = full_equations(device.with_friction(friction_by_joint(identification)), by_joint(findings))
     found = with_start_values(refitted(of_device(identification), findings).among(equations), start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
@@ -58,17 +64,17 @@ def export_joint(
 ) -> Fmu:
     """Build the FMU of one joint with the values of ``identification``, overruled by the parameter set ``start``."""
     entries, found = entries_of(identification, joint), of_joint(identification, joint)
-    slides = entries["inertia"].get("unit") == "kg"
-    table = [q for q in joint_parameters(prismatic=slides) if q.id in found.values]
+    slides, friction = entries["inertia"].get("unit") == "kg", friction_by_joint(identification)[joint]
+    table = [q for q in joint_parameters(prismatic=slides, friction=friction) if q.id in found.values]
     parameters = [_bounded(q, found.values[q.id], entries[q.id]) for q in table]
-    equations = joint_equations(joint, parameters=parameters, prismatic=slides)
+    equations = joint_equations(joint, parameters=parameters, prismatic=slides, friction=friction)
     found = with_start_values(found, start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
 def export_parameters(device: Device, identification: Mapping[str, Any], path: Path) -> Path:
     """Write the parameter set (SSV) of the whole device's FMU."""
-    equations = full_equations(device)
+    equations = full_equations(device.with_friction(friction_by_joint(identification)))
     return write_ssv(path, *of_device(identification).among(equations).named(equations), name=device.name)
 
 
@@ -88,9 +94,9 @@ def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
     return int(chosen[0])
 
 
-def _check_complete(entries: Mapping[str, Any], where: str) -> None:
+def _check_complete(entries: Mapping[str, Any], friction: str, where: str) -> None:
     """Refuse the parameters of a joint alone where one is missing; gravity may be, where it does no work."""
-    for q in joint_parameters():
+    for q in joint_parameters(friction=friction):
         if q.id not in entries and not q.id.startswith("gravity"):
             raise InputError(where, expected=f"the key {q.id!r}", got=", ".join(entries) or "none")
 
@@ -157,7 +163,8 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
             todo = "discrepancy.run has written the FMU of a joint with its effects already"
             raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
         joint = _only_joint(data, wanted)
-        _check_complete(entries_of(data, joint), f"{source}: parameters of joint {joint}")
+        law = friction_by_joint(data)[joint]
+        _check_complete(entries_of(data, joint), law, f"{source}: parameters of joint {joint}")
         with _told_of(source, []):
             fmu = export_joint(data, joint, out, kind, start)
     else:

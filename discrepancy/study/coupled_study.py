@@ -15,6 +15,8 @@ from haptid.model.device.device import Device
 from haptid.model.effects.effect import Effect, relabelled
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.law import FrictionLaw
+from haptid.model.friction.registry import law_named
 from haptid.model.joint.coupled_joints import coupled_equations
 from haptid.model.joint.joint_in_device import of_the_test_alone
 from haptid.model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
@@ -93,7 +95,7 @@ class CoupledStudy(Study):
             scales = self.scales(i, theta)
             known = {e.id for e in self.known.get(j, ())}
             for effect in self.entries.values():
-                if effect.id not in known and not effect.random:
+                if effect.id not in known and not effect.random and effect.friction_slots <= self.law(i).slots:
                     one = placed(effect.at(scales), j)
                     found[one.key] = one
         return found
@@ -105,8 +107,13 @@ class CoupledStudy(Study):
     def scales(self, i: int, theta: Mapping[str, float]) -> Scales:
         """Return the scales of the joint at place ``i`` at the fitted parameters."""
         j = self.joints[i]
-        own = {id: theta[f"{id}_{j}"] for id in ("Kp", "Fc", "sigma2")}
-        return scales_over([alone(run, i) for run in self.fitted], own | {"inertia": self.inertia(i)})
+        roles = self.law(i).roles
+        own = {id: theta[f"{id}_{j}"] for id in ("Kp", roles.coulomb, roles.viscous)}
+        return scales_over([alone(run, i) for run in self.fitted], own | {"inertia": self.inertia(i)}, roles)
+
+    def law(self, i: int) -> FrictionLaw:
+        """Return the friction law of the joint at place ``i``."""
+        return law_named(self.device.joints[self.joints[i]].friction)
 
     def inertia(self, i: int) -> float:
         """Return M of the joint at place ``i`` at the first guesses, all joints at 0."""

@@ -15,6 +15,8 @@ from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.law import Roles
+from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import InputError
 
@@ -87,11 +89,14 @@ class Study:
 
     def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
         """Return the base with ``effects``, by default under the number 0: then all joints share their kernels."""
-        return joint_equations(joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic)
+        return joint_equations(
+            joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
+            friction=self.base.friction[0],
+        )  # fmt: skip
 
     def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
         """Return the catalogue in SI units at fitted base parameters ``theta``, without what is random."""
-        scales = scales_over(self.fitted, theta)
+        scales = scales_over(self.fitted, theta, law_named(self.base.friction[0]).roles)
         return {key: e.at(scales) for key, e in self.entries.items() if not e.random}
 
     def in_joint(self, effect: Effect, column: int) -> Effect:
@@ -123,12 +128,13 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
         raise InputError(where, expected=f"a joint that some run frees alone ({known})", got=str(joint))
     base = equations_for(campaign, device_of(campaign), (joint,))
     slides = bool(fitted[0].prismatic[0])
-    expected = joint_equations(joint, parameters=base.parameters, prismatic=slides)
+    expected = joint_equations(joint, parameters=base.parameters, prismatic=slides, friction=base.friction[0])
     if expected.digest != base.digest:
         where = f"joint {joint}"
         raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
     base = within_reach(base, fitted)
-    unseen = campaign.runs_of((joint,), "validate")
+    unseen, law = campaign.runs_of((joint,), "validate"), law_named(base.friction[0])
+    entries = {key: e for key, e in entries.items() if e.friction_slots <= law.slots}
     return Study(
         joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides,
         noise_given=campaign.noise_given, threads=threads,
@@ -155,8 +161,8 @@ def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
     return base.with_parameters(changes)
 
 
-def scales_over(runs: Sequence[Run], theta: Mapping[str, float]) -> Scales:
-    """Return the scales over ``runs`` of a joint alone: ``theta`` has at least Kp, inertia, Fc, sigma2."""
+def scales_over(runs: Sequence[Run], theta: Mapping[str, float], roles: Roles) -> Scales:
+    """Return the scales over ``runs`` of a joint alone: ``theta`` has Kp, inertia, Coulomb and viscous friction."""
     y = np.concatenate([run.y[:, 0] for run in runs])
     torque = max(float(np.abs(run.u[:, 0]).max()) for run in runs) * theta["Kp"]
     low, high = float(y.min()), float(y.max())
@@ -167,8 +173,8 @@ def scales_over(runs: Sequence[Run], theta: Mapping[str, float]) -> Scales:
         centre=(high + low) / 2,
         speed=max(1e-9, *(_speed(run) for run in runs)),
         inertia=theta["inertia"],
-        friction=theta["Fc"],
-        viscous=theta["sigma2"],
+        friction=theta[roles.coulomb],
+        viscous=theta[roles.viscous],
         duration=max(float(run.t[-1]) for run in runs),
         prismatic=runs[0].prismatic[0],
     )

@@ -20,6 +20,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.noise.correlation import Whitener
@@ -79,7 +80,10 @@ class TorqueStudy:
 
     def equations(self, effects: Sequence[Effect] = ()) -> Equations:
         """Return the base with ``effects``."""
-        return joint_equations(self.joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic)
+        return joint_equations(
+            self.joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
+            friction=self.base.friction[0],
+        )  # fmt: skip
 
     def simulator(self, effects: Sequence[Effect] = ()) -> TorqueSimulator:
         """Return what turns measured motion into torque; the effects must be `inverse_dynamics.readable`."""
@@ -93,11 +97,12 @@ class TorqueStudy:
         """Return the joint's scales over the runs, at fitted base parameters."""
         q = np.concatenate([run.u[:, 0] for run in self.runs])
         v = np.concatenate([measured_motion(run)[:, 1] for run in self.runs])
+        roles = law_named(self.base.friction[0]).roles
         return Scales(
             torque=max(float(np.abs(run.y).max()) for run in self.runs), position=float(np.ptp(q)) / 2,
             centre=float(q.max() + q.min()) / 2, speed=float(np.quantile(np.abs(v), 0.99)), inertia=values["inertia"],
-            friction=values["Fc"], viscous=values["sigma2"], duration=max(float(run.t[-1]) for run in self.runs),
-            prismatic=self.prismatic,
+            friction=values[roles.coulomb], viscous=values[roles.viscous],
+            duration=max(float(run.t[-1]) for run in self.runs), prismatic=self.prismatic,
         )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import law_named
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.fmu_build.content", ""),
@@ -20,10 +21,6 @@ _ENVIRONMENT = jinja2.Environment(
     trim_blocks=True,
     lstrip_blocks=True,
     undefined=jinja2.StrictUndefined,
-)
-GENERAL = (
-    "M(q)·v̇ = Kp·τ − C(q, v)·v − φ(q) − Ks·(q − epos) − σ0·z − σ1·ż − σ2·v + Jᵀ·f",
-    "ż = v − σ0·|v|/g(v)·z,  g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²)",
 )
 
 
@@ -37,7 +34,7 @@ def documentation(interface: Interface, *, text: str, linear: bool, provenance: 
         linear=linear,
         notes=e.notes,
         formulas=_formulas(e),
-        general=GENERAL if e.definitions else (),
+        general=_general(e) if e.definitions else (),
         parameters=[(v, provenance[v.id], sources.index(provenance[v.id].source) + 1) for v in _parameters(interface)],
         sources=sources,
         others=[v for v in interface.variables if v.role != "parameter"],
@@ -49,6 +46,24 @@ def documentation(interface: Interface, *, text: str, linear: bool, provenance: 
 
 def _parameters(interface: Interface) -> tuple[Variable, ...]:
     return interface.of_role("parameter")
+
+
+def _general(e: Equations) -> tuple[str, ...]:
+    """Return the equations of the whole device in general form, friction after its law, or after each of its laws."""
+    laws = [law_named(id) for id in dict.fromkeys(e.friction)]
+    if len(laws) == 1:
+        torque, *rates = laws[0].formulas
+        return (_motion(torque.replace(" + ", " − ")), *rates)
+    found = [_motion("friction")]
+    for law in laws:
+        joints = ", ".join(str(j) for j, id in zip(e.joints, e.friction, strict=True) if id == law.id)
+        torque, *rates = law.formulas
+        found += [f"{law.title} friction of joints {joints}: {torque}", *rates]
+    return tuple(found)
+
+
+def _motion(friction: str) -> str:
+    return f"M(q)·v̇ = Kp·τ − C(q, v)·v − φ(q) − Ks·(q − epos) − {friction} + Jᵀ·f"
 
 
 def _formulas(e: Equations) -> list[Markup]:
@@ -68,14 +83,13 @@ def _formulas(e: Equations) -> list[Markup]:
 
 def _stribeck_levels(e: Equations) -> dict[sp.Expr, sp.Symbol]:
     """Return g(v) of each joint, as it stands in the right-hand side, and the symbol to write for it."""
-    ids = {q.id for q in e.parameters}
     levels = {}
-    for q in e.parameters:
-        suffix = q.id.removeprefix("Fc")
-        if q.id.startswith("Fc") and {f"Fs{suffix}", f"vs{suffix}"} <= ids:
-            vs, Fs = (sp.Symbol(f"{name}{suffix}", real=True) for name in ("vs", "Fs"))
-            v = sp.Symbol(f"v{suffix.removeprefix('_')}", real=True)
-            levels[q.symbol + (Fs - q.symbol) * sp.exp(-((v / vs) ** 2))] = sp.Symbol(f"g{suffix}")
+    for joint, friction in zip(e.joints, e.friction, strict=False):
+        law, number = law_named(friction), "" if len(e.joints) == 1 else str(joint)
+        if law.level is not None:
+            suffix = number and f"_{number}"
+            p = {id: sp.Symbol(f"{id}{suffix}", real=True) for id in law.ids}
+            levels[law.level(sp.Symbol(f"v{number}", real=True), p)] = sp.Symbol(f"g{suffix}")
     return levels
 
 

@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.native.c_source import bare_library, flat_source
 from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import law_named
 from haptid.support.errors import InputError
 
 Array = NDArray[np.float64]
@@ -99,7 +101,18 @@ def _inputs(interface: Interface, t: Array) -> Array:
     u = np.zeros((t.size, len(interface.of_role("input"))))
     for i, v in enumerate(interface.of_role("input")):
         if v.id.startswith("tau"):
-            stiction = start.get("Fs" if v.id == "tau" else f"Fs_{v.id[3:]}")
+            stiction = start.get(_stiction(interface.equations, v.id))
             amplitude = TIMES_STICTION * stiction if stiction else PLAIN_AMPLITUDE
             u[:, i] = amplitude * np.cos(OMEGA * t)
     return u
+
+
+def _stiction(e: Equations, id: str) -> str:
+    """Return the id of the stiction of the joint that an input ``tau`` or ``tau3`` drives; '' where it has none."""
+    number = id.removeprefix("tau")
+    numbers = map(str, e.joints) if number else ("",)
+    laws = dict(zip(numbers, e.friction, strict=False))
+    if number not in laws:
+        return ""
+    stiction = law_named(laws[number]).roles.stiction
+    return f"{stiction}_{number}" if number else stiction

@@ -8,9 +8,9 @@ from typing import Any
 
 from haptid.fmu_build.exchange.identification_check import COEFFICIENT
 from haptid.fmu_build.exchange.possible import check_entry, check_order, check_value, of_joint_parameter, of_quantity
+from haptid.model.device.stated_parameters import ORDERED, ROWS
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.joint_parameters import sliding
-from haptid.model.equations.stated_parameters import ORDERED, ROWS
 from haptid.model.joint.joint_in_device import of_the_test_alone
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean

@@ -19,8 +19,8 @@ from haptid.fmu_build.exchange.possible import (
     of_quantity,
 )
 from haptid.model.device.device import STANDARD, Device
+from haptid.model.device.stated_parameters import ORDERED, ROWS
 from haptid.model.equations.quantity import Quantity
-from haptid.model.equations.stated_parameters import ORDERED, ROWS
 from haptid.model.joint.joint_in_device import joint_quantities
 from haptid.model.rigid_body.forward_dynamics import link_quantities
 from haptid.support.errors import InputError

@@ -11,6 +11,7 @@ from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_check import check_tests
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 
@@ -47,8 +48,26 @@ def read_identification(path: Path) -> dict[str, Any]:
         (`fmu_build.exchange.identification_check.check_tests`).
     """
     data = read_json(path, "an identification.json", ("haptid.fmu_build.exchange", "identification.schema.json"))
+    for number, configuration in enumerate(data["configurations"]):
+        friction_of(configuration, f"{path}: configurations[{number}]")
     check_tests(data, str(path))
     return data
+
+
+def friction_of(configuration: Mapping[str, Any], where: str = "friction") -> tuple[str, ...]:
+    """Return the friction law of each free joint of a configuration; LuGre where it says nothing."""
+    joints, said = configuration["free_joints"], configuration.get("friction", DEFAULT)
+    laws = (said,) * len(joints) if isinstance(said, str) else tuple(said)
+    place = f"{where}: friction"
+    if len(laws) != len(joints):
+        raise InputError(place, expected="one law for each free joint", got=str(list(laws)))
+    return tuple(law_named(id, place).id for id in laws)
+
+
+def friction_by_joint(data: Mapping[str, Any]) -> dict[int, str]:
+    """Return the friction law of every joint of which a configuration tells."""
+    pairs = ((c["free_joints"], friction_of(c)) for c in data["configurations"])
+    return {joint: law for joints, laws in pairs for joint, law in zip(joints, laws, strict=True)}
 
 
 def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from haptid.fmu_build.description.units import parse_unit
+from haptid.model.device.stated_parameters import ROWS, possible_range
 from haptid.model.equations.quantity import Quantity
-from haptid.model.equations.stated_parameters import ROWS, possible_range
 from haptid.support.errors import InputError
 
 LARGEST = 1e15

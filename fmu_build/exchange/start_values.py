@@ -18,9 +18,9 @@ from haptid.fmu_build.exchange.possible import (
     of_quantity,
 )
 from haptid.fmu_build.exchange.ssv_reader import Stated, read_ssv
+from haptid.model.device.stated_parameters import ROWS
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
-from haptid.model.equations.stated_parameters import ROWS
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 

@@ -6,8 +6,8 @@ unknowns,
     Kp·τ = M·q̈ + σ2·q̇ + Fc·sgn q̇ + k·q + c    (k = Ks + g_s, c = g_c − Ks·epos, for small q),
 
 solved with M, σ2, Fc ≥ 0 over all runs: inertia from the response at speed, Coulomb torque from the plateaus'
-height, k and c from static balance. Over a wide range, gravity is told from the spring by cos q and sin q. The
-bristle and the Stribeck curve get sizes in proportion: they are what the fit is for.
+height, k and c from static balance. Over a wide range, gravity is told from the spring by cos q and sin q. What the
+friction law has beyond that gets sizes in proportion, by its own `guess`: it is what the fit is for.
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ from scipy.optimize import lsq_linear
 from haptid.measurement.signals.smoothing import Motion, smoothed
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Quantity
+from haptid.model.friction.law import FrictionLaw, Sliding
+from haptid.model.friction.registry import DEFAULT, law_named
 
 WIDE = 1.2
 """Range of positions [rad] from which gravity and spring are told apart."""
-BRISTLE_SHARE = 0.01
-"""Bristle length as a share of the travel."""
 SPAN = 100.0
 """Positive parameters are sought within this factor of their guess."""
 
@@ -41,8 +42,9 @@ class Guess:
     speed: float
 
 
-def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True) -> Guess:
-    """Estimate the parameters of one joint from its runs; ``gain`` is Kp."""
+def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, friction: str = DEFAULT) -> Guess:
+    """Estimate the parameters of one joint from its runs; ``gain`` is Kp, ``friction`` the id of its law."""
+    law = law_named(friction)
     motions = [_moving_part(smoothed(run)) for run in runs]
     q, v, a, torque = (np.concatenate([getattr(m, name) for m in motions]) for name in ("q", "v", "a", "torque"))
     torque = gain * torque
@@ -54,7 +56,7 @@ def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True) 
         columns += [np.cos(q), np.sin(q)]
     c = _solved(np.stack(columns, axis=1), torque, free=(4, 5, 6) if wide else (3, 4))
     return Guess(
-        values=_values(c, torque=size, travel=travel, speed=speed, acceleration=float(np.std(a)), wide=wide),
+        values=_values(c, law, torque=size, travel=travel, speed=speed, acceleration=float(np.std(a)), wide=wide),
         torque=size,
         travel=travel,
         centre=float(np.mean(q)),
@@ -79,21 +81,17 @@ def _solved(A: Array, b: Array, free: tuple[int, ...]) -> Array:
 
 
 def _values(
-    c: Array, *, torque: float, travel: float, speed: float, acceleration: float, wide: bool
+    c: Array, law: FrictionLaw, *, torque: float, travel: float, speed: float, acceleration: float, wide: bool
 ) -> dict[str, float]:
     coulomb = max(float(c[2]), 1e-2 * torque)
     inertia = max(float(c[0]), 1e-2 * torque / max(acceleration, 1e-12))
     k, offset = float(c[3]), float(c[4])
     spring = max(k, 1e-3 * torque / travel)
-    stiffness = coulomb / (BRISTLE_SHARE * travel)
+    viscous = max(float(c[1]), 1e-2 * torque / speed)
+    seen = Sliding(coulomb=coulomb, viscous=viscous, inertia=inertia, travel=travel, speed=speed)
     return {
         "inertia": inertia,
-        "sigma2": max(float(c[1]), 1e-2 * torque / speed),
-        "Fc": coulomb,
-        "Fs": 1.2 * coulomb,
-        "vs": 0.1 * speed,
-        "sigma0": stiffness,
-        "sigma1": 0.25 * float(np.sqrt(stiffness * inertia)),
+        **law.guess(seen),
         "Ks": spring,
         "epos": -offset / spring,
         "gravity_cos": float(c[5]) if wide else 0.0,
@@ -111,17 +109,20 @@ def guess(equations: Equations, runs: Sequence[Run], *, given: Mapping[str, Mapp
     """
     fixed = given.get("Kp", {}).get("fixed", equations.parameter("Kp").initial)
     gain = float(fixed) if isinstance(fixed, int | float) else 1.0
-    found = guess_from(runs, gain=gain, gravity=any(q.id == "gravity_sin" for q in equations.parameters))
+    gravity = any(q.id == "gravity_sin" for q in equations.parameters)
+    found = guess_from(runs, gain=gain, gravity=gravity, friction=equations.friction[0])
     changes: dict[str, dict[str, object]] = {}
     for quantity in equations.parameters:
         if quantity.id in found.values and not given.get(quantity.id):
-            changes[quantity.id] = _range(quantity.id, quantity.scale, found)
+            changes[quantity.id] = _range(quantity, found)
     return equations.with_parameters(changes)
 
 
-def _range(id: str, scale: str, found: Guess) -> dict[str, object]:
-    value = found.values[id]
-    if scale == "log":
+def _range(quantity: Quantity, found: Guess) -> dict[str, object]:
+    id, value = quantity.id, found.values[quantity.id]
+    if quantity.unit == "1":  # a shape, which has no size that data could give it
+        return {"initial": value}
+    if quantity.scale == "log":
         return {"initial": value, "lower": value / SPAN, "upper": value * SPAN}
     if id.startswith("gravity"):
         return _within(value, -2.0 * found.torque, 2.0 * found.torque)

@@ -39,7 +39,7 @@ class FitOptions:
     tolerance
         RMS over noise up to which a residual counts as noise.
     passive
-        Whether σ2 ≥ σ1·(Fs − Fc)/Fc is demanded.
+        Whether passivity is demanded where the friction law has a constraint for it (LuGre: σ2 ≥ σ1·(Fs − Fc)/Fc).
     profile
         Whether profile likelihoods are followed to the ends of their 95 % intervals.
     """

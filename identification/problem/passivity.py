@@ -1,4 +1,4 @@
-"""Passivity of LuGre friction as a constraint, on request: σ2 ≥ σ1·(Fs − Fc)/Fc (Barabanov & Ortega 2000).
+"""Passivity of friction as a constraint, on request, where the law asks for one: LuGre does (σ2 ≥ σ1·(Fs − Fc)/Fc).
 
 Measured joints need not obey it, so fits leave it out unless asked.
 """
@@ -6,39 +6,45 @@ Measured joints need not obey it, so fits leave it out unless asked.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import law_named
 
 
-def friction_sets(equations: Equations) -> list[tuple[int, int, int, int]]:
-    """Return indices of (sigma1, sigma2, Fs, Fc) of every joint that has them."""
-    place = {q.id: i for i, q in enumerate(equations.parameters)}
-    tails = [name.removeprefix("sigma2") for name in place if name.startswith("sigma2")]
-    names = ("sigma1", "sigma2", "Fs", "Fc")
-    return [
-        (place[f"sigma1{tail}"], place[f"sigma2{tail}"], place[f"Fs{tail}"], place[f"Fc{tail}"])
-        for tail in tails
-        if all(f"{name}{tail}" in place for name in names)
-    ]
+@cache
+def _formula(friction: str) -> tuple[tuple[str, ...], Callable[..., Any]]:
+    """Return the ids that a law's constraint has, and the function of them that gives it and its slopes."""
+    expression = law_named(friction).passivity
+    if expression is None:
+        return (), lambda: ()
+    symbols = sorted(expression.free_symbols, key=str)
+    slopes = [sp.diff(expression, s) for s in symbols]
+    return tuple(s.name for s in symbols), sp.lambdify(symbols, (expression, *slopes), "math", cse=True)
 
 
 def margin(equations: Equations, theta: Array) -> tuple[Array, Array]:
-    """Return ln σ2 + ln Fc − ln(σ1·(Fs − Fc) + ε) per joint and its gradient (n_joints, n_p)."""
-    sets = friction_sets(equations)
-    value, gradient = np.zeros(len(sets)), np.zeros((len(sets), theta.size))
-    for k, (s1, s2, fs, fc) in enumerate(sets):
-        rise = theta[s1] * (theta[fs] - theta[fc]) + 1e-3 * theta[s2] * theta[fc]
-        value[k] = np.log(theta[s2] * theta[fc] / rise)
-        gradient[k, s2] = 1.0 / theta[s2] - 1e-3 * theta[fc] / rise
-        gradient[k, fc] = 1.0 / theta[fc] - (1e-3 * theta[s2] - theta[s1]) / rise
-        gradient[k, s1] = -(theta[fs] - theta[fc]) / rise
-        gradient[k, fs] = -theta[s1] / rise
-    return value, gradient
+    """Return what must not be negative, one number for each joint whose law asks for it, and its gradient (n, n_p)."""
+    place = {q.id: i for i, q in enumerate(equations.parameters)}
+    values, gradients = [], []
+    for joint, friction in zip(equations.joints, equations.friction, strict=True):
+        ids, formula = _formula(friction)
+        if not ids:
+            continue
+        tail = "" if len(equations.joints) == 1 else f"_{joint}"
+        columns = [place[f"{id}{tail}"] for id in ids]
+        value, *slopes = formula(*theta[columns])
+        row = np.zeros(theta.size)
+        row[columns] = slopes
+        values.append(value)
+        gradients.append(row)
+    return np.array(values), np.array(gradients).reshape(len(values), theta.size)
 
 
 def passivity(problem: Problem, point: Callable[[Array], Array], tangent: Callable[[Array], Array]) -> dict[str, Any]:

@@ -13,14 +13,17 @@ from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import DEFAULT
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import NumericalError
 
 
 def device_of(campaign: Campaign) -> Device | None:
-    """Return the campaign's device, or None for ``single_joint``."""
-    return None if campaign.device == SINGLE_JOINT else load_device(campaign.device, campaign.folder)
+    """Return the campaign's device with the friction laws that the campaign names, or None for ``single_joint``."""
+    if campaign.device == SINGLE_JOINT:
+        return None
+    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
 
 
 def equations_for(
@@ -55,7 +58,8 @@ def _has(equations: Equations, id: str) -> bool:
 
 def _single(joint: int, runs: Sequence[Run], given: Overrides, campaign: Campaign) -> Equations:
     prismatic = bool(runs[0].prismatic[0]) if runs else False
-    equations = overridden(joint_equations(joint, prismatic=prismatic), given, joint, where=places(campaign, joint))
+    nominal = joint_equations(joint, prismatic=prismatic, friction=campaign.friction.get(joint, DEFAULT))
+    equations = overridden(nominal, given, joint, where=places(campaign, joint))
     return guess(equations, runs, given=given) if runs else equations
 
 

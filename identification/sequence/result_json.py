@@ -40,6 +40,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "free_joints": list(step.configuration.free_joints),
         "locked_positions_rad": list(step.configuration.posture),
         "scored": unit,
+        "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
         "observer_gain_per_s": fit.observer_gain,
         "parameters": parameters,
         "runs": [_run_json(score, step.torque_scored) for score in fit.runs],

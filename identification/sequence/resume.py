@@ -26,7 +26,7 @@ def inputs_digest(
     """Return sixteen hex digits of everything that the fits depend on: data, device, choices, code."""
     digest = hashlib.sha256()
     parts = options.but(workers=1, quiet=True), kind, campaign.device, campaign.parameter_overrides, repr(device)
-    digest.update(repr(parts).encode())
+    digest.update(repr((parts, campaign.friction)).encode())
     for configuration in configurations:
         digest.update(repr((configuration.free_joints, configuration.posture)).encode())
         for run in configuration.runs:

@@ -1,9 +1,9 @@
 """Runs recorded under position control: the measured motion goes in, the torque comes out and is scored.
 
 A simulation from the torque of a position controller drifts: that torque holds the joint where it is told to be. The
-same equation is therefore read the other way round, with the bristle driven by the measured speed:
+same equation is therefore read the other way round, with the states of the friction law driven by the measured speed:
 
-    τ = (M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + σ0·z + σ1·ż + σ2·q̇)/Kp,   ż = q̇ − σ0·|q̇|/g(q̇)·z
+    τ = (M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + friction)/Kp
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.signals.smoothing import smoothed
 from haptid.measurement.values.run import Array, Run
-from haptid.model.effects.effect import q, v, z
+from haptid.model.effects.effect import q, v
 from haptid.model.equations.equations import Equations, Input, Output
-from haptid.model.friction.lugre import LuGreParameters, lugre
+from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.compiled import CompiledKernel
 
@@ -28,13 +28,16 @@ WIDTH_S = 0.02
 
 
 def torque_equations(equations: Equations) -> Equations:
-    """Return the equation of one joint read from motion to torque: inputs q, v, a; state z; output τ."""
-    base = joint_equations(equations.joints[0], parameters=equations.parameters, prismatic=_slides(equations))
+    """Return the equation of one joint read from motion to torque: inputs q, v, a; states of friction; output τ."""
+    law = law_named(equations.friction[0])
+    base = joint_equations(
+        equations.joints[0], parameters=equations.parameters, prismatic=_slides(equations), friction=law.id
+    )
     p = {x.id: x.symbol for x in equations.parameters}
     a = Input(id="a", unit="rad/s^2", description="measured acceleration")
-    friction = lugre(v, z, LuGreParameters(**{k: p[k] for k in ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")}))
     acceleration = base.rhs[1]
     tau = base.inputs[0].symbol
+    sizes = law.nominal({x.id: x.initial for x in equations.parameters})
     # Kp·τ stands alone in M·v̇ = Kp·τ − load: solving the equation for τ needs no more than its value at τ = 0.
     load = -(acceleration.subs(tau, 0) * p["inertia"]).expand()
     return replace(
@@ -42,9 +45,7 @@ def torque_equations(equations: Equations) -> Equations:
         name=f"{base.name}_torque",
         title=f"{base.title}, from measured motion to torque",
         joints=(),
-        states=(
-            replace(base.states[2], nominal=equations.parameter("Fc").initial / equations.parameter("sigma0").initial),
-        ),
+        states=tuple(replace(s, nominal=n) for s, n in zip(base.states[2:], sizes, strict=True)),
         inputs=(
             Input(id=q.name, unit=base.states[0].unit, description="measured position"),
             Input(id=v.name, unit=base.states[1].unit, description="measured speed"),
@@ -58,8 +59,8 @@ def torque_equations(equations: Equations) -> Equations:
                 expression=(p["inertia"] * a.symbol + load) / p["Kp"],
             ),
         ),
-        rhs=(friction.bristle,),
-        rates=(friction.rate,),
+        rhs=base.rhs[2:],
+        rates=base.rates[2:],
         definitions=(),
     )
 

@@ -1,7 +1,7 @@
 """Warnings where the runs do not excite a parameter: never in presliding, never past the Stribeck speed, and so on.
 
-Judged on the simulated motion, joint by joint: the bristle's length is Fs/σ0, a row is in presliding where the joint
-is less than twice that from its last reversal.
+Judged on the simulated motion, joint by joint, with the length of presliding that the friction law has (LuGre: Fs/σ0):
+a row is in presliding where the joint is less than twice that from its last reversal.
 """
 
 from __future__ import annotations
@@ -12,6 +12,8 @@ import numpy as np
 
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
+from haptid.model.friction.law import FrictionLaw
+from haptid.model.friction.registry import law_named
 
 FEW_ROWS = 20
 
@@ -21,31 +23,43 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
     values = {q.id: float(v) for q, v in zip(equations.parameters, theta, strict=True)}
     free = {q.id for q in equations.parameters if not q.fixed}
     found: list[str] = []
-    for k, joint in enumerate(equations.joints):
+    for k, (joint, friction_law) in enumerate(zip(equations.joints, equations.friction, strict=False)):
         tail = "" if len(equations.joints) == 1 else f"_{joint}"
-        friction = {id: values.get(f"{id}{tail}", 0.0) for id in ("sigma0", "vs", "Fs")}
-        if all(value > 0 for value in friction.values()) and f"sigma0{tail}" in free:
-            found += _joint_warnings(joint, friction, [(t, y[:, k]) for t, y in motions])
+        law = law_named(friction_law)
+        friction, roles = law.values(values, tail), law.roles
+        needed = [id for id in (roles.stiffness, roles.stribeck_velocity, roles.stiction) if id]
+        if all(friction[id] > 0 for id in needed) and f"{roles.stiffness}{tail}" in free:
+            found += _joint_warnings(joint, law, friction, [(t, y[:, k]) for t, y in motions])
     return tuple(found)
 
 
-def _joint_warnings(joint: int, friction: dict[str, float], motions: list[tuple[Array, Array]]) -> Iterator[str]:
-    length = 2.0 * friction["Fs"] / friction["sigma0"]
+def _joint_warnings(
+    joint: int, law: FrictionLaw, friction: dict[str, float], motions: list[tuple[Array, Array]]
+) -> Iterator[str]:
+    length = 2.0 * law.presliding_length(friction)
     inside = [presliding(y, length) for _, y in motions]
     rows, total = sum(int(m.sum()) for m in inside), sum(m.size for m in inside)
     fastest = max(float(np.max(np.abs(np.gradient(y, t)))) for t, y in motions)
     if rows < FEW_ROWS:
         yield (
-            f"joint {joint}: only {rows} rows in presliding: sigma0 and sigma1 stay open; "
+            f"joint {joint}: only {rows} rows in presliding: {_listed(law.without_presliding)}; "
             "add a slow run of small amplitude or sample faster"
         )
     if total - rows < FEW_ROWS:
-        yield f"joint {joint}: the runs never leave presliding: Fc, sigma2 and vs stay open; add a run of larger torque"
-    if fastest < friction["vs"]:
+        listed = _listed(law.without_sliding)
+        yield f"joint {joint}: the runs never leave presliding: {listed}; add a run of larger torque"
+    roles = law.roles
+    if roles.stribeck_velocity and fastest < friction[roles.stribeck_velocity]:
         yield (
-            f"joint {joint}: never faster than vs ({fastest:.2g} of {friction['vs']:.2g} rad/s): "
-            "Fc and sigma2 are extrapolated; add a faster run"
+            f"joint {joint}: never faster than {roles.stribeck_velocity} "
+            f"({fastest:.2g} of {friction[roles.stribeck_velocity]:.2g} rad/s): "
+            f"{roles.coulomb} and {roles.viscous} are extrapolated; add a faster run"
         )
+
+
+def _listed(ids: Sequence[str]) -> str:
+    """Return ``a, b and c stay open``."""
+    return f"{ids[0]} stays open" if len(ids) == 1 else f"{', '.join(ids[:-1])} and {ids[-1]} stay open"
 
 
 def presliding(y: Array, length: float) -> Array:

@@ -13,6 +13,7 @@ from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
+from haptid.model.friction.registry import DEFAULT
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import InputError
@@ -39,7 +40,10 @@ def check_stated(campaign: Campaign) -> Campaign:
 
 
 def _device(campaign: Campaign) -> Device | None:
-    return None if campaign.device == SINGLE_JOINT else load_device(campaign.device, campaign.folder)
+    """Return the campaign's device with the friction laws that the campaign names."""
+    if campaign.device == SINGLE_JOINT:
+        return None
+    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
 
 
 def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: Overrides) -> None:
@@ -47,7 +51,8 @@ def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: 
     if not runs:  # never alone: what its equations hold depends on the others
         return
     if device is None:
-        equations = joint_equations(joint, prismatic=bool(runs[0].prismatic[0]))
+        friction = campaign.friction.get(joint, DEFAULT)
+        equations = joint_equations(joint, prismatic=bool(runs[0].prismatic[0]), friction=friction)
     else:
         equations = configuration_equations(device, (joint,), tuple(float(x) for x in runs[0].posture))
     overridden(equations, stated, joint, where=places(campaign, joint))

@@ -11,7 +11,8 @@ from haptid.measurement.format import schema
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.warning import warn
-from haptid.model.equations.stated_parameters import check_parameters
+from haptid.model.device.stated_parameters import check_parameters
+from haptid.model.joint.parameter_table import all_ids, parameter_rows
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
@@ -32,14 +33,22 @@ def joint_tables(source: TomlSource) -> dict[int, dict[str, Any]]:
 
 def read_overrides(source: TomlSource, tables: dict[int, dict[str, Any]]) -> Overrides:
     """Return the checked ``[joint.J.parameters]`` by joint number."""
-    return {j: _parameters(source, table["parameters"], j) for j, table in tables.items() if "parameters" in table}
+    return {j: _parameters(source, table, j) for j, table in tables.items() if "parameters" in table}
 
 
-def _parameters(source: TomlSource, table: dict[str, Any], joint: int) -> dict[str, dict[str, Any]]:
-    section = f"joint.{joint}.parameters"
+def friction_laws(tables: dict[int, dict[str, Any]]) -> dict[int, str]:
+    """Return the friction law by joint, where a table names one."""
+    return {joint: table["friction"] for joint, table in tables.items() if "friction" in table}
+
+
+def _parameters(source: TomlSource, joint_table: dict[str, Any], joint: int) -> dict[str, dict[str, Any]]:
+    section, table = f"joint.{joint}.parameters", joint_table["parameters"]
+    # Where the campaign names no law, the device may: what its joint lacks is refused once the device is read.
+    named = "friction" in joint_table
+    known = tuple(row.id for row in parameter_rows(joint_table["friction"])) if named else all_ids()
     for name, value in table.items():
-        if name not in schema.PARAMETER_IDS:
-            todo = did_you_mean(name, schema.PARAMETER_IDS)
+        if name not in known:
+            todo = did_you_mean(name, known)
             raise InputError(source.where(section, name), expected="a parameter of a joint", got=repr(name), todo=todo)
         if not isinstance(value, dict):
             todo = f"write {name} = {{ initial = {value} }} or {name} = {{ fixed = {value} }}"

@@ -10,7 +10,7 @@ import numpy as np
 
 from haptid.measurement.format import schema
 from haptid.measurement.format.devices import joint_count, resolve_device
-from haptid.measurement.format.joint_tables import joint_tables, read_overrides, warn_of_unused
+from haptid.measurement.format.joint_tables import friction_laws, joint_tables, read_overrides, warn_of_unused
 from haptid.measurement.format.run_entries import read_runs
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.campaign import Campaign
@@ -63,6 +63,7 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
         hold=head.get("hold", "zero"),
         runs=runs,
         parameter_overrides=read_overrides(source, tables),
+        friction=friction_laws(tables),
         noise_given=all(bool(np.isfinite(run.noise).all()) for run in runs),
         extra={
             **{name: value for name, value in source.data.items() if name not in TABLES},

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 from haptid.measurement.format.toml_source import TomlSource
+from haptid.model.friction.registry import laws
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
@@ -113,6 +114,9 @@ RUN = {
     "note": TEXT,
 }
 JOINT = {
+    "friction": Key(
+        accepts=lambda value: isinstance(value, str) and value in laws(), words=f"a friction law ({', '.join(laws())})"
+    ),
     "parameters": Key(accepts=lambda value: isinstance(value, dict), words="a table of parameters"),
     "sensor": Key(accepts=lambda value: isinstance(value, dict), words="a table with noise_rad, resolution_rad"),
     "torque_constant_Nm_per_A": CONSTANT,
@@ -125,8 +129,6 @@ PARAMETER = {
     "fixed": NUMBER,
     "prior": Key(accepts=_is_prior, words="{ mean = number, std = positive number }"),
 }
-FRICTION_IDS = ("sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
-PARAMETER_IDS = ("inertia", "gravity_cos", "gravity_sin", "Kp", "Ks", "epos", *FRICTION_IDS)
 
 
 def check_table(

@@ -66,6 +66,8 @@ def description(campaign: Campaign) -> dict[str, Any]:
     loose = {key: value for key, value in campaign.extra.items() if not isinstance(value, dict)}
     tables = {key: value for key, value in campaign.extra.items() if isinstance(value, dict)}
     joints: dict[str, dict[str, Any]] = {}
+    for joint, friction in campaign.friction.items():
+        joints.setdefault(str(joint), {})["friction"] = friction
     for joint, parameters in campaign.parameter_overrides.items():
         joints.setdefault(str(joint), {})["parameters"] = parameters
     for run in reversed(campaign.runs):

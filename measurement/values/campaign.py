@@ -30,6 +30,8 @@ class Campaign:
         In the order of ``campaign.toml``.
     parameter_overrides
         ``{joint: {parameter: {"initial" | "lower" | "upper" | "fixed": number, "prior": {"mean", "std"}}}}``.
+    friction
+        Friction law by joint where the campaign names one; the device's otherwise.
     noise_given
         Whether the campaign states the sensor noise of every run; else it is estimated from the data.
     remarks
@@ -45,6 +47,7 @@ class Campaign:
     hold: Hold = "zero"
     runs: tuple[Run, ...]
     parameter_overrides: Mapping[int, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
+    friction: Mapping[int, str] = field(default_factory=dict)
     noise_given: bool = False
     remarks: tuple[str, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)

@@ -11,9 +11,11 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Literal
+
+from haptid.model.friction.registry import DEFAULT
 
 Vector = tuple[float, float, float]
 Motion = Literal["revolute", "prismatic", "fixed"]
@@ -110,8 +112,10 @@ class Joint:
 
     Parameters
     ----------
+    friction
+        Id of the friction law, one of `model.friction.registry.laws`.
     parameters
-        Guesses by id: Kp, Ks, epos, sigma0, sigma1, sigma2, vs, Fs, Fc.
+        Guesses by id: Kp, Ks, epos, and what the friction law has.
     position_limits
         Mechanical range [rad] or [m].
     torque_limit
@@ -123,6 +127,7 @@ class Joint:
     name: str
     transmission: Transmission = "direct"
     prismatic: bool = False
+    friction: str = DEFAULT
     parameters: Mapping[str, Guess] = field(default_factory=dict)
     position_limits: tuple[float, float] = (-math.pi, math.pi)
     torque_limit: float = math.inf
@@ -160,6 +165,11 @@ class Device:
                 return link
         msg = f"{self.name} has no link {name!r}; it has {[link.name for link in self.links]}"
         raise KeyError(msg)
+
+    def with_friction(self, laws: Mapping[int, str]) -> Device:
+        """Return the device with other friction laws, by joint; guesses of parameters that both laws have stay."""
+        joints = tuple(replace(joint, friction=laws.get(j, joint.friction)) for j, joint in enumerate(self.joints))
+        return replace(self, joints=joints)
 
     @property
     def massive(self) -> tuple[Link, ...]:

@@ -11,11 +11,16 @@ from haptid.model.device import ranges
 from haptid.model.device.device import BASE, Guess, Joint, Link, Motor, Vector
 from haptid.model.device.link_guesses import Uncertainty, inertial
 from haptid.model.device.ranges import Range
-from haptid.model.equations.stated_parameters import check_parameters
+from haptid.model.device.stated_parameters import check_parameters
+from haptid.model.friction.law import FrictionLaw
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.support.errors import InputError
 from haptid.support.files.place import Place
+from haptid.support.suggestion import did_you_mean
 
 Table = Mapping[str, Any]
+OWN = ("Kp", "Ks", "epos")
+"""Parameters of drive and spring that a joint may state; those of friction are its law's."""
 Raw = float | Mapping[str, float]
 
 
@@ -52,18 +57,25 @@ def joint_of(entry: Table, place: Place) -> Joint:
         raise InputError(where, expected="lower < upper", got=f"[{lower}, {upper}]")
     for i, limit in enumerate((lower, upper)):
         ranges.POSITION.check(limit, place.at("position_limits", i))
+    law = law_named(entry.get("friction", DEFAULT), str(place.at("friction")))
     return Joint(
         name=entry["name"],
         transmission=entry.get("transmission", "direct"),
         prismatic=entry.get("prismatic", False),
-        parameters=_parameters(entry.get("parameters", {}), place.at("parameters")),
+        friction=law.id,
+        parameters=_parameters(entry.get("parameters", {}), law, place.at("parameters")),
         position_limits=(float(lower), float(upper)),
         torque_limit=ranges.TORQUE.check(entry.get("torque_limit", math.inf), place.at("torque_limit")),
         max_frequency=ranges.FREQUENCY.check(entry.get("max_frequency", math.inf), place.at("max_frequency")),
     )
 
 
-def _parameters(table: Table, place: Place) -> dict[str, Guess]:
+def _parameters(table: Table, law: FrictionLaw, place: Place) -> dict[str, Guess]:
+    known = (*OWN, *law.ids)
+    for key in table:
+        if key not in known:
+            expected, todo = f"a parameter of a joint with {law.id} friction", did_you_mean(key, known)
+            raise InputError(str(place.at(key)), expected=expected, got=repr(key), todo=todo)
     stated = {key: value if isinstance(value, Mapping) else {"initial": value} for key, value in table.items()}
     check_parameters(stated, lambda key: str(place.at(key)))
     return {key: guess_of(value, place.at(key)) for key, value in stated.items()}

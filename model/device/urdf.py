@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptid.model.device.device import BASE, Device
-from haptid.model.device.reader import parse_device
+from haptid.model.device.device_table import parse_device
 from haptid.model.device.urdf_check import read_urdf
 from haptid.model.device.urdf_joints import friction_guesses, number
 from haptid.support.errors import InputError

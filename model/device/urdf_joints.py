@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from xml.etree.ElementTree import Element
 
-from haptid.model.equations.stated_parameters import check_parameters
+from haptid.model.device.stated_parameters import check_parameters
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
@@ -23,8 +24,9 @@ def friction_guesses(joint: Element) -> dict[str, dict[str, float]]:
     """Return first guesses of friction from ``<dynamics>``, where 0 says that nothing is known."""
     dynamics = joint.find("dynamics")
     damping, friction = number(dynamics, "damping"), number(dynamics, "friction")
-    viscous = {"sigma2": {"initial": damping}} if damping else {}
-    dry = {"Fc": {"initial": friction}, "Fs": {"initial": STICTION * friction}} if friction else {}
+    roles = law_named(DEFAULT).roles
+    viscous = {roles.viscous: {"initial": damping}} if damping else {}
+    dry = {roles.coulomb: {"initial": friction}, roles.stiction: {"initial": STICTION * friction}} if friction else {}
     return viscous | dry
 
 
@@ -46,7 +48,9 @@ def check_joint(joint: Element, joints: dict[str, Element], where: str) -> None:
     mimic = joint.find("mimic")
     if kind != "fixed" and mimic is None:
         _check_limit(joint.find("limit"), kind, where)
-        names = {"sigma2": "damping", "Fc": "friction", "Fs": f"friction (stiction is {STICTION} times it)"}
+        roles = law_named(DEFAULT).roles
+        stiction = f"friction (stiction is {STICTION} times it)"
+        names = {roles.viscous: "damping", roles.coulomb: "friction", roles.stiction: stiction}
         check_parameters(friction_guesses(joint), lambda id: f"{where}, dynamics {names[id]}")
     if kind != "fixed" and mimic is not None:
         _check_mimic(mimic, kind, joints, f"{where}, mimic")

@@ -1,8 +1,8 @@
 """An effect of the catalogue: what it adds to the equation of a joint, as formulas in the standard symbols.
 
-The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle), ``w`` (torque that reaches the
-joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far), ``y`` (reading as built
-so far), and every parameter and state by its id.
+The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle of a friction law that has one), ``w``
+(torque that reaches the joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far),
+``y`` (reading as built so far), and every parameter and state by its id.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import TIME, State
 from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
+from haptid.model.friction.law import SLOTS
 
 q, v, z, w, a, y, tau = (sp.Symbol(name, real=True) for name in ("q", "v", "z", "w", "a", "y", "tau"))
 t = TIME
@@ -25,8 +26,7 @@ SIDES = ("torque", "input", "output", "friction", "time", "random")
 LAST = 9
 """Place of an effect that acts behind drive and encoder, or beside them."""
 FORMULAS = (
-    "torque", "input", "output", "acceleration", "friction_level", "coulomb_level", "kinetic_level", "viscous_level",
-    "stribeck_velocity", "inertia_factor", "time_rate",
+    "torque", "input", "output", "acceleration", *SLOTS, "inertia_factor", "time_rate",
 )  # fmt: skip
 """Fields of an effect that hold a formula."""
 VARIABLES = ("position", "velocity", "torque", "time", "reversal", "frequency", "cycle")
@@ -150,6 +150,11 @@ class Effect:
     def own_names(self) -> tuple[str, ...]:
         """Return the ids of its parameters and states."""
         return (*(x.id for x in self.parameters), *(s.state.id for s in self.states))
+
+    @property
+    def friction_slots(self) -> frozenset[str]:
+        """What it fills in the joint's friction law, names of `model.friction.law.SLOTS`."""
+        return frozenset(name for name in SLOTS if getattr(self, name) is not None)
 
     @property
     def random(self) -> bool:

@@ -77,13 +77,15 @@ class Equations:
         f, shape (n_x,). Where ``mass_matrix`` is given, the entries of the velocities hold h instead.
     rates
         Relaxation rates aᵢ ≥ 0 [1/s], shape (n_x,): an estimate of −∂fᵢ/∂xᵢ that the stepper integrates exactly.
-        Zero where the state is not stiff. The bristle's is σ0·|v|/g(v).
+        Zero where the state is not stiff. That of LuGre's bristle is σ0·|v|/g(v).
     mass_matrix
         Symmetric M, shape (n_q, n_q), or None where rhs is explicit. Sensitivities exist only for explicit equations.
     orderings
         Pairs (a, b) of parameter ids with a ≥ b required, as (Fs, Fc).
     effects
         Ids of the effects that were added to the base model.
+    friction
+        The friction law of each joint, in the order of ``joints``; empty where there is none.
     """
 
     name: str
@@ -99,6 +101,7 @@ class Equations:
     mass_matrix: tuple[tuple[sp.Expr, ...], ...] | None = None
     orderings: tuple[tuple[str, str], ...] = ()
     effects: tuple[str, ...] = ()
+    friction: tuple[str, ...] = ()
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:

@@ -1,7 +1,8 @@
-"""The parameters of a locked joint: ids, units, meanings and default ranges, revolute and prismatic."""
+"""Rows of the parameter table of a joint, and those of its body, drive and spring; friction laws bring their own."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from haptid.model.equations.quantity import Quantity
@@ -89,71 +90,11 @@ TABLE = (
         structured="spring.epos",
         scale="linear",
     ),
-    Row(
-        id="sigma0",
-        unit="N m/rad",
-        prismatic_unit="N/m",
-        description="bristle stiffness",
-        initial=1.0,
-        lower=1e-4,
-        upper=1e7,
-        structured="friction.sigma0",
-    ),
-    Row(
-        id="sigma1",
-        unit="N m s/rad",
-        prismatic_unit="N s/m",
-        description="bristle damping",
-        initial=1e-2,
-        lower=1e-7,
-        upper=1e4,
-        structured="friction.sigma1",
-    ),
-    Row(
-        id="sigma2",
-        unit="N m s/rad",
-        prismatic_unit="N s/m",
-        description="viscous friction",
-        initial=1e-3,
-        lower=1e-8,
-        upper=1e3,
-        structured="friction.sigma2",
-    ),
-    Row(
-        id="vs",
-        unit="rad/s",
-        prismatic_unit="m/s",
-        description="Stribeck velocity",
-        initial=5e-2,
-        lower=1e-4,
-        upper=1e1,
-        structured="friction.vs",
-    ),
-    Row(
-        id="Fs",
-        unit="N m",
-        prismatic_unit="N",
-        description="stiction",
-        initial=2e-3,
-        lower=1e-7,
-        upper=1e3,
-        structured="friction.Fs",
-    ),
-    Row(
-        id="Fc",
-        unit="N m",
-        prismatic_unit="N",
-        description="Coulomb friction",
-        initial=1.5e-3,
-        lower=1e-7,
-        upper=1e3,
-        structured="friction.Fc",
-    ),
 )
 
 
-def joint_parameters(*, prismatic: bool = False) -> tuple[Quantity, ...]:
-    """Return the parameters of a locked joint with default ranges; a prismatic joint has no ``gravity_sin``."""
+def quantities(rows: Iterable[Row], *, prismatic: bool = False) -> tuple[Quantity, ...]:
+    """Return rows of the table as parameters with default ranges, in the units of a joint that turns or slides."""
     return tuple(
         Quantity(
             id=row.id,
@@ -166,8 +107,7 @@ def joint_parameters(*, prismatic: bool = False) -> tuple[Quantity, ...]:
             fixed=row.fixed,
             structured=row.structured,
         )
-        for row in TABLE
-        if not (prismatic and row.id == "gravity_sin")
+        for row in rows
     )
 
 

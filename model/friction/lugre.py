@@ -2,50 +2,93 @@
 
 ż = v − σ0·|v|/g(v)·z,  F = σ0·z + σ1·ż + σ2·v,  g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²)
 
-The bristle deflection z is scaled so that σ0·z is a torque and |σ0·z| tends to g(v) in sliding.
+The bristle deflection z is scaled so that σ0·z is a torque and |σ0·z| tends to g(v) in sliding. The law is passive
+where σ2 ≥ σ1·(Fs − Fc)/Fc (Barabanov and Ortega 2000).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
 
 import sympy as sp
 
+from haptid.model.equations.joint_parameters import Row
+from haptid.model.friction.law import SLOTS, Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
+from haptid.model.friction.shared import (
+    BRISTLE,
+    BRISTLE_SHARE,
+    COULOMB,
+    STICTION,
+    STIFFNESS,
+    STRIBECK_VELOCITY,
+    VISCOUS,
+    stribeck,
+)
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LuGre:
-    """Bristle rate of change, its relaxation rate, and the friction torque, as SymPy expressions."""
-
-    bristle: sp.Expr
-    rate: sp.Expr
-    force: sp.Expr
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class LuGreParameters:
-    """Symbols or expressions for the six parameters."""
-
-    sigma0: sp.Expr
-    sigma1: sp.Expr
-    sigma2: sp.Expr
-    vs: sp.Expr
-    Fs: sp.Expr
-    Fc: sp.Expr
+BRISTLE_DAMPING = Row(
+    id="sigma1",
+    unit="N m s/rad",
+    prismatic_unit="N s/m",
+    description="bristle damping",
+    initial=1e-2,
+    lower=1e-7,
+    upper=1e4,
+    structured="friction.sigma1",
+)
 
 
-def lugre(
-    v: sp.Expr, z: sp.Expr, p: LuGreParameters, *, level: sp.Expr = sp.S.One, lagged: sp.Expr | None = None
-) -> LuGre:
-    """Write LuGre friction at joint speed ``v`` and bristle deflection ``z``.
-
-    Parameters
-    ----------
-    level
-        Factor on g(v), hence on both Fc and Fs.
-    lagged
-        Speed seen by the Stribeck curve, where it differs from ``v``.
-    """
-    g = level * (p.Fc + (p.Fs - p.Fc) * sp.exp(-(((v if lagged is None else lagged) / p.vs) ** 2)))
-    rate = p.sigma0 * sp.Abs(v) / g
+def lugre(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
+    """Write LuGre friction at joint speed ``v``."""
+    z = BRISTLE.symbol
+    rate = p["sigma0"] * sp.Abs(v) / stribeck(v, p, levels)
     bristle = v - rate * z
-    return LuGre(bristle=bristle, rate=rate, force=p.sigma0 * z + p.sigma1 * bristle + p.sigma2 * v)
+    force = p["sigma0"] * z + p["sigma1"] * bristle + p["sigma2"] * levels.viscous * v
+    return Friction(force=force, rhs=(bristle,), rates=(rate,))
+
+
+def _guess(s: Sliding) -> dict[str, float]:
+    """Guess bristle and Stribeck curve in proportion to what is seen in sliding, the bristle's damping ratio as 1/8."""
+    stiffness = s.coulomb / (BRISTLE_SHARE * s.travel)
+    return {
+        "sigma0": stiffness,
+        "sigma1": 0.25 * math.sqrt(stiffness * s.inertia),
+        "sigma2": s.viscous,
+        "vs": 0.1 * s.speed,
+        "Fs": 1.2 * s.coulomb,
+        "Fc": s.coulomb,
+    }
+
+
+def _nominal(p: Values) -> tuple[float, ...]:
+    return (p["Fc"] / p["sigma0"],)
+
+
+def _presliding_length(p: Values) -> float:
+    return p["Fs"] / p["sigma0"]
+
+
+def _passivity() -> sp.Expr:
+    """Return ln σ2 + ln Fc − ln(σ1·(Fs − Fc) + ε), with ε a thousandth of σ2·Fc, so that Fs = Fc has a logarithm."""
+    s1, s2, Fs, Fc = sp.symbols("sigma1 sigma2 Fs Fc", real=True)
+    return sp.log(s2 * Fc / (s1 * (Fs - Fc) + sp.Float(1e-3) * s2 * Fc))
+
+
+LAW = FrictionLaw(
+    id="lugre",
+    title="LuGre",
+    formulas=("σ0·z + σ1·ż + σ2·v", "ż = v − σ0·|v|/g(v)·z,  g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²)"),
+    parameters=(STIFFNESS, BRISTLE_DAMPING, VISCOUS, STRIBECK_VELOCITY, STICTION, COULOMB),
+    states=(BRISTLE,),
+    write=lugre,
+    damping=lambda p: p["sigma1"] + p["sigma2"],
+    roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fs", viscous="sigma2", stribeck_velocity="vs"),
+    slots=frozenset(SLOTS),
+    guess=_guess,
+    nominal=_nominal,
+    presliding_length=_presliding_length,
+    without_presliding=("sigma0", "sigma1"),
+    without_sliding=("Fc", "sigma2", "vs"),
+    orderings=(("Fs", "Fc"),),
+    passivity=_passivity(),
+    level=stribeck,
+)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from haptid.model.device.device import Device
-from haptid.model.equations.stated_parameters import ROWS, possible_range
+from haptid.model.device.stated_parameters import ROWS, possible_range
 from haptid.model.rigid_body.locked_dynamics import Coefficient, LockedDynamics
 from haptid.support.errors import InputError
 

@@ -55,7 +55,9 @@ def _single(device: Device, motion: LockedDynamics) -> Equations:
     (j,) = motion.joints
     known = {c.id: c for c in checked_coefficients(device, motion)}
     first = tuple(inertial_quantity(known[id], structured=id) for id in INERTIAL if id in known)
-    return joint_equations(j, parameters=(*first, *joint_quantities(device, j)), prismatic=device.joints[j].prismatic)
+    joint = device.joints[j]
+    table = (*first, *joint_quantities(device, j))
+    return joint_equations(j, parameters=table, prismatic=joint.prismatic, friction=joint.friction)
 
 
 def inertial_quantity(c: Coefficient, *, structured: str = "") -> Quantity:
@@ -108,6 +110,7 @@ def coupled_equations(device: Device, motion: LockedDynamics, effects: Effects) 
         ),
         rhs=joint_rows(parts, acceleration),
         rates=joint_rates(parts, damping),
-        orderings=tuple((f"Fs_{j}", f"Fc_{j}") for j in joints),
+        orderings=tuple(pair for part in parts.values() for pair in part.orderings),
         effects=added,
+        friction=tuple(device.joints[j].friction for j in joints),
     )

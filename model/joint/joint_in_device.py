@@ -9,12 +9,15 @@ import sympy as sp
 
 from haptid.model.algebra.trig_polynomials import velocity_symbol
 from haptid.model.device.device import Device, Guess
+from haptid.model.device.stated_parameters import range_of
 from haptid.model.effects import effect as sym
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Input, Output, State
 from haptid.model.equations.joint_parameters import TABLE, Row, sliding
 from haptid.model.equations.quantity import Normal, Quantity
-from haptid.model.equations.stated_parameters import range_of
+from haptid.model.friction.law import FrictionLaw
+from haptid.model.friction.registry import law_named
+from haptid.model.joint.parameter_table import parameter_rows
 from haptid.model.joint.slots import Terms, with_effects
 
 INERTIAL = ("inertia", "gravity_cos", "gravity_sin")
@@ -35,8 +38,10 @@ class JointPart:
         Kp·τ − Ks·(q − epos) − friction, and what effects add.
     inertia
         Added to the joint's diagonal entry of M.
-    bristle, bristle_rate, damping
-        ż, its relaxation rate, and σ1 + σ2, the joint's damping.
+    friction, friction_rhs, friction_rates, damping
+        States of the friction law, how they change, their relaxation rates, and the joint's damping.
+    orderings
+        Pairs (a, b) of parameter ids with a ≥ b.
     motor, reading
         Motor-side torque, and the position that is read.
     states, rhs, rates
@@ -47,8 +52,10 @@ class JointPart:
 
     torque: sp.Expr
     inertia: sp.Expr
-    bristle: sp.Expr
-    bristle_rate: sp.Expr
+    friction: tuple[State, ...]
+    friction_rhs: tuple[sp.Expr, ...]
+    friction_rates: tuple[sp.Expr, ...]
+    orderings: tuple[tuple[str, str], ...]
     damping: sp.Expr
     motor: sp.Expr
     reading: sp.Expr
@@ -64,10 +71,10 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
     An effect that changes a joint's own acceleration, q̈ = α·(torque − load)/(M·m) + β, is M·m/α for M, and M·m·β/α more
     torque, with M the joint's inertia in the test that found it.
     """
-    slides = device.joints[joint].prismatic
-    p = {row.id: sp.Symbol(row.id, real=True) for row in TABLE}
-    terms = with_effects(effects, p["Kp"])
-    friction = terms.friction(p)
+    slides, law = device.joints[joint].prismatic, law_named(device.joints[joint].friction)
+    p = {row.id: sp.Symbol(row.id, real=True) for row in parameter_rows(law.id)}
+    terms = with_effects(effects, p["Kp"], law)
+    friction = terms.friction(law, p)
     inertia, torque = _own_motion(terms, p["inertia"])
     torque += terms.w + terms.torque - p["Ks"] * (sym.q - p["epos"]) - friction.force
     own = [e.row(x, prismatic=slides) for e in effects for x in e.parameters]
@@ -79,9 +86,11 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
     return JointPart(
         torque=_of_joint(torque, joint),
         inertia=_of_joint(inertia, joint),
-        bristle=_of_joint(friction.bristle, joint),
-        bristle_rate=_of_joint(friction.rate, joint),
-        damping=_of_joint(p["sigma1"] + p["sigma2"] * terms.viscous_level, joint),
+        friction=tuple(_friction_state(s, joint, slides) for s in law.states),
+        friction_rhs=tuple(_of_joint(f, joint) for f in friction.rhs),
+        friction_rates=tuple(_of_joint(f, joint) for f in friction.rates),
+        orderings=tuple((a + suffix, b + suffix) for a, b in law.orderings),
+        damping=_of_joint(law.damping(p | {law.roles.viscous: p[law.roles.viscous] * terms.viscous_level}), joint),
         motor=_of_joint(terms.w, joint),
         reading=_of_joint(terms.y, joint),
         states=tuple(_numbered(s.state, joint, slides) for s in terms.states),
@@ -114,7 +123,21 @@ def _of_joint(expression: sp.Expr, joint: int) -> sp.Expr:
     """Return an expression with the joint's number behind every symbol but time."""
     formula = sp.sympify(expression)
     free = [s for s in formula.free_symbols if s != sym.t]
-    return formula.xreplace({s: _symbol(s.name + (str(joint) if s.name in NUMBERED else f"_{joint}")) for s in free})
+    return formula.xreplace({s: _symbol(_with_number(s.name, joint)) for s in free})
+
+
+def _with_number(id: str, joint: int) -> str:
+    return f"{id}{joint}" if id in NUMBERED else f"{id}_{joint}"
+
+
+def _friction_state(state: State, joint: int, slides: bool) -> State:
+    return replace(
+        state,
+        id=_with_number(state.id, joint),
+        unit=sliding(state.unit) if slides else state.unit,
+        description=f"{state.description} of joint {joint}",
+        structured=f"joint{joint}.{state.structured}",
+    )
 
 
 def _numbered(state: State, joint: int, slides: bool) -> State:
@@ -135,17 +158,20 @@ def _tested(slides: bool) -> Quantity:
 def joint_quantities(device: Device, joint: int, *, suffix: str = "", prefix: str = "") -> tuple[Quantity, ...]:
     """Return drive, spring and friction parameters of one joint: the device's guesses, else the table's defaults."""
     given, slides = device.joints[joint].parameters, device.joints[joint].prismatic
-    rows = [row for row in TABLE if row.id not in INERTIAL]
-    return tuple(_quantity(row, given.get(row.id) or _default(row, given), slides, suffix, prefix) for row in rows)
+    law = law_named(device.joints[joint].friction)
+    rows = [row for row in parameter_rows(law.id) if row.id not in INERTIAL]
+    guesses = {row.id: given.get(row.id) or _default(row, given, law) for row in rows}
+    return tuple(_quantity(row, guesses[row.id], slides, suffix, prefix) for row in rows)
 
 
-def _default(row: Row, given: Mapping[str, Guess]) -> Guess:
-    """Return the table's first guess; stiction and Coulomb friction keep their order where only one is given."""
+def _default(row: Row, given: Mapping[str, Guess], law: FrictionLaw) -> Guess:
+    """Return the table's first guess, in the order (stiction above Coulomb friction) that the law asks for."""
     initial = row.initial
-    if row.id == "Fs" and "Fc" in given:
-        initial = max(initial, given["Fc"].initial)
-    if row.id == "Fc" and "Fs" in given:
-        initial = min(initial, given["Fs"].initial)
+    for larger, smaller in law.orderings:
+        if row.id == larger and smaller in given:
+            initial = max(initial, given[smaller].initial)
+        if row.id == smaller and larger in given:
+            initial = min(initial, given[larger].initial)
     return Guess(initial=initial, fixed=row.fixed)
 
 
@@ -166,23 +192,18 @@ def _quantity(row: Row, guess: Guess, slides: bool, suffix: str, prefix: str) ->
 
 
 def joint_states(device: Device, parts: Mapping[int, JointPart]) -> tuple[State, ...]:
-    """Return positions, velocities and bristle deflections, joint by joint within each, then those of effects."""
+    """Return positions, velocities and states of friction, joint by joint within each, then those of effects."""
     units = {j: "m" if device.joints[j].prismatic else "rad" for j in parts}
     return (
         *(_state(f"q{j}", units[j], f"position of joint {j}", f"joint{j}.position") for j in parts),
         *(_state(f"v{j}", f"{units[j]}/s", f"velocity of joint {j}", f"joint{j}.velocity") for j in parts),
-        *(_bristle(j, units[j]) for j in parts),
+        *(state for part in parts.values() for state in part.friction),
         *(state for part in parts.values() for state in part.states),
     )
 
 
 def _state(id: str, unit: str, description: str, structured: str) -> State:
     return State(id=id, unit=unit, description=description, structured=structured)
-
-
-def _bristle(j: int, unit: str) -> State:
-    name = f"joint{j}.friction.bristle"
-    return State(id=f"z{j}", unit=unit, description=f"bristle deflection of joint {j}", nominal=1e-3, structured=name)
 
 
 def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
@@ -214,7 +235,7 @@ def joint_rows(parts: Mapping[int, JointPart], motion: Sequence[sp.Expr]) -> tup
     return (
         *(velocity_symbol(j) for j in parts),
         *motion,
-        *(part.bristle for part in parts.values()),
+        *(rhs for part in parts.values() for rhs in part.friction_rhs),
         *(rhs for part in parts.values() for rhs in part.rhs),
     )
 
@@ -224,7 +245,7 @@ def joint_rates(parts: Mapping[int, JointPart], damping: Sequence[sp.Expr]) -> t
     return (
         *(sp.S.Zero for _ in parts),
         *damping,
-        *(part.bristle_rate for part in parts.values()),
+        *(rate for part in parts.values() for rate in part.friction_rates),
         *(rate for part in parts.values() for rate in part.rates),
     )
 

@@ -1,6 +1,7 @@
 """The equation of one free joint, all others locked, with any effects added.
 
-Kp·τ = M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + σ0·z + σ1·ż + σ2·q̇ (Tam, Kubica, Wang 2005, Fig. 3)
+Kp·τ = M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + friction (Tam, Kubica, Wang 2005, Fig. 3, where friction is
+LuGre's σ0·z + σ1·ż + σ2·q̇)
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ import sympy as sp
 from haptid.model.effects import effect as sym
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Equations, Input, Output, State
-from haptid.model.equations.joint_parameters import joint_parameters, sliding
+from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
+from haptid.model.friction.registry import DEFAULT, law_named
+from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.joint.slots import with_effects
 
 
@@ -32,29 +35,40 @@ def joint_equations(
     parameters: Sequence[Quantity] | None = None,
     effects: Sequence[Effect] = (),
     prismatic: bool = False,
+    friction: str = DEFAULT,
 ) -> Equations:
     """Return the equations of joint ``joint``.
 
     Parameters
     ----------
     parameters
-        The parameters of the locked joint, by default all of `joint_parameters.TABLE`. ``gravity_cos`` and
+        The parameters of the locked joint, by default all of `parameter_table.joint_parameters`. ``gravity_cos`` and
         ``gravity_sin`` may be left out where gravity does no work.
     effects
         Deterministic effects to add, in order along the torque path. Random ones do not enter the equation.
+    friction
+        Id of the friction law.
+
+    Raises
+    ------
+    InputError
+        Where there is no such law, or an effect asks for what it lacks.
     """
-    quantities = tuple(parameters if parameters is not None else joint_parameters(prismatic=prismatic))
+    law = law_named(friction)
+    quantities = tuple(
+        parameters if parameters is not None else joint_parameters(prismatic=prismatic, friction=friction)
+    )
     p = {x.id: x.symbol for x in quantities}
     effects = [e for e in effects if not e.random]
-    terms = with_effects(effects, p["Kp"])
-    friction = terms.friction(p)
+    terms = with_effects(effects, p["Kp"], law)
+    dry = terms.friction(law, p)
     m = terms.inertia_factor
     inertia = p["inertia"] * m
-    load = _gravity(sym.q, p, prismatic) + p["Ks"] * (sym.q - p["epos"]) + friction.force
+    load = _gravity(sym.q, p, prismatic) + p["Ks"] * (sym.q - p["epos"]) + dry.force
     force = terms.w + terms.torque - load - p["inertia"] * sp.diff(m, sym.q) * sym.v**2 / 2
     acceleration = terms.a.subs(sym.a, force / inertia)
-    rhs = [sym.v, acceleration, friction.bristle, *(s.rhs.subs(sym.a, acceleration) for s in terms.states)]
-    rates = [sp.S.Zero, (p["sigma1"] + p["sigma2"]) / p["inertia"], friction.rate, *(s.rate for s in terms.states)]
+    rhs = [sym.v, acceleration, *dry.rhs, *(s.rhs.subs(sym.a, acceleration) for s in terms.states)]
+    rates = [sp.S.Zero, law.damping(p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)]
     rad, nm = ("m", "N") if prismatic else ("rad", "N m")
     name = f"joint{joint}"
     return Equations(
@@ -64,10 +78,8 @@ def joint_equations(
         states=(
             State(id="q", unit=rad, description="position", structured=f"{name}.position"),
             State(id="v", unit=f"{rad}/s", description="velocity", structured=f"{name}.velocity"),
-            State(
-                id="z", unit=rad, description="bristle deflection", nominal=1e-3, structured=f"{name}.friction.bristle"
-            ),
-            *(replace(s.state, unit=sliding(s.state.unit) if prismatic else s.state.unit) for s in terms.states),
+            *(replace(s, unit=_unit(s, prismatic), structured=f"{name}.{s.structured}") for s in law.states),
+            *(replace(s.state, unit=_unit(s.state, prismatic)) for s in terms.states),
         ),
         inputs=(Input(id="tau", unit=nm, description="commanded torque", structured=f"{name}.torque"),),
         outputs=(
@@ -82,6 +94,11 @@ def joint_equations(
         parameters=(*quantities, *(e.row(x, prismatic=prismatic) for e in effects for x in e.parameters)),
         rhs=tuple(sp.sympify(f) * terms.time_rate for f in rhs),
         rates=tuple(sp.sympify(r) * terms.time_rate for r in rates),
-        orderings=(("Fs", "Fc"),),
+        orderings=law.orderings,
         effects=tuple(e.id for e in effects),
+        friction=(friction,),
     )
+
+
+def _unit(state: State, prismatic: bool) -> str:
+    return sliding(state.unit) if prismatic else state.unit

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from haptid.model.effects import effect as sym
 from haptid.model.effects.effect import Effect, EffectState
-from haptid.model.friction.lugre import LuGre, LuGreParameters, lugre
+from haptid.model.friction.law import Friction, FrictionLaw, Levels, Symbols
+from haptid.support.errors import InputError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,21 +30,19 @@ class Terms:
     time_rate: sp.Expr = sp.S.One
     states: tuple[EffectState, ...] = ()
 
-    def friction(self, p: Mapping[str, sp.Symbol]) -> LuGre:
-        """Return LuGre friction with the parameters ``p``, by id, at the levels that effects set."""
-        return lugre(
-            sym.v,
-            sym.z,
-            LuGreParameters(
-                sigma0=p["sigma0"],
-                sigma1=p["sigma1"],
-                sigma2=p["sigma2"] * self.viscous_level,
-                vs=p["vs"],
-                Fs=p["Fs"] * self.coulomb_level,
-                Fc=p["Fc"] * self.coulomb_level * self.kinetic_level,
-            ),
-            level=self.friction_level,
-            lagged=self.stribeck_velocity,
+    def friction(self, law: FrictionLaw, p: Symbols) -> Friction:
+        """Return friction after ``law`` with the parameters ``p``, by id, at the levels that effects set."""
+        return law.write(sym.v, p, self.levels)
+
+    @property
+    def levels(self) -> Levels:
+        """What effects put into the friction law."""
+        return Levels(
+            friction=self.friction_level,
+            coulomb=self.coulomb_level,
+            kinetic=self.kinetic_level,
+            viscous=self.viscous_level,
+            stribeck_velocity=self.stribeck_velocity,
         )
 
 
@@ -69,10 +68,26 @@ def _add(terms: Terms, effect: Effect) -> Terms:
     )
 
 
-def with_effects(effects: Sequence[Effect], kp: sp.Symbol) -> Terms:
-    """Fill all slots; where the positions' clock is off, every other effect lives by the machine's own time."""
+def with_effects(effects: Sequence[Effect], kp: sp.Symbol, law: FrictionLaw) -> Terms:
+    """Fill all slots; where the positions' clock is off, every other effect lives by the machine's own time.
+
+    Raises
+    ------
+    InputError
+        Where an effect asks for a slot that the friction law of the joint lacks: it would have no influence.
+    """
+    for effect in effects:
+        check_slots(effect, law)
     terms = Terms(w=kp * sym.tau, y=sym.q)
     rate = sp.prod(effect.time_rate for effect in effects if effect.time_rate is not None)
     for effect in sorted(effects, key=lambda effect: effect.place):
         terms = _add(terms, effect if effect.time_rate is not None else sym.in_time(effect, rate * sym.t))
     return terms
+
+
+def check_slots(effect: Effect, law: FrictionLaw) -> None:
+    """Refuse an effect that asks for what the friction law lacks."""
+    missing = sorted(effect.friction_slots - law.slots)
+    if missing:
+        where, expected = f"effect {effect.key}", f"a friction law with {', '.join(missing)}"
+        raise InputError(where, expected=expected, got=f"{law.id}, which has none")

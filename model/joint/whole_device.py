@@ -48,8 +48,9 @@ def full_equations(device: Device, effects: Effects | None = None) -> Equations:
         rates=joint_rates(parts, [part.damping / M[j, j] for j, part in parts.items()]),
         definitions=body.definitions,
         mass_matrix=tuple(tuple(M[i, :]) for i in joints),
-        orderings=tuple((f"Fs_{j}", f"Fc_{j}") for j in joints),
+        orderings=tuple(pair for part in parts.values() for pair in part.orderings),
         effects=added,
+        friction=tuple(joint.friction for joint in device.joints),
     )
 
 

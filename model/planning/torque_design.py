@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptid.model.device.device import Device
-from haptid.model.equations.joint_parameters import joint_parameters
 from haptid.model.equations.quantity import Quantity
+from haptid.model.friction.registry import law_named
 from haptid.model.joint.checked_coefficients import checked_coefficients
 from haptid.model.joint.joint_in_device import joint_quantities
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.rigid_body.locked_dynamics import locked_motion
 from haptid.support.errors import NumericalError
@@ -66,7 +67,8 @@ def locked_quantities(device: Device, joint: int) -> tuple[Quantity, ...]:
     """Return the locked joint's parameters with the device's first guesses, locked joints at home."""
     coefficients = checked_coefficients(device, locked_motion(device, (joint,)))
     rigid = {c.id: c.initial for c in coefficients}
-    rows = [row for row in joint_parameters(prismatic=device.joints[joint].prismatic) if row.id in rigid]
+    slides, friction = device.joints[joint].prismatic, device.joints[joint].friction
+    rows = [row for row in joint_parameters(prismatic=slides, friction=friction) if row.id in rigid]
     inertial = [
         row.but(initial=rigid[row.id], lower=min(row.lower, rigid[row.id]), upper=max(row.upper, rigid[row.id]))
         for row in rows
@@ -77,7 +79,8 @@ def locked_quantities(device: Device, joint: int) -> tuple[Quantity, ...]:
 def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float = 2e-4) -> ExcitationPlan:
     """Choose `runs` cosine runs for a locked joint, measured with white noise of standard deviation `noise` [rad]."""
     quantities = locked_quantities(device, joint)
-    kernel = CompiledKernel.of(joint_equations(0, parameters=quantities, prismatic=device.joints[joint].prismatic))
+    slides, friction = device.joints[joint].prismatic, device.joints[joint].friction
+    kernel = CompiledKernel.of(joint_equations(0, parameters=quantities, prismatic=slides, friction=friction))
     free = [i for i, one in enumerate(quantities) if not one.fixed]
     units = np.array([_unit(one) for one in quantities])[free]
     largest = _largest_torque(device, joint, kernel, quantities)
@@ -126,7 +129,7 @@ def _largest_torque(device: Device, joint: int, kernel: CompiledKernel, quantiti
     lower, upper = device.joints[joint].planned_range
     room = 0.8 * min(abs(lower), abs(upper))
     value = _values(quantities)
-    start = max(value.get("Ks", 0.0) * room, 2 * value["Fs"])
+    start = max(value.get("Ks", 0.0) * room, 2 * value[law_named(device.joints[joint].friction).roles.stiction])
     torque = min(device.joints[joint].torque_limit, 4 * start)
     frequencies = _frequencies(device, joint, quantities)
     for _ in range(12):
@@ -143,7 +146,7 @@ def _simulate(
 ) -> tuple[Array, Array]:
     t = np.arange(0.0, DURATION, 1.0 / RATE)
     u = amplitude * np.cos(omega * t)[:, np.newaxis]
-    y = kernel.simulate(t, u, [one.initial for one in quantities], np.zeros(3))
+    y = kernel.simulate(t, u, [one.initial for one in quantities], np.zeros(len(kernel.equations.states)))
     return t, y[:, 0]
 
 
@@ -158,10 +161,10 @@ def _run(
 ) -> CosineRun:
     t = np.arange(0.0, DURATION, 1.0 / RATE)
     u = amplitude * np.cos(omega * t)[:, np.newaxis]
-    y, dy = kernel.simulate_tangent(t, u, [one.initial for one in quantities], np.zeros(3))
+    y, dy = kernel.simulate_tangent(t, u, [one.initial for one in quantities], np.zeros(len(kernel.equations.states)))
     scaled = dy[:, 0, free] * units / noise
     value = _values(quantities)
-    bristle = value["Fs"] / value["sigma0"]
+    bristle = law_named(kernel.equations.friction[0]).presliding_length(value)
     return CosineRun(
         amplitude=float(amplitude),
         omega=float(omega),

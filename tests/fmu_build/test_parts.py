@@ -19,7 +19,7 @@ from haptid.fmu_build.description.units import parse_unit
 from haptid.fmu_build.exchange.archive import pack, unpack
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.native.mach_o import universal
-from haptid.model.equations.joint_parameters import joint_parameters
+from haptid.model.joint.parameter_table import joint_parameters
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ from haptid.fmu_build.content.extras import extra_files
 from haptid.fmu_build.description.fmi2_xml import model_description
 from haptid.fmu_build.native.fmi2 import native_source
 from haptid.fmu_build.native.platforms import this_platform
-from haptid.model.device.reader import parse_device
+from haptid.model.device.device_table import parse_device
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.kernel.compiled import CompiledKernel

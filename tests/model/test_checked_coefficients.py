@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from haptid.model.device.reader import load_device, parse_device
+from haptid.model.device.device_table import parse_device
+from haptid.model.device.reader import load_device
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.plan import main
 from haptid.support.errors import InputError

@@ -9,9 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 from docs import device_file
-from haptid.model.device.reader import load_device, parse_device
+from haptid.model.device.device_table import parse_device
+from haptid.model.device.reader import load_device
+from haptid.model.device.stated_parameters import MARGIN
 from haptid.model.device.urdf_joints import STICTION
-from haptid.model.equations.stated_parameters import MARGIN
 from haptid.model.plan import main as plan
 
 OBJECTS = device_file.objects(device_file.schema())

@@ -49,12 +49,11 @@ def test_with_others_at_rest_a_joint_moves_as_it_does_alone(key: str):
     numbered["t"] = point["t"]
     gravity = point["gravity_cos"] * np.cos(point["q"]) + point["gravity_sin"] * np.sin(point["q"])
     acceleration = (at(part.torque, numbered) - gravity) / (point["inertia"] + at(part.inertia, numbered))
-    found = [acceleration, at(part.bristle, numbered), *(at(e, numbered) for e in part.rhs), at(part.reading, numbered)]
+    found = [acceleration, *(at(e, numbered) for e in (*part.friction_rhs, *part.rhs)), at(part.reading, numbered)]
     expected = [at(e, point) for e in (*alone.rhs[1:], alone.outputs[0].expression)]
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
-    np.testing.assert_allclose(
-        [at(e, numbered) for e in (part.bristle_rate, *part.rates)], [at(e, point) for e in alone.rates[2:]], rtol=1e-9
-    )
+    rates = [at(e, numbered) for e in (*part.friction_rates, *part.rates)]
+    np.testing.assert_allclose(rates, [at(e, point) for e in alone.rates[2:]], rtol=1e-9)
     known = {q.id for q in part.quantities}
     assert {f"{q.id}_{JOINT}" for q in effect.parameters} <= known
 

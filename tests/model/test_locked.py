@@ -7,7 +7,8 @@ import pytest
 import sympy as sp
 
 from haptid.model.algebra.numeric_coordinates import Numbers
-from haptid.model.device.reader import load_device, parse_device
+from haptid.model.device.device_table import parse_device
+from haptid.model.device.reader import load_device
 from haptid.model.rigid_body.composite_bodies import mass_matrix
 from haptid.model.rigid_body.inertial_parameters import pi_prior
 from haptid.model.rigid_body.locked_dynamics import locked_motion

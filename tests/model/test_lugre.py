@@ -10,13 +10,14 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from haptid.model.equations.equations import Output
-from haptid.model.friction.lugre import LuGreParameters, lugre
+from haptid.model.friction.law import Levels
+from haptid.model.friction.lugre import lugre
 from haptid.model.kernel.compiled import CompiledKernel
 from tests.model.kernel_cases import BASE, JOINT, TENDON, draw
 
 SYMBOLS = sp.symbols("v z sigma0 sigma1 sigma2 vs Fs Fc", real=True)
-LAW = lugre(SYMBOLS[0], SYMBOLS[1], LuGreParameters(**{s.name: s for s in SYMBOLS[2:]}))
-evaluate = sp.lambdify(SYMBOLS, (LAW.bristle, LAW.rate, LAW.force), "math")
+LAW = lugre(SYMBOLS[0], {s.name: s for s in SYMBOLS[2:]}, Levels())
+evaluate = sp.lambdify(SYMBOLS, (*LAW.rhs, *LAW.rates, LAW.force), "math")
 
 
 def decades(low: float, high: float) -> st.SearchStrategy[float]:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from haptid.model.equations.stated_parameters import ROWS, check_parameters, range_of
+from haptid.model.device.stated_parameters import ROWS, check_parameters, range_of
 from haptid.support.errors import InputError
 
 

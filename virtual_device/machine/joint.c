@@ -1,10 +1,16 @@
-/* One locked joint with LuGre friction, and everything that can disturb it.
+/* One locked joint with friction after one of three laws, and everything that can disturb it.
  *
- *   Kp w = M(q) a + M'(q) v^2/2 + g_c cos q + g_s sin q + Ks (q - epos) + s0 z + s1 z' + s2 v + (disturbing torques)
- *   z'   = v - s0 |v| / g(v) z,   g(v) = Fc + (Fs - Fc) exp(-(v/vs)^2)
+ *   Kp w = M(q) a + M'(q) v^2/2 + g_c cos q + g_s sin q + Ks (q - epos) + friction + (disturbing torques)
+ *
+ * law 0, LuGre:        friction = s0 z + s1 z' + s2 v,  z' = v - s0 |v| / g(v) z,  g(v) = Fc + (Fs - Fc) exp(-(v/vs)^2)
+ * law 1, Dahl:         friction = s0 z + s2 v,          z' = v - s0 |v| / Fc z
+ * law 2, Maxwell-slip: friction = sum F_i + s2 v over ELEMENTS springs that each stick or slip (Al-Bender, Lampaert,
+ *                      Swevers 2005): F_i' = k_i v until |F_i| = g(v)/ELEMENTS, then F_i' = sgn(v) C (1/ELEMENTS - |F_i|/g(v))
+ *                      until the speed changes its sign. k_i falls from one element to the next by the factor `spread`
+ *                      and sums up to s0.
  *
  * Fixed-step classical Runge-Kutta between breaks: rows of the torque table, their delayed images, and sampling times.
- * All parameters but the twelve of the undisturbed joint are neutral by default. SI units, angles in rad.
+ * All parameters but those of the undisturbed joint are neutral by default. SI units, angles in rad.
  */
 #include <math.h>
 #include <stddef.h>
@@ -29,7 +35,8 @@
   X(disturbance, 0) X(disturbance_frequency, 1.0) X(disturbance_phase, 0)                                              \
   X(patch_damping, 0) X(patch_centre, 0) X(patch_width, 1.0) X(detent, 0) X(detent_centre, 0) X(detent_width, 1.0)     \
   X(relaxation_stiffness, 0) X(relaxation_time, 1.0) X(heat_gain, 0) X(heat_reference, 1.0) X(heat_time, 1.0)          \
-  X(sticky, 0) X(sticky_centre, 0) X(sticky_width, 1.0)
+  X(sticky, 0) X(sticky_centre, 0) X(sticky_width, 1.0)                                                                \
+  X(law, 0) X(C, 1.0) X(spread, 2.0)
 
 typedef struct {
 #define X(name, value) double name;
@@ -52,7 +59,13 @@ int joint_parameter_count(void) { return (int)(sizeof(Joint) / sizeof(double)); 
 const char *joint_parameter_name(int i) { return NAMES[i]; }
 double joint_parameter_default(int i) { return DEFAULTS[i]; }
 
-enum { POSITION, VELOCITY, BRISTLE, DRIVE, STRIBECK, SLIP, ROTOR, ROTOR_VELOCITY, LOCK, LOCK_VELOCITY, RELAXED, HEAT, NX };
+enum { POSITION, VELOCITY, BRISTLE, DRIVE, STRIBECK, SLIP, ROTOR, ROTOR_VELOCITY, LOCK, LOCK_VELOCITY, RELAXED, HEAT, SPRING };
+enum { LUGRE, DAHL, MAXWELL_SLIP, ELEMENTS = 4, NX = SPRING + ELEMENTS };
+
+/* Which elements of the Maxwell-slip law slip, and in which direction; fixed within a step. */
+typedef struct {
+  double direction[ELEMENTS]; /* 0: sticks */
+} Slip;
 
 static double sign(double x) { return (x > 0) - (x < 0); }
 static double bell(double x, double centre, double width) { return exp(-(x - centre) * (x - centre) / (width * width)); }
@@ -77,7 +90,43 @@ static double friction_level(const Joint *j, double t, const double *x, double w
   if (j->friction_slope != 0) scale *= 1 + j->friction_slope * q;
   if (j->load_friction != 0) scale *= 1 + j->load_friction * fabs(w) / j->load_reference;
   if (j->sticky != 0) scale *= 1 + j->sticky * bell(q, j->sticky_centre, j->sticky_width);
+  if (j->law == DAHL) return scale * coulomb;
   return scale * (coulomb + (j->Fs - coulomb) * exp(-(s / j->vs) * (s / j->vs)));
+}
+
+static double element_stiffness(const Joint *j, int i) {
+  double total = 0;
+  for (int n = 0; n < ELEMENTS; n++) total += pow(j->spread, -n);
+  return j->sigma0 * pow(j->spread, -i) / total;
+}
+
+/* Dry friction torque, and the rates of its states. */
+static double dry(const Joint *j, double t, const double *x, const Slip *slip, double w, double *dx) {
+  double v = x[VELOCITY], level = friction_level(j, t, x, w), sum = 0;
+  if (j->law == MAXWELL_SLIP) {
+    for (int i = 0; i < ELEMENTS; i++) {
+      double F = x[SPRING + i], way = slip->direction[i];
+      dx[SPRING + i] = way == 0 ? element_stiffness(j, i) * v : way * j->C * (1.0 / ELEMENTS - fabs(F) / level);
+      sum += F;
+    }
+    return sum;
+  }
+  dx[BRISTLE] = v - j->sigma0 * fabs(v) / level * x[BRISTLE];
+  return j->sigma0 * x[BRISTLE] + (j->law == DAHL ? 0 : j->sigma1 * dx[BRISTLE]);
+}
+
+/* After a step: an element slips once its spring is at the limit, and sticks again when the speed has changed its sign. */
+static void decide(const Joint *j, double t, double *x, Slip *slip) {
+  if (j->law != MAXWELL_SLIP) return;
+  double v = x[VELOCITY], limit = friction_level(j, t, x, 0) / ELEMENTS;
+  for (int i = 0; i < ELEMENTS; i++) {
+    double *F = &x[SPRING + i], *way = &slip->direction[i];
+    if (*way != 0 && v * *way < 0) *way = 0;
+    if (*way == 0 && *F * sign(v) > limit) {
+      *way = sign(v);
+      *F = *way * limit;
+    }
+  }
 }
 
 static double viscous(const Joint *j, double t, double q, double v) {
@@ -120,7 +169,7 @@ static double transmitted(const Joint *j, const double *x, double drive, double 
   return pull;
 }
 
-static void derivative(const Joint *j, double t, double command, const double *x, double *dx) {
+static void derivative(const Joint *j, double t, double command, const double *x, const Slip *slip, double *dx) {
   double q = x[POSITION], v = x[VELOCITY];
   double asked = amplifier(j, t, command), w = j->amplifier_lag > 0 ? x[DRIVE] : asked;
   for (int i = 0; i < NX; i++) dx[i] = 0;
@@ -131,9 +180,9 @@ static void derivative(const Joint *j, double t, double command, const double *x
   }
   if (j->ripple != 0) w *= 1 + j->ripple * sin(j->ripple_number * q + j->ripple_phase);
   if (j->stribeck_lag > 0) dx[STRIBECK] = (v - x[STRIBECK]) / j->stribeck_lag;
-  dx[BRISTLE] = v - j->sigma0 * fabs(v) / friction_level(j, t, x, w) * x[BRISTLE];
+  double rubbing = dry(j, t, x, slip, w, dx);
   double force = transmitted(j, x, j->Kp * w, dx) - conservative(j, q) - viscous(j, t, q, v) - stops(j, q, v);
-  force -= j->sigma0 * x[BRISTLE] + j->sigma1 * dx[BRISTLE];
+  force -= rubbing;
   if (j->hysteresis_stiffness != 0) {
     dx[SLIP] = v - fabs(v) * x[SLIP] / j->hysteresis_travel;
     force -= j->hysteresis_stiffness * x[SLIP];
@@ -165,6 +214,7 @@ static double fastest(const Joint *j) {
   if (j->lock_inertia > 0) rate += 2 * sqrt(j->lock_stiffness / j->lock_inertia) + j->lock_damping / j->lock_inertia;
   if (j->amplifier_lag > 0) rate += 0.2 / j->amplifier_lag;
   if (j->stribeck_lag > 0) rate += 0.2 / j->stribeck_lag;
+  if (j->law == MAXWELL_SLIP) rate += j->C / fmin(j->Fc, j->Fs);
   return rate;
 }
 
@@ -172,16 +222,16 @@ typedef struct {
   double t0, start, slope; /* command = start + slope (t - t0) */
 } Line;
 
-static void runge_kutta(const Joint *j, double t, double h, const Line *u, double *x) {
+static void runge_kutta(const Joint *j, double t, double h, const Line *u, const Slip *slip, double *x) {
   double k1[NX], k2[NX], k3[NX], k4[NX], y[NX];
   double a = u->start + u->slope * (t - u->t0), b = a + 0.5 * h * u->slope, c = a + h * u->slope;
-  derivative(j, t, a, x, k1);
+  derivative(j, t, a, x, slip, k1);
   for (int i = 0; i < NX; i++) y[i] = x[i] + 0.5 * h * k1[i];
-  derivative(j, t + 0.5 * h, b, y, k2);
+  derivative(j, t + 0.5 * h, b, y, slip, k2);
   for (int i = 0; i < NX; i++) y[i] = x[i] + 0.5 * h * k2[i];
-  derivative(j, t + 0.5 * h, b, y, k3);
+  derivative(j, t + 0.5 * h, b, y, slip, k3);
   for (int i = 0; i < NX; i++) y[i] = x[i] + h * k3[i];
-  derivative(j, t + h, c, y, k4);
+  derivative(j, t + h, c, y, slip, k4);
   for (int i = 0; i < NX; i++) x[i] += h / 6 * (k1[i] + 2 * k2[i] + 2 * k3[i] + k4[i]);
 }
 
@@ -192,20 +242,23 @@ static double follow(const Joint *j, double play, double q) {
 
 #define RUNAWAY 1e6 /* a speed [rad/s] from which on the motion counts as not finite */
 
-static void advance(const Joint *j, double t, double end, const Line *u, double max_step, double *x, double *play) {
+static void advance(const Joint *j, double t, double end, const Line *u, double max_step, double *x, Slip *slip,
+                    double *play) {
   double constant = fastest(j);
   while (end - t > 1e-12) {
     if (!(fabs(x[VELOCITY]) < RUNAWAY)) {
       x[POSITION] = NAN;
       return;
     }
-    double rate = constant + 2 * j->sigma0 * fabs(x[VELOCITY]) / fmin(j->Fc, j->Fs);
+    double weakest = j->law == DAHL ? j->Fc : fmin(j->Fc, j->Fs);
+    double rate = constant + 2 * j->sigma0 * fabs(x[VELOCITY]) / weakest;
     double h = fmin(max_step, 0.1 / rate);
     double left = ceil((end - t) / h - 1e-9);
     h = (end - t) / fmax(left, 1);
-    runge_kutta(j, t, h, u, x);
-    *play = follow(j, *play, x[POSITION]);
+    runge_kutta(j, t, h, u, slip, x);
     t += h;
+    decide(j, t, x, slip);
+    *play = follow(j, *play, x[POSITION]);
   }
 }
 
@@ -231,6 +284,7 @@ int joint_simulate(const double *p, int n, const double *t, const double *torque
                    double max_step, double *position, double *velocity, double *encoder) {
   const Joint *j = (const Joint *)p;
   double x[NX] = {0}, play = q0, now = t[0];
+  Slip slip = {{0}};
   int row = -1;
   x[POSITION] = x[ROTOR] = q0;
   x[VELOCITY] = x[ROTOR_VELOCITY] = x[STRIBECK] = v0;
@@ -241,7 +295,7 @@ int joint_simulate(const double *p, int n, const double *t, const double *torque
       if (sample - now <= 1e-12) break;
       Line u = command(n, t, torque, linear, j->delay, row);
       double end = row + 1 < n ? fmin(sample, t[row + 1] + j->delay) : sample;
-      advance(j, now, end, &u, max_step, x, &play);
+      advance(j, now, end, &u, max_step, x, &slip, &play);
       now = end;
     }
     if (!isfinite(x[POSITION])) return k + 1;

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from haptid.support.errors import InputError
 from haptid.virtual_device.machine.effects import Shape, resolve
-from haptid.virtual_device.machine.joint import neutral, rest_position
+from haptid.virtual_device.machine.joint import LAWS, neutral, rest_position
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.recording.simulate import complete, scales_of, simulate_joint
@@ -18,6 +19,13 @@ from haptid.virtual_device.recording.tables import RunTable, joint_columns, writ
 Effects = Mapping[str, float | Mapping[str, float]]
 START_SPREAD = 0.4
 """A joint comes to rest within this share of the band in which Coulomb friction holds it against its spring."""
+
+
+def law_number(friction: str) -> dict[str, float]:
+    """Return the parameter of ``joint.c`` that chooses a friction law by name."""
+    if friction not in LAWS:
+        raise InputError(where="friction", expected=f"one of {', '.join(LAWS)}", got=repr(friction))
+    return {"law": float(LAWS.index(friction))}
 
 
 def joint_parameters(parameters: Mapping[str, float], runs: Sequence[Cosine], effects: Effects) -> dict[str, Any]:
@@ -83,6 +91,7 @@ def make_joint_campaign(  # noqa: PLR0913 - what a test bench sets, by keyword
     device: str = "single_joint",
     known: Mapping[str, Mapping[str, float]] | None = None,
     title: str = "Synthetic locked-joint tests",
+    friction: str = "lugre",
 ) -> Path:
     """Write a campaign of one joint.
 
@@ -92,6 +101,8 @@ def make_joint_campaign(  # noqa: PLR0913 - what a test bench sets, by keyword
         ``single_joint`` or ``freedom6s``.
     known
         What campaign.toml tells about the parameters, e.g. ``{"Ks": {"initial": 0.1}}``.
+    friction
+        Law of the joint, one of `joint.LAWS`; campaign.toml names it where it is not LuGre.
 
     Returns
     -------
@@ -99,8 +110,12 @@ def make_joint_campaign(  # noqa: PLR0913 - what a test bench sets, by keyword
         The campaign.toml.
     """
     sensor = sensor or Sensor()
+    parameters = dict(parameters) | law_number(friction)
     runs = joint_runs(joint, parameters, inputs, effects=effects, sensor=sensor, hold=hold, seed=seed)
     head = header(title, device, sensor, hold)
+    told: dict[str, Any] = {} if friction == LAWS[0] else {"friction": friction}
     if known:
-        head["joint"] = {str(joint): {"parameters": {name: dict(value) for name, value in known.items()}}}
+        told["parameters"] = {name: dict(value) for name, value in known.items()}
+    if told:
+        head["joint"] = {str(joint): told}
     return write_campaign(folder, head, runs, joints=6 if device == "freedom6s" else 1)

@@ -9,18 +9,19 @@ import numpy as np
 from haptid.support.errors import InputError
 from haptid.virtual_device.machine.compiled import Array
 from haptid.virtual_device.machine.effects import Scales, resolve
-from haptid.virtual_device.machine.joint import BASE, integrate, neutral, rest_position
+from haptid.virtual_device.machine.joint import BASE, OF_LAWS, integrate, neutral, rest_position
 from haptid.virtual_device.recording.sensor import Sensor, cycle_factors
 
 EXACT = Sensor(noise=0.0, resolution=0.0)
 
 
 def complete(parameters: Mapping[str, float]) -> dict[str, float]:
-    """Return all twelve base parameters; those not given are neutral."""
-    unknown = sorted(set(parameters) - set(BASE) - {"q0", "v0"})
+    """Return all parameters of the undisturbed joint, its friction law among them; those not given are neutral."""
+    names = (*BASE, *OF_LAWS)
+    unknown = sorted(set(parameters) - set(names) - {"q0", "v0"})
     if unknown:
-        raise InputError(where="parameters", expected=f"some of {', '.join(BASE)}, q0, v0", got=", ".join(unknown))
-    return {name: float(parameters.get(name, neutral()[name])) for name in BASE}
+        raise InputError(where="parameters", expected=f"some of {', '.join(names)}, q0, v0", got=", ".join(unknown))
+    return {name: float(parameters.get(name, neutral()[name])) for name in names}
 
 
 def _rest(joint: Mapping[str, float]) -> float:
@@ -50,7 +51,7 @@ def simulate_joint(  # noqa: PLR0913 - what a user of a test bench sets, by keyw
     Parameters
     ----------
     parameters
-        Some of the twelve base parameters by name (see `joint.BASE`); ``q0`` [rad] and ``v0`` [rad/s]
+        Some of the base parameters by name (see `joint.BASE`, `joint.OF_LAWS`); ``q0`` [rad] and ``v0`` [rad/s]
         set the start, which otherwise is at rest where spring and gravity balance.
     t, torque
         Rows of the table [s], [N m], shape (n,).

@@ -10,16 +10,18 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from haptid.model.equations.joint_parameters import TABLE, Row
+from haptid.model.friction.registry import laws
 from haptid.support.errors import InputError
 
 Entry = Mapping[str, Any]
-ROWS: Mapping[str, Row] = {row.id: row for row in TABLE}
+ROWS: Mapping[str, Row] = {row.id: row for row in (*TABLE, *(row for law in laws().values() for row in law.parameters))}
+"""Rows of drive, body and spring, and of every friction law."""
 MARGIN = 1e3
 """A stated number may lie beyond the default range of its parameter by this factor; a wrong unit lies further out."""
 SHARPEST = 1e-12
 """Smallest standard deviation of a prior, relative to what it is about: the weight of a sharper one overflows."""
-ORDERED = (("Fs", "Fc"),)
-"""Pairs of which the first is never smaller: stiction and Coulomb friction."""
+ORDERED = tuple(dict.fromkeys(pair for law in laws().values() for pair in law.orderings))
+"""Pairs of which the first is never smaller, as stiction and Coulomb friction."""
 
 
 def check_parameters(stated: Mapping[str, Entry], where: Callable[[str], str]) -> None:

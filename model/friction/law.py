@@ -1,0 +1,174 @@
+"""What a friction law is: one file beside this one that defines ``LAW``, found by `model.friction.registry`.
+
+All that depends on the law asks it: equations, kernel and FMUs for parameters, states and torque; fits for first
+guesses, orderings and passivity; effects for the slots that they may fill; warnings and scales for what a parameter
+stands for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from haptid.model.equations.equations import State
+from haptid.model.equations.joint_parameters import Row
+
+Values = Mapping[str, float]
+Symbols = Mapping[str, sp.Expr]
+SLOTS = ("friction_level", "coulomb_level", "kinetic_level", "viscous_level", "stribeck_velocity")
+"""What effects may fill in a law, as `model.effects.effect.Effect` names it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Levels:
+    """What effects put into a law: factors, and the speed that the Stribeck curve sees.
+
+    Parameters
+    ----------
+    friction
+        Factor on the level of dry friction as a whole.
+    coulomb, kinetic
+        Factors on Fc and Fs alike, and on Fc alone.
+    viscous
+        Factor on the viscous friction.
+    stribeck_velocity
+        Speed seen by the Stribeck curve; the joint's where None.
+    """
+
+    friction: sp.Expr = sp.S.One
+    coulomb: sp.Expr = sp.S.One
+    kinetic: sp.Expr = sp.S.One
+    viscous: sp.Expr = sp.S.One
+    stribeck_velocity: sp.Expr | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Friction:
+    """A law written out: torque [N m], rates of change of its states, and their relaxation rates aᵢ [1/s].
+
+    aᵢ estimates −∂ẋᵢ/∂xᵢ from above: the stepper integrates it exactly, and is stable at any step where it is not less
+    than half of the true one.
+    """
+
+    force: sp.Expr
+    rhs: tuple[sp.Expr, ...]
+    rates: tuple[sp.Expr, ...]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Roles:
+    """Ids of the parameters that stand for what every joint has; ``stribeck_velocity`` is empty where none does.
+
+    A law without stiction names its Coulomb friction twice.
+    """
+
+    stiffness: str
+    coulomb: str
+    stiction: str
+    viscous: str
+    stribeck_velocity: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sliding:
+    """What the data of a joint say before any fit: friction in sliding, and scales.
+
+    Parameters
+    ----------
+    coulomb, viscous
+        Plateau [N m] and slope [N m s/rad] of friction over speed.
+    inertia
+        [kg m²].
+    travel, speed
+        Range of positions [rad] and largest speed [rad/s].
+    """
+
+    coulomb: float
+    viscous: float
+    inertia: float
+    travel: float
+    speed: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FrictionLaw:
+    """One friction law, as data and formulas; all ids without a joint's number, all units revolute.
+
+    Parameters
+    ----------
+    id, title
+        Name in files (``lugre``), name in words.
+    formulas
+        As a reader writes them: the torque first, as a sum, then the rates and what they use.
+    parameters
+        Rows of the parameter table.
+    states
+        Internal states at rest: their ids must not be those of effects, their structured names begin ``friction.``.
+    write
+        (v, parameters by id, levels) → `Friction`, in the symbols of ``states``.
+    damping
+        Parameters by id → estimate of ∂torque/∂v from above [N m s/rad], by which the speed relaxes.
+    roles
+        What the parameters stand for.
+    slots
+        Those of `SLOTS` that the law has.
+    guess
+        First guesses of all parameters from the data.
+    nominal
+        Values by id → size of each state.
+    presliding_length
+        Values by id → displacement after which the joint slides.
+    without_presliding, without_sliding
+        Ids that data leave open which never enter presliding, never leave it.
+    orderings
+        Pairs (a, b) of ids with a ≥ b.
+    passivity
+        Expression of the parameters that must not be negative, on request; None where the law asks for nothing.
+    level
+        (v, parameters by id) → level of dry friction at speed v in the form in which ``write`` holds it, for pages that
+        give it a letter; None where there is none.
+    """
+
+    id: str
+    title: str
+    formulas: tuple[str, ...]
+    parameters: tuple[Row, ...]
+    states: tuple[State, ...]
+    write: Callable[[sp.Expr, Symbols, Levels], Friction]
+    damping: Callable[[Symbols], sp.Expr]
+    roles: Roles
+    slots: frozenset[str]
+    guess: Callable[[Sliding], dict[str, float]]
+    nominal: Callable[[Values], tuple[float, ...]]
+    presliding_length: Callable[[Values], float]
+    without_presliding: tuple[str, ...]
+    without_sliding: tuple[str, ...]
+    orderings: tuple[tuple[str, str], ...] = ()
+    passivity: sp.Expr | None = None
+    level: Callable[[sp.Expr, Symbols], sp.Expr] | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse a law whose parts do not fit together."""
+        ids = {row.id for row in self.parameters}
+        named = {
+            self.roles.stiffness, self.roles.coulomb, self.roles.stiction, self.roles.viscous,
+            *self.without_presliding, *self.without_sliding, *(id for pair in self.orderings for id in pair),
+        }  # fmt: skip
+        problems = [
+            (not named <= ids, f"names {sorted(named - ids)}, which are no parameters of its"),
+            (not self.slots <= set(SLOTS), f"offers {sorted(self.slots - set(SLOTS))}, which are none of {SLOTS}"),
+        ]
+        for wrong, message in problems:
+            if wrong:
+                raise ValueError(f"friction law {self.id} {message}")  # noqa: EM102 - the message is made above
+
+    @property
+    def ids(self) -> tuple[str, ...]:
+        """Ids of the parameters."""
+        return tuple(row.id for row in self.parameters)
+
+    def values(self, of: Values, tail: str = "") -> dict[str, float]:
+        """Return the law's own values by plain id among ``of``, whose ids end in ``tail``."""
+        return {id: float(of[id + tail]) for id in self.ids}

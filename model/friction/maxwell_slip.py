@@ -1,0 +1,145 @@
+"""Generalised Maxwell-slip friction (Lampaert, Al-Bender, Swevers 2003; Al-Bender, Lampaert, Swevers 2005, eqs. 8-10).
+
+N springs in parallel, each dragged by the joint, each either sticking or slipping:
+
+    F = Σ Fᵢ + σ2·v,   sticks: Ḟᵢ = kᵢ·v until |Fᵢ| = s(v)/N,   slips: Ḟᵢ = sgn(v)·C·(1/N − |Fᵢ|/s(v)) until v turns,
+
+with the Stribeck curve s(v) = Fc + (Fs − Fc)·exp(−(v/vs)²). In presliding it has the memory of every reversal
+(nonlocal hysteresis), in sliding its torque follows s(v) within s/C. The springs get one shape number: all limits are
+s/N, and kᵢ falls by the factor ``spread`` from one to the next, with Σ kᵢ = σ0.
+
+The change from stick to slip is written without a jump, so that sensitivities see it. With rᵢ = Fᵢ·sgn(v)·N/s(v), the
+share that slips is βᵢ = clip((rᵢ − 1 + ε)/ε, 0, 1), or while Fᵢ·v > 0 the memory mᵢ of having slipped:
+
+    Ḟᵢ = (1 − gᵢ)·kᵢ·v + gᵢ·C·(sgn(v)/N − Fᵢ/s(v)),   gᵢ = βᵢ + (1 − βᵢ)·mᵢ·[Fᵢ·v > 0],
+    ṁᵢ = R·(βᵢ·(1 − mᵢ) − [Fᵢ·v < 0]·mᵢ).
+
+For given v all are linear in Fᵢ where βᵢ stands still. The relaxation rate takes the steepest slope that βᵢ can have,
+so that no stiffness makes a step unstable.
+"""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from haptid.model.equations.equations import State
+from haptid.model.equations.joint_parameters import Row
+from haptid.model.friction.law import SLOTS, Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
+from haptid.model.friction.shared import (
+    BRISTLE_SHARE,
+    COULOMB,
+    STICTION,
+    STIFFNESS,
+    STRIBECK_VELOCITY,
+    VISCOUS,
+    stribeck,
+)
+
+ELEMENTS = 4
+"""N. Four are the fewest with which the literature identifies presliding hysteresis; each costs two states."""
+EDGE = sp.Float(0.02)
+"""ε: share of its limit over which an element goes from stick to slip."""
+MEMORY = sp.Float(1000.0)
+"""R [1/s]: how fast an element remembers that it slips, and forgets it once the joint has turned."""
+SPREAD = Row(
+    id="spread",
+    unit="1",
+    prismatic_unit="1",
+    description="ratio of the stiffnesses of neighbouring elements",
+    initial=2.0,
+    lower=1.0,
+    upper=10.0,
+    structured="friction.spread",
+)
+ATTRACTION = Row(
+    id="C",
+    unit="N m/s",
+    prismatic_unit="N/s",
+    description="attraction of a slipping element to the Stribeck curve",
+    initial=5e-2,
+    lower=1e-6,
+    upper=1e6,
+    structured="friction.C",
+)
+FOLLOWS = 50.0
+"""First guess of C over Fc [1/s]."""
+FORCES = tuple(
+    State(id=f"element{i}", unit="N m", description=f"friction of element {i}", nominal=1e-3,
+          structured=f"friction.element{i}")
+    for i in range(1, ELEMENTS + 1)
+)  # fmt: skip
+SLIPS = tuple(
+    State(id=f"slip{i}", unit="1", description=f"slip of element {i}", structured=f"friction.slip{i}")
+    for i in range(1, ELEMENTS + 1)
+)
+
+
+def stiffnesses(p: Symbols) -> list[sp.Expr]:
+    """Return kᵢ [N m/rad], the stiffest element first."""
+    shares = [p["spread"] ** (ELEMENTS - 1 - i) for i in range(ELEMENTS)]
+    return [p["sigma0"] * share / sp.Add(*shares) for share in shares]
+
+
+def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
+    """Write generalised Maxwell-slip friction at joint speed ``v``."""
+    s, way = stribeck(v, p, levels), sp.sign(v)
+    limit, one = s / ELEMENTS, sp.S.One
+    rhs, rates, remembered, recalls = [], [], [], []
+    for stiffness, force, slip in zip(stiffnesses(p), FORCES, SLIPS, strict=True):
+        F, m = force.symbol, slip.symbol
+        beyond = (F * way / limit - (1 - EDGE)) / EDGE
+        share = sp.Min(sp.Max(beyond, sp.S.Zero), one)
+        before, turned = m * sp.Heaviside(F * v), sp.Heaviside(-F * v)
+        slips = share + (1 - share) * before
+        rhs.append((1 - slips) * stiffness * v + slips * p["C"] * (way / ELEMENTS - F / s))
+        rates.append(p["C"] / s + (1 - before) * stiffness * sp.Abs(v) / (EDGE * limit))
+        remembered.append(MEMORY * (share * (1 - m) - turned * m))
+        recalls.append(MEMORY * (share + turned))
+    total = sp.Add(*(force.symbol for force in FORCES)) + p["sigma2"] * levels.viscous * v
+    return Friction(force=total, rhs=(*rhs, *remembered), rates=(*rates, *recalls))
+
+
+def _guess(s: Sliding) -> dict[str, float]:
+    return {
+        "sigma0": s.coulomb / (BRISTLE_SHARE * s.travel),
+        "spread": SPREAD.initial,
+        "C": FOLLOWS * s.coulomb,
+        "sigma2": s.viscous,
+        "vs": 0.1 * s.speed,
+        "Fs": 1.2 * s.coulomb,
+        "Fc": s.coulomb,
+    }
+
+
+def _nominal(p: Values) -> tuple[float, ...]:
+    return (p["Fc"] / ELEMENTS,) * ELEMENTS + (1e-3,) * ELEMENTS
+
+
+def _presliding_length(p: Values) -> float:
+    """Return where the softest element begins to slip: Fs/N over its stiffness."""
+    softest = p["sigma0"] / sum(p["spread"] ** i for i in range(ELEMENTS))
+    return p["Fs"] / ELEMENTS / softest
+
+
+LAW = FrictionLaw(
+    id="maxwell_slip",
+    title="Generalised Maxwell-slip",
+    formulas=(
+        "Σ Fᵢ + σ2·v",
+        "Ḟᵢ = kᵢ·v while it sticks,  Ḟᵢ = sgn(v)·C·(1/N − |Fᵢ|/s(v)) while it slips",
+        f"kᵢ = σ0·spread^(N−i)/Σ spread^(N−j),  s(v) = Fc + (Fs − Fc)·exp(−(v/vs)²),  N = {ELEMENTS}",
+    ),
+    parameters=(STIFFNESS, SPREAD, ATTRACTION, VISCOUS, STRIBECK_VELOCITY, STICTION, COULOMB),
+    states=(*FORCES, *SLIPS),
+    write=maxwell_slip,
+    damping=lambda p: p["sigma2"],
+    roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fs", viscous="sigma2", stribeck_velocity="vs"),
+    slots=frozenset(SLOTS),
+    guess=_guess,
+    nominal=_nominal,
+    presliding_length=_presliding_length,
+    without_presliding=("sigma0", "spread"),
+    without_sliding=("Fc", "sigma2", "vs", "C"),
+    orderings=(("Fs", "Fc"),),
+    level=stribeck,
+)

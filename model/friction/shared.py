@@ -1,0 +1,71 @@
+"""What several friction laws have in common: rows of their parameter tables, and the Stribeck curve."""
+
+from __future__ import annotations
+
+import sympy as sp
+
+from haptid.model.equations.equations import State
+from haptid.model.equations.joint_parameters import Row
+from haptid.model.friction.law import Levels, Symbols
+
+STIFFNESS = Row(
+    id="sigma0",
+    unit="N m/rad",
+    prismatic_unit="N/m",
+    description="bristle stiffness",
+    initial=1.0,
+    lower=1e-4,
+    upper=1e7,
+    structured="friction.sigma0",
+)
+VISCOUS = Row(
+    id="sigma2",
+    unit="N m s/rad",
+    prismatic_unit="N s/m",
+    description="viscous friction",
+    initial=1e-3,
+    lower=1e-8,
+    upper=1e3,
+    structured="friction.sigma2",
+)
+STRIBECK_VELOCITY = Row(
+    id="vs",
+    unit="rad/s",
+    prismatic_unit="m/s",
+    description="Stribeck velocity",
+    initial=5e-2,
+    lower=1e-4,
+    upper=1e1,
+    structured="friction.vs",
+)
+STICTION = Row(
+    id="Fs",
+    unit="N m",
+    prismatic_unit="N",
+    description="stiction",
+    initial=2e-3,
+    lower=1e-7,
+    upper=1e3,
+    structured="friction.Fs",
+)
+COULOMB = Row(
+    id="Fc",
+    unit="N m",
+    prismatic_unit="N",
+    description="Coulomb friction",
+    initial=1.5e-3,
+    lower=1e-7,
+    upper=1e3,
+    structured="friction.Fc",
+)
+BRISTLE = State(id="z", unit="rad", description="bristle deflection", nominal=1e-3, structured="friction.bristle")
+BRISTLE_SHARE = 0.01
+"""First guess of the bristle's length, as a share of the travel."""
+
+
+def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
+    """Return g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²) [N m] at the levels that effects set."""
+    a = levels or Levels()
+    coulomb, stiction = p["Fc"] * a.coulomb * a.kinetic, p["Fs"] * a.coulomb
+    seen = v if a.stribeck_velocity is None else a.stribeck_velocity
+    return a.friction * (coulomb + (stiction - coulomb) * sp.exp(-((seen / p["vs"]) ** 2)))
