@@ -131,6 +131,10 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     joint, runs = configuration.free_joints[0], configuration.runs
     sampling = command.options.sampling
     equations = equations_for(command.campaign, command.device, (joint,), configuration.posture)
+    if all(q.fixed for q in equations.parameters):
+        where = f"{command.campaign.folder / 'campaign.toml'}, joint.{joint}.parameters"
+        todo = "free one, or leave this joint out with --joints"
+        raise InputError(where, expected="a parameter to sample", got="all of them fixed", todo=todo)
     kernel = kernel_of(equations)
     bar: Any
     with progress(total=sampling.longest, title=f"joint {joint}: fit", quiet=command.quiet) as bar:
