@@ -23,7 +23,7 @@ from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.verification.result import Verification
-from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
@@ -92,8 +92,10 @@ def main(campaign: Path | None, **settings: Any) -> None:
         quiet=settings["quiet"],
     )
     results = _Results()
+    configurations = _configurations(read, device, parse_joints(settings["joints"]))
     with workers_of(settings["scheduler"], settings["workers"]) as pool:
-        for configuration in _configurations(read, device, parse_joints(settings["joints"])):
+        tell_remarks(read)
+        for configuration in configurations:
             fitted, posterior = single_threaded(_one, command, configuration, pool)
             results.posteriors.append(posterior)
             results.steps.append(Step(configuration=configuration, fit=as_fit(fitted, posterior)))

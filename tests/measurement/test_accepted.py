@@ -155,3 +155,10 @@ def test_with_everything_fixed_nothing_is_sampled(write):
     result = call("uq", folder)
     assert result.exit_code == 2
     assert "joint.4.parameters: expected a parameter to sample, got all of them fixed" in result.output
+
+
+@pytest.mark.parametrize("command", ["identify", "uq", "discrepancy"])
+def test_bad_options_are_one_line_whatever_is_remarked(write, command: str):
+    result = call(command, write(change=scaled(T, -1.0)), "--joints", "x")
+    assert result.exit_code == 2
+    assert result.output.count("\n") == 1
