@@ -21,7 +21,7 @@ from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
 from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.identification.fit.strategy import choose_for
 from haptid.identification.sequence.equations_for import device_of
-from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for
@@ -85,6 +85,7 @@ def main(
         chosen, several = read.joints, tuple(c for c in read.configurations if len(c) > 1)
     if not chosen and not several:
         raise InputError("campaign.toml", expected="runs with one free joint", got="none")
+    tell_remarks(read)
     if choices["scheduler"]:
         click.echo("note: --scheduler is not used, the search runs here on --workers threads", err=True)
     _alone(read, chosen, entries, out, choices)

@@ -90,7 +90,9 @@ def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
     joints = list(dict.fromkeys(c["free_joints"][0] for c in data["configurations"] if len(c["free_joints"]) == 1))
     chosen = [j for j in joints if wanted is None or j in wanted]
     if len(chosen) != 1:
-        raise InputError("--joints", expected=f"one of {joints}", got=f"{wanted if wanted else 'nothing'}")
+        there = ", ".join(map(str, joints)) or "none: it holds no joint that was tested alone"
+        got = ", ".join(map(str, wanted or ())) or "nothing"
+        raise InputError("--joints", expected=f"one joint of the result ({there})", got=got)
     return int(chosen[0])
 
 

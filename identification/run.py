@@ -34,7 +34,7 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.verification.closed_loop_fmu import export_closed_loop
 from haptid.identification.verification.result import Verification
 from haptid.identification.verification.verify import verify
-from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
@@ -145,6 +145,7 @@ def _fitted(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
     data = _head(job, digest)
     steps: list[Step] = []
     with _workers(job) as workers:
+        tell_remarks(job.campaign)
         sequence = Sequence(
             campaign=job.campaign,
             device=job.device,

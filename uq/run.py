@@ -23,7 +23,7 @@ from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.verification.result import Verification
-from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
@@ -93,8 +93,10 @@ def main(campaign: Path | None, **settings: Any) -> None:
         quiet=settings["quiet"],
     )
     results = _Results()
+    configurations = _configurations(read, device, parse_joints(settings["joints"]))
     with workers_of(settings["scheduler"], settings["workers"]) as pool:
-        for configuration in _configurations(read, device, parse_joints(settings["joints"])):
+        tell_remarks(read)
+        for configuration in configurations:
             fitted, posterior = single_threaded(_one, command, configuration, pool)
             results.posteriors.append(posterior)
             results.steps.append(Step(configuration=configuration, fit=as_fit(fitted, posterior)))
@@ -132,6 +134,10 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     joint, runs = configuration.free_joints[0], configuration.runs
     sampling = command.options.sampling
     equations = equations_for(command.campaign, command.device, (joint,), configuration.posture)
+    if all(q.fixed for q in equations.parameters):
+        where = f"{command.campaign.folder / 'campaign.toml'}, joint.{joint}.parameters"
+        todo = "free one, or leave this joint out with --joints"
+        raise InputError(where, expected="a parameter to sample", got="all of them fixed", todo=todo)
     early = early_word(equations, runs, joint)
     if early:
         click.echo(f"warning: {early}", err=True)

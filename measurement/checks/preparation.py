@@ -37,11 +37,14 @@ def accepted(campaign: Campaign) -> Campaign:
 
 
 def campaign_for_command(folder: Path | str | None) -> Campaign:
-    """Read and prepare a campaign for a command: its warnings and remarks appear on stderr, one line each."""
+    """Read and prepare a campaign for a command: its warnings appear on stderr, its remarks are kept with it."""
     with warnings_on_stderr():
         campaign = read_campaign(folder)
         prepared = accepted(campaign)
-    remarks = tuple(remark_lines(remarks_of(campaign)))
-    for remark in remarks:
+    return prepared.but(remarks=tuple(remark_lines(remarks_of(campaign))))
+
+
+def tell_remarks(campaign: Campaign) -> None:
+    """Print the remarks on stderr, one line each: a command does so when it has accepted all its input."""
+    for remark in campaign.remarks:
         click.echo(f"remark: {shortened(one_line(remark), LONGEST)}", err=True)
-    return prepared.but(remarks=remarks)

@@ -11,6 +11,7 @@ from haptid.measurement.checks.between_runs import misnamed, twins
 from haptid.measurement.checks.limits import limits_of
 from haptid.measurement.checks.motion import AT_REST
 from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
+from haptid.measurement.checks.torque_scale import off_scale
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.noise import with_noise
 from haptid.measurement.values.campaign import Campaign
@@ -39,7 +40,7 @@ class Remarks:
 
 def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Remarks, ...]:
     """Look at every run of a campaign; ``report`` is called after each."""
-    limits, between = limits_of(campaign), (twins(campaign.runs), misnamed(campaign.runs))
+    limits, between = limits_of(campaign), (twins(campaign.runs), misnamed(campaign.runs), off_scale(campaign))
     made = []
     for run in campaign.runs:
         full = with_noise(run)

@@ -139,3 +139,26 @@ def test_a_torque_that_never_changes_is_told_as_that(write):
     assert result.exit_code == 0, result.output
     assert "remark: a.csv, joint 4: the torque never changes: nothing excites the joint" in result.stderr
     assert "the torque never changes in the fitted runs" in result.stdout
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.0, False), (1e3, True)])
+def test_torque_at_odds_with_the_stated_inertia_is_remarked(write, factor: float, told: bool):
+    folder = write(*parameters("inertia = { initial = 1e-4 }"), scaled(T, factor))
+    result = call("check", folder)
+    assert result.exit_code == 0, result.output
+    assert ("is the torque in thousandths of its unit?" in result.output) is told
+
+
+def test_with_everything_fixed_nothing_is_sampled(write):
+    stated = {**TRUE, "Kp": 1.0, "gravity_cos": 0.0, "gravity_sin": 0.0}
+    folder = write(*parameters("\n".join(f"{id} = {{ fixed = {value} }}" for id, value in stated.items())))
+    result = call("uq", folder)
+    assert result.exit_code == 2
+    assert "joint.4.parameters: expected a parameter to sample, got all of them fixed" in result.output
+
+
+@pytest.mark.parametrize("command", ["identify", "uq", "discrepancy"])
+def test_bad_options_are_one_line_whatever_is_remarked(write, command: str):
+    result = call(command, write(change=scaled(T, -1.0)), "--joints", "x")
+    assert result.exit_code == 2
+    assert result.output.count("\n") == 1

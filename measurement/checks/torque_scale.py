@@ -1,0 +1,63 @@
+"""Torque against the inertia that campaign or device states: the rows alone know torque up to a factor only."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.signals.smoothing import smoothed
+from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Run
+from haptid.model.device.reader import load_device
+from haptid.model.equations.stated_parameters import stated_value
+from haptid.model.joint.coupled_joints import configuration_equations
+
+FAR = 300.0
+"""Torque over acceleration per stated inertia in a joint's fastest run, above which thousandths of the unit are likely.
+
+Friction and springs take most of the torque of slow runs, and of fast ones up to 20 times what the inertia does.
+"""
+
+
+def off_scale(campaign: Campaign) -> dict[str, str]:
+    """Return a sentence by file for the fastest run of every joint whose torque is at odds with its stated inertia.
+
+    The ratio compared is σ(Kp·τ)/σ(q̈), from smoothed signals, over the inertia.
+    """
+    found = {}
+    for joint in campaign.joints:
+        runs = [run for run in campaign.runs_of((joint,)) if run.use != "excluded" and np.ptp(run.y) > 0]
+        inertia, gain = _stated(campaign, joint)
+        if not runs or inertia is None:
+            continue
+        shown = {run.file: gain * _torque_per_acceleration(run) for run in runs}
+        file = min(shown, key=lambda name: shown[name])
+        remedy = "are torque and position in other units than the columns' names say?"
+        if shown[file] > FAR * inertia:
+            remedy = "is the torque in thousandths of its unit? then multiply by 0.001"
+        elif shown[file] == 0 or shown[file] > inertia / FAR:
+            continue
+        found[file] = (
+            f"torque over acceleration is {shown[file]:.2g} in the joint's fastest run, "
+            f"{shown[file] / inertia:.2g} times the stated inertia of {inertia:.2g}: {remedy}"
+        )
+    return found
+
+
+def _torque_per_acceleration(run: Run) -> float:
+    motion = smoothed(run)
+    acceleration = float(np.std(motion.a))
+    return float(np.std(motion.torque)) / acceleration if acceleration > 0 else 0.0
+
+
+def _stated(campaign: Campaign, joint: int) -> tuple[float | None, float]:
+    """Return the inertia that is stated of a joint (None where nothing is), and Kp."""
+    given = campaign.parameter_overrides.get(joint, {})
+    gain = stated_value(given.get("Kp", {})) or 1.0
+    inertia = stated_value(given.get("inertia", {}))
+    if inertia is None and campaign.device != SINGLE_JOINT:
+        device = load_device(campaign.device, campaign.folder)
+        posture = tuple(float(x) for x in campaign.runs_of((joint,))[0].posture)
+        parameters = configuration_equations(device, (joint,), posture).parameters
+        inertia = next((q.initial for q in parameters if q.id == "inertia"), None)
+    return inertia, gain
