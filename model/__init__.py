@@ -1,4 +1,4 @@
-"""Device in, `Equations` and `Kernel` out: rigid body, LuGre friction and effects from one symbolic source."""
+"""Device in, `Equations` and `Kernel` out: rigid body, friction and effects from one symbolic source."""
 
 from haptid.support.installing.environment import ready
 

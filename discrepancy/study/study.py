@@ -13,11 +13,13 @@ from haptid.identification.sequence.equations_for import device_of, equations_fo
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect
+from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
-from haptid.model.friction.law import Roles
+from haptid.model.friction.law import FrictionLaw, Roles
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.joint.slots import check_slots
 from haptid.support.errors import InputError
 
 REACH = 40.0
@@ -134,11 +136,25 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
         raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
     base = within_reach(base, fitted)
     unseen, law = campaign.runs_of((joint,), "validate"), law_named(base.friction[0])
-    entries = {key: e for key, e in entries.items() if e.friction_slots <= law.slots}
+    entries = usable(entries, law)
     return Study(
         joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides,
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
+
+
+def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]:
+    """Return the entries that the friction law has slots for.
+
+    Raises
+    ------
+    InputError
+        Where an entry of the user's own is none of them: nobody would look for it.
+    """
+    for key, effect in entries.items():
+        if key not in catalogue():
+            check_slots(effect, law)
+    return {key: e for key, e in entries.items() if e.friction_slots <= law.slots}
 
 
 def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:

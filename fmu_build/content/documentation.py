@@ -58,7 +58,8 @@ def _general(e: Equations) -> tuple[str, ...]:
     for law in laws:
         joints = ", ".join(str(j) for j, id in zip(e.joints, e.friction, strict=True) if id == law.id)
         torque, *rates = law.formulas
-        found += [f"{law.title} friction of joints {joints}: {torque}", *rates]
+        plural = "s" if "," in joints else ""
+        found += [f"{law.title} friction of joint{plural} {joints}: {torque}", *rates]
     return tuple(found)
 
 

@@ -9,7 +9,7 @@ from haptid.measurement.signals.smoothing import smoothed
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
-from haptid.model.equations.stated_parameters import stated_value
+from haptid.model.device.stated_parameters import stated_value
 from haptid.model.joint.coupled_joints import configuration_equations
 
 FAR = 300.0

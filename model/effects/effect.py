@@ -17,7 +17,7 @@ from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import TIME, State
 from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
-from haptid.model.friction.law import SLOTS
+from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
 
 q, v, z, w, a, y, tau = (sp.Symbol(name, real=True) for name in ("q", "v", "z", "w", "a", "y", "tau"))
 t = TIME
@@ -153,8 +153,10 @@ class Effect:
 
     @property
     def friction_slots(self) -> frozenset[str]:
-        """What it fills in the joint's friction law, names of `model.friction.law.SLOTS`."""
-        return frozenset(name for name in SLOTS if getattr(self, name) is not None)
+        """What it asks of the joint's friction law: names of `model.friction.law.SLOTS`, `USE_OF_BRISTLE`."""
+        filled = {name for name in SLOTS if getattr(self, name) is not None}
+        formulas = (sp.sympify(e) for e in _expressions(self) if e is not None)
+        return frozenset(filled | {USE_OF_BRISTLE} if any(z in e.free_symbols for e in formulas) else filled)
 
     @property
     def random(self) -> bool:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import sympy as sp
 
-from haptid.model.friction.law import Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
+from haptid.model.friction.law import USE_OF_BRISTLE, Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
 from haptid.model.friction.shared import BRISTLE, BRISTLE_SHARE, COULOMB, STIFFNESS, VISCOUS
 
 
@@ -40,7 +40,7 @@ LAW = FrictionLaw(
     write=dahl,
     damping=lambda p: p["sigma2"],
     roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fc", viscous="sigma2"),
-    slots=frozenset({"friction_level", "coulomb_level", "viscous_level"}),
+    slots=frozenset({"friction_level", "coulomb_level", "viscous_level", USE_OF_BRISTLE}),
     guess=_guess,
     nominal=lambda p: (_length(p),),
     presliding_length=_length,

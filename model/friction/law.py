@@ -19,6 +19,8 @@ Values = Mapping[str, float]
 Symbols = Mapping[str, sp.Expr]
 SLOTS = ("friction_level", "coulomb_level", "kinetic_level", "viscous_level", "stribeck_velocity")
 """What effects may fill in a law, as `model.effects.effect.Effect` names it."""
+USE_OF_BRISTLE = "bristle"
+"""Slot of a law whose state is one bristle deflection z, which an effect's formulas may read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -113,7 +115,7 @@ class FrictionLaw:
     roles
         What the parameters stand for.
     slots
-        Those of `SLOTS` that the law has.
+        Those of `SLOTS` that the law has, and `USE_OF_BRISTLE` where its state is ``z``.
     guess
         First guesses of all parameters from the data.
     nominal
@@ -156,9 +158,10 @@ class FrictionLaw:
             self.roles.stiffness, self.roles.coulomb, self.roles.stiction, self.roles.viscous,
             *self.without_presliding, *self.without_sliding, *(id for pair in self.orderings for id in pair),
         }  # fmt: skip
+        known = {*SLOTS, USE_OF_BRISTLE}
         problems = [
             (not named <= ids, f"names {sorted(named - ids)}, which are no parameters of its"),
-            (not self.slots <= set(SLOTS), f"offers {sorted(self.slots - set(SLOTS))}, which are none of {SLOTS}"),
+            (not self.slots <= known, f"offers {sorted(self.slots - known)}, which are none of {sorted(known)}"),
         ]
         for wrong, message in problems:
             if wrong:

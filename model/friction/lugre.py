@@ -13,7 +13,17 @@ import math
 import sympy as sp
 
 from haptid.model.equations.joint_parameters import Row
-from haptid.model.friction.law import SLOTS, Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
+from haptid.model.friction.law import (
+    SLOTS,
+    USE_OF_BRISTLE,
+    Friction,
+    FrictionLaw,
+    Levels,
+    Roles,
+    Sliding,
+    Symbols,
+    Values,
+)
 from haptid.model.friction.shared import (
     BRISTLE,
     BRISTLE_SHARE,
@@ -82,7 +92,7 @@ LAW = FrictionLaw(
     write=lugre,
     damping=lambda p: p["sigma1"] + p["sigma2"],
     roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fs", viscous="sigma2", stribeck_velocity="vs"),
-    slots=frozenset(SLOTS),
+    slots=frozenset({*SLOTS, USE_OF_BRISTLE}),
     guess=_guess,
     nominal=_nominal,
     presliding_length=_presliding_length,

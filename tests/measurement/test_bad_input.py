@@ -61,6 +61,17 @@ TOML_FAULTS = [
     ("initial = 2.2e-4", "inital = 2.2e-4", r"inertia\.inital: .*did you mean initial"),
     ("{ initial = 2.2e-4, lower = 2e-5, upper = 2e-3 }", "2.2e-4", r"inertia: expected a table, got 0\.00022; write"),
     ("[joint.4.parameters]", "[joint.four.parameters]", r"joint\.four: expected a joint number"),
+    (
+        "[joint.4.parameters]",
+        '[joint.4]\nfriction = "Dahl"\n[joint.4.parameters]',
+        r"line 11, joint\.4\.friction: expected a friction law \(dahl, lugre, .*\), got 'Dahl'",
+    ),
+    (
+        "[joint.4.parameters]",
+        '[joint.4]\nfriction = "dahl"\n[joint.4.parameters]\nvs = { initial = 0.1 }',
+        r"joint\.4\.parameters\.vs: expected a parameter of a joint, got 'vs'",
+    ),
+    ("[joint.4.parameters]", "[joint.4.parameters]\nsigma9 = { initial = 1.0 }", r"sigma9: .*did you mean sigma"),
 ]
 
 

@@ -52,6 +52,7 @@ def campaigns(draw) -> Campaign:
         hold=draw(st.sampled_from(["zero", "linear"])),
         runs=tuple(draw(runs(f"run{k}", use, joint)) for k, use in enumerate(uses)),
         parameter_overrides={joint: {"Fs": {"fixed": draw(st.floats(1e-6, 1e3))}}},
+        friction=draw(st.sampled_from([{}, {joint: "lugre"}, {joint: "maxwell_slip"}])),
         extra={"source": {"licence": "none"}},
     )
 
@@ -62,7 +63,7 @@ def test_what_is_written_is_read_back_bit_for_bit(campaign):
     with tempfile.TemporaryDirectory() as place:
         found = read_campaign(write_campaign(campaign, Path(place) / "c"))
     assert found.title == one_line(campaign.title)  # a title is read as one printable line
-    for name in ("device", "measured", "hold", "parameter_overrides", "extra"):
+    for name in ("device", "measured", "hold", "parameter_overrides", "friction", "extra"):
         assert getattr(found, name) == getattr(campaign, name)
     for mine, theirs in zip(campaign.runs, found.runs, strict=True):
         for name in ("file", "free_joints", "use", "hold", "reason", "prismatic"):
