@@ -53,16 +53,29 @@ def possible_range(id: str) -> tuple[float, float]:
 
 
 def range_of(id: str, entry: Entry) -> tuple[float, float]:
-    """Return the bounds of a parameter: the stated ones, else the default ones, widened to hold what is stated."""
+    """Return the bounds of a parameter: the stated ones, else the default ones, widened to hold what is stated.
+
+    A lower bound of 0 on a positive parameter counts as none.
+    """
     row, value = ROWS[id], stated_value(entry)
     if "fixed" in entry:
         return entry["fixed"], entry["fixed"]
     inside = [row.lower, row.upper] if value is None else [row.lower, row.upper, value]
     lower, upper = entry.get("lower", float("-inf")), entry.get("upper", float("inf"))
-    return (
-        float(lower) if lower > float("-inf") else min(inside),
-        float(upper) if upper < float("inf") else max(inside),
-    )
+    highest = float(upper) if upper < float("inf") else max(inside)
+    if _is_only_positive(row, entry):
+        return min(inside) if min(inside) < highest else possible_range(id)[0], highest
+    return float(lower) if lower > float("-inf") else min(inside), highest
+
+
+def with_positive_bound(id: str, entry: Entry) -> dict[str, Any]:
+    """Return the entry, with a positive number for a lower bound of 0 on a parameter that is fitted as its logarithm.
+
+    Such a bound says no more than that the parameter is positive.
+    """
+    if _is_only_positive(ROWS[id], entry):
+        return {**entry, "lower": range_of(id, entry)[0]}
+    return dict(entry)
 
 
 def stated_value(entry: Entry) -> float | None:
@@ -71,6 +84,10 @@ def stated_value(entry: Entry) -> float | None:
         if key in entry:
             return float(entry[key])
     return float(entry["prior"]["mean"]) if "prior" in entry else None
+
+
+def _is_only_positive(row: Row, entry: Entry) -> bool:
+    return row.lower > 0 and entry.get("lower") == 0
 
 
 def _check_entry(row: Row, entry: Entry, where: str) -> None:
@@ -82,6 +99,8 @@ def _check_entry(row: Row, entry: Entry, where: str) -> None:
     prior = entry.get("prior", {})
     numbers = {**{key: entry[key] for key in ("fixed", "initial", "lower", "upper") if key in entry}, **prior}
     for key, value in numbers.items():
+        if key == "lower" and _is_only_positive(row, entry):
+            continue
         if key != "std" and abs(value) < float("inf"):
             _check_size(row, key, value, where)
     if "fixed" not in entry:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from haptid.model.device.reader import builtin_devices, load_device, parse_device
+from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.support.errors import InputError
 
 DEVICES = Path(__file__).parents[2] / "model" / "device" / "built_in"
@@ -185,3 +186,9 @@ def test_mimicking_joint_becomes_a_passive_link(tmp_path):
     device = load_device(tmp_path / "linked.urdf")
     assert len(device.joints) == 5
     assert dict(device.link("flange").moved_by) == {4: -1}
+
+
+def test_a_lower_bound_of_zero_is_taken_on_what_is_positive(tmp_path):
+    (tmp_path / "mine.toml").write_text(PENDULUM.replace(FS, "Fs = { initial = 0.2, lower = 0 }", 1))
+    equations = configuration_equations(load_device(tmp_path / "mine.toml"), (0,))
+    assert next(q for q in equations.parameters if q.id == "Fs").lower == 1e-7

@@ -2,7 +2,7 @@
 
 import pytest
 
-from haptid.model.device.stated_parameters import ROWS, check_parameters, range_of
+from haptid.model.device.stated_parameters import ROWS, check_parameters, range_of, with_positive_bound
 from haptid.support.errors import InputError
 
 
@@ -21,6 +21,7 @@ def place(name):
         {"Fs": {"initial": 0.6}, "Fc": {"initial": 0.5}},
         {"Fs": {"fixed": 0.5}, "Fc": {"fixed": 0.5}},
         {"epos": {"initial": 0.1, "std": 1e-6}},
+        {"sigma2": {"lower": 0}, "Fc": {"lower": 0.0, "upper": 1e-8}},
     ],
 )
 def test_what_can_be_is_taken(stated):
@@ -46,6 +47,9 @@ def test_default_values_are_taken(name):
         ({"inertia": {"fixed": 1e-300}}, "got 1e-300; check its unit"),
         ({"Ks": {"initial": -1.0}}, "expected initial from 0 to"),
         ({"inertia": {"lower": -1e300, "upper": 1e300}}, "leave lower out if it is unknown"),
+        ({"sigma2": {"lower": -1.0}}, "leave lower out if it is unknown"),
+        ({"sigma2": {"lower": 0.0, "initial": 0.0}}, "got 0; it must be positive"),
+        ({"sigma2": {"lower": 0.0, "upper": 0.0}}, "got 0; it must be positive"),
         ({"inertia": {"upper": -1.0}}, "expected upper from"),
         ({"inertia": {"upper": 1e-8}}, "expected lower < upper, got lower 1e-07, upper 1e-08; state both"),
         ({"inertia": {"lower": 1e-3, "upper": 1e-3}}, "fix it if it is known"),
@@ -65,3 +69,17 @@ def test_what_cannot_be_is_refused(stated, words):
     assert str(caught.value).startswith("a.toml, line 7, parameters.")
     assert words in str(caught.value)
     assert len(str(caught.value)) <= 293
+
+
+@pytest.mark.parametrize(
+    ("entry", "bounds"),
+    [
+        ({"lower": 0}, (1e-8, 1e3)),
+        ({"lower": 0.0, "initial": 1e-9, "upper": 0.1}, (1e-9, 0.1)),
+        ({"lower": 0.0, "upper": 1e-9}, (1e-11, 1e-9)),
+    ],
+)
+def test_a_lower_bound_of_zero_says_positive_and_no_more(entry, bounds):
+    assert range_of("sigma2", entry) == pytest.approx(bounds)
+    assert with_positive_bound("sigma2", entry)["lower"] == pytest.approx(bounds[0])
+    assert with_positive_bound("Ks", {"lower": 0.0}) == {"lower": 0.0}
