@@ -10,7 +10,7 @@ import click
 
 from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.finding.full_model import whole_finding
-from haptid.discrepancy.finding.stages import STAGES, staged
+from haptid.discrepancy.finding.stages import STAGES, run_stages
 from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
 from haptid.discrepancy.study.coupled_study import FEW, coupled_study_of
 from haptid.discrepancy.study.study import EFFORT, Study, study_of
@@ -117,7 +117,7 @@ def _together(
     asked: bool,
 ) -> None:
     """Study the runs in which several joints move: by a search where some are to be fitted and the joints are few."""
-    findings = [f for j in joints if (f := _found(out, j, entries)) is not None]
+    findings = [f for j in joints if (f := _find_named(out, j, entries)) is not None]
     if read.runs_of(joints, "fit") and (asked or len(joints) <= FEW):
         known = by_joint(findings)
         _study(coupled_study_of(read, joints, entries, known, threads=choices["workers"]), read, out, choices)
@@ -147,7 +147,7 @@ def _together(
     click.echo(f"  written below {out}: discrepancy/whole.json, .html")
 
 
-def _found(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | None:
+def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | None:
     """Return what was named of a joint tested alone, None where its test was not studied or has no name."""
     path = out / "discrepancy" / f"joint{joint}.json"
     if not path.exists():
@@ -162,7 +162,7 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
     if choices["stage"] != "all":
         with bar:
             options = {"seed": choices["seed"], "starts": choices["starts"]}
-            done = staged(study, choices["stage"], **options, tell=bar.set_description)
+            done = run_stages(study, choices["stage"], **options, tell=bar.set_description)
         name = f"{study.name}_{done.stage}"
         write_json(out / "discrepancy" / f"{name}.json", done.as_json(measured=read.measured))
         save(stage_picture(done), out / "discrepancy" / f"{name}.png")
@@ -170,7 +170,7 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
         return
     with bar:
         finding = find(study, out, **_options(choices), tell=bar.set_description)
-    _written(finding, read, out, choices["seed"])
+    _write_finding(finding, read, out, choices["seed"])
 
 
 def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:
@@ -195,7 +195,7 @@ def _options(choices: dict[str, Any]) -> dict[str, Any]:
     return {"kind": kind, "seed": choices["seed"], "starts": choices["starts"]}
 
 
-def _written(finding: Finding, campaign: Campaign, out: Path, seed: int) -> None:
+def _write_finding(finding: Finding, campaign: Campaign, out: Path, seed: int) -> None:
     data, study = as_json(finding, measured=campaign.measured, seed=seed), finding.search.study
     folder = out / "discrepancy"
     write_json(folder / f"{study.name}.json", data)

@@ -11,7 +11,7 @@ import click
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.content.reference_run import OverflowingError
-from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, read_finding, refitted
+from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint, read_finding
 from haptid.fmu_build.exchange.identification_check import (
     check_for_device,
     check_orders,
@@ -55,7 +55,7 @@ def export_full(
     parameter set ``start`` overrules both.
     """
     equations = full_equations(device.with_friction(friction_by_joint(identification)), by_joint(findings))
-    found = with_start_values(refitted(of_device(identification), findings).among(equations), start, equations)
+    found = with_start_values(apply_refits(of_device(identification), findings).among(equations), start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
 
@@ -66,7 +66,7 @@ def export_joint(
     entries, found = entries_of(identification, joint), of_joint(identification, joint)
     slides, friction = entries["inertia"].get("unit") == "kg", friction_by_joint(identification)[joint]
     table = [q for q in joint_parameters(prismatic=slides, friction=friction) if q.id in found.values]
-    parameters = [_bounded(q, found.values[q.id], entries[q.id]) for q in table]
+    parameters = [_set_within_bounds(q, found.values[q.id], entries[q.id]) for q in table]
     equations = joint_equations(joint, parameters=parameters, prismatic=slides, friction=friction)
     found = with_start_values(found, start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
@@ -78,7 +78,7 @@ def export_parameters(device: Device, identification: Mapping[str, Any], path: P
     return write_ssv(path, *of_device(identification).among(equations).named(equations), name=device.name)
 
 
-def _bounded(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:
+def _set_within_bounds(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:
     """Return the parameter at its identified value, within the bounds that the fit had where they are written down."""
     given = entry.get("lower")
     lower = q.lower if given is None or (q.scale == "log" and given <= 0) else float(given)

@@ -124,12 +124,12 @@ def main(
         out=out,
         scheduler=scheduler,
     )
-    steps, data = _fitted(job)
+    steps, data = _fit_configurations(job)
     whole, verification = _whole(job, steps)
     data |= {"links": _links_json(whole), "verification": verification.as_json()}
     data["whole"] = dict(whole.values) if whole else {}
     write_json(job.file, data)
-    exported = [] if no_export else _exported(job, data, verification)
+    exported = [] if no_export else _export(job, data, verification)
     traces = [traces_of(step, job.build) for step in steps]
     page = identification_page(read.title, steps, traces, data, verification)
     write_text(job.out / "report.html", page)
@@ -138,7 +138,7 @@ def main(
     click.echo(f"written below {job.out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
 
 
-def _fitted(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
+def _fit_configurations(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
     """Fit every configuration; the results so far are on disk after each."""
     digest = inputs_digest(job.campaign, job.device, job.configurations, job.options, str(job.kind))
     entries = kept_entries(job.file, digest)
@@ -230,7 +230,7 @@ def _links_json(whole: Whole | None) -> dict[str, Any]:
     }
 
 
-def _exported(job: Job, data: dict[str, Any], checks: Verification) -> list[Path]:
+def _export(job: Job, data: dict[str, Any], checks: Verification) -> list[Path]:
     """Export the whole device, or the single joint, as FMUs and a parameter set."""
     kinds: tuple[tuple[Kind, str], ...] = (("python", ""), ("native", "_native"))
     if job.device is None:

@@ -15,7 +15,7 @@ import tomli_w
 
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.format.table import SUFFIXES, Table, read_table
-from haptid.measurement.making.mapping import Target, free_joints, mapped, parse_map
+from haptid.measurement.making.mapping import Target, free_joints, map_columns, parse_map
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
@@ -67,7 +67,7 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | 
         inner = Path(draft) / out.name
         _write(inner, tables, answers)
         with warnings_on_stderr():
-            campaign = _checked(inner, folder)
+            campaign = _check_draft(inner, folder)
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
@@ -77,7 +77,7 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | 
     click.echo(f"next: python -m measurement.check {out}")
 
 
-def _checked(draft: Path, folder: Path) -> Campaign:
+def _check_draft(draft: Path, folder: Path) -> Campaign:
     """Read the draft; what is wrong with it is told of the user's own tables."""
     try:
         return read_campaign(draft)
@@ -98,8 +98,8 @@ def _tables(folder: Path) -> list[Table]:
 
 def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], targets: dict[str, Target]) -> Answers:
     if _can_ask():
-        flags = _asked(folder, tables, flags)
-        targets = {**targets, **_asked_columns(tables, targets)}
+        flags = _ask(folder, tables, flags)
+        targets = {**targets, **_ask_columns(tables, targets)}
     names = {table.path.name for table in tables}
     unknown = [name for name in flags["validate"] if name not in names]
     if unknown:
@@ -117,7 +117,7 @@ def _can_ask() -> bool:
     return sys.stdin.isatty()
 
 
-def _asked(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str, Any]:
+def _ask(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str, Any]:
     """Ask for title, device, origin and validation runs where no flag gives them."""
     flags = dict(flags)
     if flags["title"] is None:
@@ -133,7 +133,7 @@ def _asked(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str
     return flags
 
 
-def _asked_columns(tables: list[Table], targets: dict[str, Target]) -> dict[str, Target]:
+def _ask_columns(tables: list[Table], targets: dict[str, Target]) -> dict[str, Target]:
     """Ask what the columns are where the first table lacks the fixed names."""
     first = tables[0]
     names = {targets[name].name if name in targets else name for name in first.columns}
@@ -152,7 +152,7 @@ def _write(folder: Path, tables: list[Table], answers: Answers) -> None:
     runs: list[dict[str, Any]] = []
     sensor: dict[str, float | None] = {}
     for table in tables:
-        frame = mapped(table, answers.targets)
+        frame = map_columns(table, answers.targets)
         joints = free_joints(list(frame.columns), str(table.path), answers.free)
         use = "validate" if table.path.name in answers.validate else "fit"
         runs.append({"file": table.path.name, "free_joints": list(joints), "use": use})
@@ -160,14 +160,14 @@ def _write(folder: Path, tables: list[Table], answers: Answers) -> None:
         for unit in ("rad", "m"):
             if any(f"position_{joint}_{unit}" in frame for joint in joints):
                 sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
-    device = _copied_device(answers.device, folder)
+    device = _copy_device(answers.device, folder)
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
     known = {key: value for key, value in sensor.items() if value is not None}
     content = {"campaign": head, **({"sensor": known} if known else {}), "runs": runs}
     write_text(folder / "campaign.toml", tomli_w.dumps(content))
 
 
-def _copied_device(device: str, folder: Path) -> str:
+def _copy_device(device: str, folder: Path) -> str:
     """Copy a device file that exists here into the campaign, which stays whole wherever it goes."""
     path = Path(device)
     if path.suffix not in (".toml", ".urdf") or not is_file(path):

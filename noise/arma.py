@@ -67,7 +67,7 @@ def _repeating(run: Run) -> Regressed:
     return Regressed.by(np.column_stack((harmonics(run, cycles, highest=60.0, most=60, drifting=True), cycles.inside)))
 
 
-def _left_over(r: Array, run: Run, lines: Sequence[float] = ()) -> tuple[Array, Array, Array]:
+def _residual_periodogram(r: Array, run: Run, lines: Sequence[float] = ()) -> tuple[Array, Array, Array]:
     """Frequency [rad per row], periodogram of the residual's non-repeating part, share that is left; each (n_f,).
 
     The ``lines`` [rad/s] are taken out with it, and what lies up to half a wave in the run beside.
@@ -104,8 +104,8 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
         return Colour()
     spacing, lines = float(np.median(np.diff(runs[0].t))), list[float]()
     while True:
-        left = [_left_over(r, run, lines) for r, run in whole]
-        colour = _fitted(left, spacing)
+        left = [_residual_periodogram(r, run, lines) for r, run in whole]
+        colour = _fit_periodograms(left, spacing)
         height, angle = max(_tallest(one, colour) for one in left)
         if colour.white or height < LINE or len(lines) == LINES:
             return colour
@@ -120,7 +120,7 @@ def _tallest(left: tuple[Array, Array, Array], colour: Colour) -> tuple[float, f
     return float(height[at]), float(angle[at])
 
 
-def _fitted(each: Sequence[tuple[Array, Array, Array]], spacing: float) -> Colour:
+def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float) -> Colour:
     """Fit periodograms with the shares that are left of them, of rows that are ``spacing`` [s] apart."""
     angle = np.concatenate([angle[left > LEFT] for angle, _, left in each])
     power = np.concatenate([(power / np.maximum(left, LEFT))[left > LEFT] for _, power, left in each])

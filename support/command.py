@@ -20,9 +20,9 @@ from typing import Any, ParamSpec, TextIO, TypeVar
 import click
 from tqdm import tqdm
 
-from haptid.support.errors import LONGEST, HaptidError, InputError, one_line, shortened
+from haptid.support.errors import LONGEST, HaptidError, InputError, one_line, shorten
 from haptid.support.files.files import check_writable, written
-from haptid.support.files.folder_lock import locked
+from haptid.support.files.folder_lock import lock_folder
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -60,27 +60,27 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
             with _termination_ends_like_an_interrupt():
                 function(*args, **kwargs)
         except HaptidError as error:
-            click.echo(f"error: {shortened(one_line(str(error)), LONGEST)}", err=True)
+            click.echo(f"error: {shorten(one_line(str(error)), LONGEST)}", err=True)
             sys.exit(error.exit_code)
         except BrokenExecutor:
             todo = "repeat, with fewer --workers where memory was short"
-            click.echo(f"error: a worker process was killed; {_kept()}; {todo}", err=True)
+            click.echo(f"error: a worker process was killed; {_wrote_anything()}; {todo}", err=True)
             sys.exit(HaptidError.exit_code)
         except MemoryError:
-            click.echo(f"error: not enough memory; {_kept()}; repeat with fewer --workers", err=True)
+            click.echo(f"error: not enough memory; {_wrote_anything()}; repeat with fewer --workers", err=True)
             sys.exit(HaptidError.exit_code)
         except OSError as error:
             if isinstance(error, BrokenPipeError) and _nobody_reads():
                 sys.exit(CLOSED)
             where = f"{error.filename}: " if error.filename is not None else ""
-            told = shortened(one_line(where + (error.strerror or str(error))), LONGEST - 150)
+            told = shorten(one_line(where + (error.strerror or str(error))), LONGEST - 150)
             todo = (
                 f"; free some space there, in {tempfile.gettempdir()} and in the cache" if error.errno in _FULL else ""
             )
-            click.echo(f"error: {told}; {_kept()}{shortened(todo, 100)}", err=True)
+            click.echo(f"error: {told}; {_wrote_anything()}{shorten(todo, 100)}", err=True)
             sys.exit(HaptidError.exit_code)
         except KeyboardInterrupt as stop:
-            click.echo(f"interrupted: {_kept()}", err=True)
+            click.echo(f"interrupted: {_wrote_anything()}", err=True)
             sys.exit(TERMINATED if isinstance(stop, Terminated) else INTERRUPTED)
 
     return wrapped
@@ -111,7 +111,7 @@ def _has_no_reader(stream: TextIO) -> bool:
         return False
 
 
-def _kept() -> str:
+def _wrote_anything() -> str:
     """Say whether this command has written anything of its own, the cache apart."""
     cached = Path(os.environ.get("HAPTID_CACHE") or Path("~/.cache/haptid").expanduser()).absolute()
     own = any(not path.absolute().is_relative_to(cached) for path in written)
@@ -171,7 +171,7 @@ def _with_folder(function: Callable[..., T]) -> Callable[..., T]:
     @exit_codes  # type: ignore[arg-type] # what click calls returns nothing
     def wrapped(*args: Any, out: Path, **kwargs: Any) -> T:
         check_writable(out)
-        with locked(out):
+        with lock_folder(out):
             return function(*args, out=out, **kwargs)
 
     return wrapped  # type: ignore[return-value] # as above

@@ -29,7 +29,9 @@ class InputError(HaptidError):
 
     def __init__(self, where: str, *, expected: str, got: str, todo: str = "") -> None:
         parts = [one_line(part) for part in (where, expected, got, todo)]
-        self.where, self.expected, self.got, self.todo = _fitted(parts, LONGEST - len(_line("", "", "", "x")) + 1)
+        self.where, self.expected, self.got, self.todo = _fit_into_room(
+            parts, LONGEST - len(_line("", "", "", "x")) + 1
+        )
         super().__init__(_line(self.where, self.expected, self.got, self.todo))
 
     def __reduce__(self) -> tuple[object, ...]:
@@ -49,7 +51,7 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape", "backslashreplace").decode() for c in joined)
 
 
-def shortened(text: str, most: int) -> str:
+def shorten(text: str, most: int) -> str:
     """Return ``text`` with its middle left out where it is longer than ``most`` characters.
 
     Examples
@@ -63,7 +65,7 @@ def shortened(text: str, most: int) -> str:
     return text[:head] + "…" + text[len(text) - (most - 1 - head) :]
 
 
-def _fitted(parts: list[str], room: int) -> list[str]:
+def _fit_into_room(parts: list[str], room: int) -> list[str]:
     """Shorten the longest parts, each to the same length, until all fit into ``room`` characters."""
     if sum(map(len, parts)) <= room:
         return parts
@@ -71,7 +73,7 @@ def _fitted(parts: list[str], room: int) -> list[str]:
     while least < most:
         middle = (least + most + 1) // 2
         least, most = (middle, most) if sum(min(len(part), middle) for part in parts) <= room else (least, middle - 1)
-    return [shortened(part, least) for part in parts]
+    return [shorten(part, least) for part in parts]
 
 
 def _line(where: str, expected: str, got: str, todo: str) -> str:

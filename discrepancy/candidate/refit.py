@@ -70,9 +70,9 @@ class Candidate:
         return self.bic - 2.0 * self.prediction.score
 
 
-def judged(study: Study, solution: Solution, calls: int) -> Candidate:
+def score_candidate(study: Study, solution: Solution, calls: int) -> Candidate:
     """Score a solution on fitted and unseen runs."""
-    k = informed(solution)
+    k = count_informed_parameters(solution)
     return Candidate(
         solution=solution,
         prediction=predict(study, solution),
@@ -82,7 +82,7 @@ def judged(study: Study, solution: Solution, calls: int) -> Candidate:
     )
 
 
-def informed(solution: Solution) -> int:
+def count_informed_parameters(solution: Solution) -> int:
     """Count the parameters of effects and noise that the data inform; those of the base are common to all models."""
     own = {q.id for e in solution.effects for q in e.parameters}
     amplitudes = {q.id for e in solution.effects for q in e.parameters[: e.amplitudes]}
@@ -137,10 +137,10 @@ def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solu
     what its gap asks for, by a linear estimate, makes the joint stick and slip.
     """
     amplitude = np.array(near(effect, score.amplitude))
-    begun = _begun(study, current, effect, score, amplitude)
+    begun = _start_refit(study, current, effect, score, amplitude)
     if begun.log_likelihood > current.log_likelihood - LOST:
         return begun
-    again = _begun(study, current, effect, score, LESS * amplitude)
+    again = _start_refit(study, current, effect, score, LESS * amplitude)
     return replace(likeliest(begun, again), calls=begun.calls + again.calls)
 
 
@@ -149,12 +149,12 @@ def likeliest(*fits: Solution) -> Solution:
     return max(fits, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
 
 
-def _begun(study: Study, current: Solution, effect: Effect, score: Score, amplitude: Array) -> Solution:
+def _start_refit(study: Study, current: Solution, effect: Effect, score: Score, amplitude: Array) -> Solution:
     values = current.values | start_values(effect, score.point, amplitude.tolist())
     return _roughly(study, (*current.effects, effect), current.noise, values, current.x0, FIRST)
 
 
-def continued(study: Study, current: Solution, begun: Solution, score: Score) -> tuple[Solution, int]:
+def continue_refit(study: Study, current: Solution, begun: Solution, score: Score) -> tuple[Solution, int]:
     """Go on with what was begun, and from the next best shape unlike it; return the better and the cost."""
     further = [_roughly(study, begun.effects, begun.noise, begun.values, begun.x0, MORE)]
     if score.others and score.others[0][1] > ALIKE * score.T:
@@ -199,7 +199,7 @@ def settle(
 ) -> Candidate:
     """Fit to the end, with the noise model estimated from the fit's own residuals until it rests."""
     solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
-    solution, calls = sharpened(study, solution, calls + solution.calls)
+    solution, calls = sharpen_jumps(study, solution, calls + solution.calls)
     for k in range(SETTLING):
         noise = estimate(study, solution, paths)
         if alike(noise, solution.noise, study.fitted[0].sensor_std):
@@ -211,10 +211,10 @@ def settle(
         solution = again
         if k >= 1 and omnibus(study, solution).far:
             break
-    return judged(study, solution, calls)
+    return score_candidate(study, solution, calls)
 
 
-def sharpened(study: Study, solution: Solution, calls: int, edge: float = 0.0) -> tuple[Solution, int]:
+def sharpen_jumps(study: Study, solution: Solution, calls: int, edge: float = 0.0) -> tuple[Solution, int]:
     """Make jumps that are rounded off sharper, step by step, as long as that is more likely; return the cost too.
 
     None is made sharper than ``edge``.

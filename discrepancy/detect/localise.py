@@ -94,7 +94,7 @@ def maps(runs: Sequence[Run], simulated: Sequence[Array]) -> tuple[Map, ...]:
         return _map(name, all_rows, energy, np.ones_like(energy), _even(all_rows) if edges is None else edges, labels)
 
     cycles = [find_cycles(run) for run in runs]
-    turns = _counted(max(c.count for c in cycles))
+    turns = _count_edges(max(c.count for c in cycles))
     numbers = [np.full(run.t.size, float(k)) for k, run in enumerate(runs)]
     signs = [np.where(v < 0.0, -1.0, 1.0) for v in speed]
     return (
@@ -113,7 +113,7 @@ def _even(values: Array) -> Array:
     return np.linspace(values.min(), max(values.max(), values.min() + 1e-12), BINS + 1)
 
 
-def _counted(count: int) -> Array:
+def _count_edges(count: int) -> Array:
     """Return edges of bins about the numbers from 0 to count − 1, as many of them in each as have to be."""
     each = -(-count // BINS)
     return np.minimum(np.arange(-(-count // each) + 1) * each, count) - 0.5
@@ -159,7 +159,7 @@ def regions(found: Sequence[Map]) -> tuple[Region, ...]:
     return tuple(sorted(regions, key=lambda r: (r.variable == "frequency_rad_s", r.share_of_rows - r.share_of_gap)))
 
 
-def told(found: Sequence[Region], prismatic: Sequence[bool], joint: str = "") -> list[str]:
+def describe_regions(found: Sequence[Region], prismatic: Sequence[bool], joint: str = "") -> list[str]:
     """Return sentences on the two most telling regions and on the frequencies."""
     first = [r for r in found if r.variable != "frequency_rad_s"][:2]
     return [r.sentence(prismatic, joint) for r in (*first, *(r for r in found if r.variable == "frequency_rad_s"))]

@@ -85,7 +85,7 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
         found["band"] += [dct(both[c.rows], axis=0, norm="ortho")[:lines] for c in own]
         first += run.y.size
     freedom = solution.noise.colour.freedom
-    tests = {name: _tested(np.concatenate(rows), freedom) for name, rows in found.items()}
+    tests = {name: _test_channel(np.concatenate(rows), freedom) for name, rows in found.items()}
     parts = {name: test[2] for name, test in tests.items()} | {"line": _tallest(np.concatenate(found["band"]), freedom)}
     return Omnibus(
         energy=tests["repeating"][0], dof=tests["repeating"][1], p=min(1.0, len(parts) * min(parts.values())),
@@ -106,7 +106,7 @@ def _waves(run: Run, own: Sequence[Channel], whiten: Whitener, *, drifting: bool
     return np.concatenate(columns, axis=1)
 
 
-def _tested(rows: Array, freedom: float) -> tuple[float, float, float]:
+def _test_channel(rows: Array, freedom: float) -> tuple[float, float, float]:
     return satterthwaite(rows[:, 0], rows[:, 1:], freedom)
 
 

@@ -81,14 +81,14 @@ def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
     found: list[tuple[dict[str, float], ...]] = []
     for combination in itertools.product(*(grid for _, grid in effect.shapes)):
         chosen = initial | {id: value for (id, _), value in zip(effect.shapes, combination, strict=True)}
-        if _gridded(effect):
+        if _has_grid_of_amplitudes(effect):
             found.append((chosen,))
         else:
             found.append(tuple(chosen | {a: 0.0 for a in amplitudes if a != alone} for alone in amplitudes))
     return found
 
 
-def _gridded(effect: Effect) -> bool:
+def _has_grid_of_amplitudes(effect: Effect) -> bool:
     """Whether the grid of an effect holds amplitudes."""
     return bool({id for id, _ in effect.shapes} & {x.id for x in effect.parameters[: effect.amplitudes]})
 
@@ -97,7 +97,7 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
     """Return the shapes of one entry and its raw columns over σ (n_rows, n_columns), rows of all runs stacked."""
     simulator = study.sketcher((*solution.effects, effect))
     grid = shapes(effect)
-    share = 1.0 if _gridded(effect) else SHARE
+    share = 1.0 if _has_grid_of_amplitudes(effect) else SHARE
     amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
     sets = [{}, *(values | {a: share * values[a] for a in amplitudes} for point in grid for values in point)]
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral

@@ -12,7 +12,7 @@ from typing import Any
 
 from haptid.discrepancy.finding.finding import SCHEMA
 from haptid.discrepancy.verdict.verdict import Verdict
-from haptid.fmu_build.exchange.discrepancy_json import Finding, by_joint, refitted
+from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint
 from haptid.fmu_build.exchange.identification_json import of_device
 from haptid.identification.verification.result import JointCheck, Verification
 from haptid.identification.verification.verify import verify
@@ -79,11 +79,11 @@ def whole_finding(
     before = verify(device, identified.among(full_equations(device)).values, runs, controller)
     after = before
     if effects:
-        with_them = refitted(identified, findings).among(full_equations(device, effects))
+        with_them = apply_refits(identified, findings).among(full_equations(device, effects))
         after = verify(device, with_them.values, runs, controller, effects=effects)
-    spread = _spread(identification)
+    spread = _parameter_spread(identification)
     rows = tuple(
-        _missed(*where, one, two, spread.get((*where, one.joint), 0.0))
+        _residual_rms(*where, one, two, spread.get((*where, one.joint), 0.0))
         for (where, one), (_, two) in zip(_each(before), _each(after), strict=True)
     )
     names = names_of(effects)
@@ -95,7 +95,7 @@ def _each(found: Verification) -> list[tuple[tuple[str, str], JointCheck]]:
     return [((run.file, str(run.mode)), one) for run in found.runs for one in run.joints]
 
 
-def _missed(file: str, mode: str, before: JointCheck, after: JointCheck, spread: float) -> Missed:
+def _residual_rms(file: str, mode: str, before: JointCheck, after: JointCheck, spread: float) -> Missed:
     noise = before.rmse_rad / before.rmse_over_noise
     expected = float((noise**2 + spread**2) ** 0.5)
     return Missed(
@@ -104,7 +104,7 @@ def _missed(file: str, mode: str, before: JointCheck, after: JointCheck, spread:
     )  # fmt: skip
 
 
-def _spread(identification: Mapping[str, Any]) -> dict[tuple[str, str, int], float]:
+def _parameter_spread(identification: Mapping[str, Any]) -> dict[tuple[str, str, int], float]:
     """Return the standard deviation that the parameters' uncertainty gives, by run, mode and joint."""
     return {
         (run["file"], run["mode"], one["joint"]): float(one["spread_rad"] or 0.0)

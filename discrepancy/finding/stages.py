@@ -9,13 +9,13 @@ from typing import Any, Literal
 import numpy as np
 
 from haptid.discrepancy.candidate.candidate import FAMILY, LACK
-from haptid.discrepancy.detect.localise import Map, Region, regions, told
+from haptid.discrepancy.detect.localise import Map, Region, describe_regions, regions
 from haptid.discrepancy.detect.omnibus import Omnibus, omnibus
 from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.finding.finding import Curve, curves_of, most_missed
 from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.solution import Solution
-from haptid.discrepancy.search.forward_selection import based, scored, under_own_noise
+from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, under_own_noise
 from haptid.discrepancy.study.study import Study
 from haptid.support.numbers import plain
 from haptid.support.processes.threads import on_one_thread
@@ -80,7 +80,7 @@ class Staged:
             none = "No entry of the catalogue looks like what is left."
             return f"Looks like what is left, before any refit: {', '.join(found)}." if found else none
         if self.maps and self.gap:
-            return " ".join((self._amount, *told(self.regions, self.study.fitted[0].prismatic)))
+            return " ".join((self._amount, *describe_regions(self.regions, self.study.fitted[0].prismatic)))
         return f"{self._amount} {self._kind}".rstrip()
 
     @property
@@ -107,9 +107,9 @@ class Staged:
 
 
 @on_one_thread
-def staged(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable[[str], None]) -> Staged:
+def run_stages(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable[[str], None]) -> Staged:
     """Run the stages of one study up to ``stage``."""
-    study, base = based(study, seed=seed, starts=starts, tell=tell)
+    study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
     _, plain = under_own_noise(study, base)
     seen, unseen = (predict(study, plain, runs).y for runs in (study.fitted, study.unseen))
     runs, y = (study.unseen, unseen) if study.unseen else (study.fitted, seen)
@@ -118,7 +118,7 @@ def staged(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable
     if stage == "where":
         joint, maps = most_missed((*study.fitted, *study.unseen), (*seen, *unseen))
     if stage == "what":
-        found = scored(study, plain, tell)[2]
+        found = score_catalogue(study, plain, tell)[2]
     left = omnibus(study, plain)
     return Staged(
         stage=stage, study=study, plain=plain, left=left, curves=curves_of(runs, y, y), maps=maps,

@@ -122,7 +122,7 @@ def find_torque(
         regions=regions(energy),
         maps=energy,
         remaining=_remaining(found),
-        fmu=_built(found, out / "fmu", kind) if final.effects else None,
+        fmu=_build_fmu(found, out / "fmu", kind) if final.effects else None,
         considered=len(known),
         wall_s=time.perf_counter() - began,
     )
@@ -158,7 +158,7 @@ def _remaining(found: TorqueSearch) -> Remaining:
     return Remaining(position=middle, up=mean(v > 0), down=mean(v < 0), std=rms(r) / np.sqrt(each))
 
 
-def _built(found: TorqueSearch, out: Path, kind: Kind) -> Fmu:
+def _build_fmu(found: TorqueSearch, out: Path, kind: Kind) -> Fmu:
     final, study = found.final, found.study
     std, source = final.std, "fitted to the torque of measured motion"
     provenance = {id: Provenance(source=source, std=error, status="identified") for id, error in std.items() if error}

@@ -28,7 +28,7 @@ ON_GRID = 1e-9
 """Distance from a shape, in those of its grid, below which both are the same."""
 
 
-def observed(study: Study, effects: Sequence[Effect]) -> Whitened:
+def lay_out_under_observer(study: Study, effects: Sequence[Effect]) -> Whitened:
     """Lay out base and effects with the observer and weak priors, under white noise."""
     guided = replace(study, base=with_guides(study.base))
     whiteners = tuple(Whitener() for _ in study.fitted)
@@ -73,19 +73,19 @@ class Guided:
         return replace(self, x=x, cost=cost, level=level, calls=calls)
 
 
-def guided(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> Guided:
+def start_under_observer(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> Guided:
     """Lay out base and effects under the observer, from ``values``."""
-    problem = observed(study, effects)
+    problem = lay_out_under_observer(study, effects)
     start = start_vector(problem.simulator.equations, values)
     return Guided(problem=problem, x=feasible(problem, problem.first(start)))
 
 
 def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:
     """Return what was sketched at a long inner step as a fit at that of ``study``, its simulations counted anew."""
-    return replace(sketched, problem=observed(study, effects), calls=0)
+    return replace(sketched, problem=lay_out_under_observer(study, effects), calls=0)
 
 
-def released(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:
+def release_observer(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:
     """Go through the gains that are left, then fit without observer, under white noise, to ``tolerance``.
 
     Returns
@@ -109,10 +109,10 @@ def through_homotopy(
     solution, calls
         Its optimum, and how many simulations of all runs it took.
     """
-    return released(study, effects, guided(study, effects, values), tolerance)
+    return release_observer(study, effects, start_under_observer(study, effects, values), tolerance)
 
 
-def held(effect: Effect, values: Mapping[str, float]) -> Effect:
+def hold_shapes(effect: Effect, values: Mapping[str, float]) -> Effect:
     """Return the effect with a weak prior around each shape in ``values``, half a step of its grid wide.
 
     Far from the optimum one step may lead to where the shape hardly acts (waves too short for the motion), and no later

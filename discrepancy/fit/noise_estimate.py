@@ -17,7 +17,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.noise.arma import estimate_colour
 from haptid.noise.correlation import Colour, Noise, Path, Scatter, Whitener
 from haptid.noise.reml import best_scatter
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 PATHS: tuple[Path, ...] = ("reading", "torque")
 GAIN = 14.0
@@ -78,10 +78,10 @@ def _columns(study: Study, solution: Solution, scatter: Scatter) -> list[Array]:
     def one(run: Run, sent: Run, x0: Array) -> Array:
         return cycle_columns(simulator, run, scatter, solution.theta, x0, cycles=cycles_of(sent, scatter))
 
-    return mapped(one, solution.problem.runs, study.fitted, solution.x0, threads=study.threads)
+    return map_threads(one, solution.problem.runs, study.fitted, solution.x0, threads=study.threads)
 
 
-def _scaled(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
+def _scatter_columns(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
     """S = s·M of every fitted run, the columns of all ``scatters`` side by side: (n_t, n_joints, K)."""
     each = [[scatter.size * M for M in _columns(study, solution, scatter)] for scatter in scatters]
     return [np.concatenate(of_run, axis=2) for of_run in zip(*each, strict=True)]
@@ -91,13 +91,13 @@ def _whiteners(study: Study, solution: Solution, colour: Colour, scatters: Seque
     """Whiteners of the fitted runs under a colour and ``scatters``."""
     if not scatters:
         return [Whitener.of(colour) for _ in study.fitted]
-    return [Whitener.of(colour, S) for S in _scaled(study, solution, scatters)]
+    return [Whitener.of(colour, S) for S in _scatter_columns(study, solution, scatters)]
 
 
 def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
     """Residuals of the runs without the best linear prediction of the cycles' amplitudes, each (n_t, n_joints)."""
     left = []
-    for r, S in zip(solution.raw.rows, _scaled(study, solution, scatters), strict=True):
+    for r, S in zip(solution.raw.rows, _scatter_columns(study, solution, scatters), strict=True):
         left.append(r - S @ most_probable(S.reshape(r.size, -1), r.ravel()))
     return left
 
@@ -119,7 +119,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
     """
     if path == "torque":
         scatter = Scatter(path=path, column=column)
-        return _restricted(solution, _columns(study, solution, scatter), whiteners, scatter)
+        return _estimate_by_reml(solution, _columns(study, solution, scatter), whiteners, scatter)
     readings = [run.y[:, column] for run in study.fitted]
     middle = float(np.mean([y.mean() for y in readings]))
     reach = 0.3 * max(float(np.ptp(y)) for y in readings)
@@ -129,7 +129,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
 
     def about(centre: float) -> Weighed:
         moved = [M - (centre - middle) * m / s for M, m, s in zip(columns, masks, std, strict=True)]
-        return _restricted(solution, moved, whiteners, Scatter(path=path, centre=centre, column=column))
+        return _estimate_by_reml(solution, moved, whiteners, Scatter(path=path, centre=centre, column=column))
 
     first = about(middle)
     if first.gain < WORTH:
@@ -139,7 +139,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
     return about(float(best.x))
 
 
-def _restricted(
+def _estimate_by_reml(
     solution: Solution, columns: Sequence[Array], whiteners: Sequence[Whitener], scatter: Scatter
 ) -> Weighed:
     """Scatter of largest restricted likelihood, parameters and one amplitude per run projected out."""

@@ -7,13 +7,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.discrepancy.fit.homotopy import observed, through_homotopy
+from haptid.discrepancy.fit.homotopy import lay_out_under_observer, through_homotopy
 from haptid.discrepancy.fit.solution import Solution, start_vector
 from haptid.discrepancy.study.study import Study
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.measurement.values.run import Array
 from haptid.support.errors import NumericalError
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 AGREE = 2
 """Starts that must reach the best minimum before the rest are left out."""
@@ -55,7 +55,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
     The first start is at ``values`` where given, at the first guesses otherwise.
     """
     first = start_vector(study.base, values or {})
-    scaling = observed(study, ()).scaling
+    scaling = lay_out_under_observer(study, ()).scaling
     found: list[Solution] = []
     calls = 0
     for solution, used in _fits(study, sobol_starts(scaling, first, starts, seed)):
@@ -81,4 +81,4 @@ def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int
         return through_homotopy(alone, (), named)
 
     for k in range(0, len(starts), AGREE):
-        yield from mapped(one, starts[k : k + AGREE], threads=study.threads)
+        yield from map_threads(one, starts[k : k + AGREE], threads=study.threads)

@@ -102,7 +102,7 @@ def _readings(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
     return simulator.simulate(theta, run, x0=x0).y[:, : run.y.shape[1]]
 
 
-def relinearised(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
+def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
     """Return the run about the most probable amplitudes of its cycles, and S = s·M (n_t, n_joints, K) there.
 
     With torque u·exp(s·ξ) in a cycle, ξ standard normal, the reading is linearised about the posterior mean ξ̂ instead
@@ -123,7 +123,7 @@ def relinearised(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: A
         return run, columns(run)
     b: Array = np.zeros(s.size)
     for _ in range(LINEARISATIONS):
-        moved = run.but(u=run.u * np.exp(_spread(b, noise.scatters, cycles, run)))
+        moved = run.but(u=run.u * np.exp(_spread_over_rows(b, noise.scatters, cycles, run)))
         S = columns(moved)
         if not np.isfinite(S).all():
             return run, S
@@ -142,7 +142,7 @@ def most_probable(S: Array, r: Array) -> Array:
     return np.asarray(np.linalg.lstsq(S.T @ S + np.eye(S.shape[1]), S.T @ r, rcond=None)[0])
 
 
-def _spread(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run: Run) -> Array:
+def _spread_over_rows(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run: Run) -> Array:
     """Value of b in every row of its joint, (n_t, n_joints); 0 outside all cycles."""
     spread, first = np.zeros(run.u.shape), 0
     for scatter, c in zip(scatters, cycles, strict=True):

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.discrepancy.fit.scatter import relinearised
+from haptid.discrepancy.fit.scatter import relinearise_cycles
 from haptid.discrepancy.fit.whitened import Whitened
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.discrepancy.study.study import Study
@@ -17,7 +17,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Equations
 from haptid.noise.correlation import Noise, Scatter, Whitener
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 SCATTER = "amplitude_scatter"
 """Entry of the catalogue that is random: it stands in the noise."""
@@ -126,9 +126,9 @@ def under_noise(
         )
 
     def one(run: Run, start: Array) -> tuple[Run, Array]:
-        return relinearised(simulator, run, noise, theta, start)
+        return relinearise_cycles(simulator, run, noise, theta, start)
 
-    about = mapped(one, runs, x0, threads=threads)
+    about = map_threads(one, runs, x0, threads=threads)
     whiteners = tuple(Whitener.of(noise.colour, S) for _, S in about)
     return Whitened.under(simulator, tuple(run for run, _ in about), whiteners, threads=threads)
 
@@ -165,7 +165,7 @@ def solve(
     for _ in range(ROUNDS if noise.scatters and settled else 1):
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
         if study.alone and noise.on_torque:
-            problem, x = _balanced(study, simulator, noise, problem, x)
+            problem, x = _balance_common_factor(study, simulator, noise, problem, x)
         found = minimise(problem, x, iterations=iterations, tolerance=tolerance)
         x, calls, converged = found.x, calls + found.calls, found.converged
     if settled and noise.on_torque:
@@ -206,7 +206,9 @@ def _about(
     return problem, with_starts(problem, problem.first(theta), begun)
 
 
-def _balanced(study: Study, simulator: TwoStep, noise: Noise, problem: Whitened, x: Array) -> tuple[Whitened, Array]:
+def _balance_common_factor(
+    study: Study, simulator: TwoStep, noise: Noise, problem: Whitened, x: Array
+) -> tuple[Whitened, Array]:
     """Move a factor that all cycles' torques share into the parameters, where that is more probable.
 
     A factor c on every torque moves the joint as 1/c on inertia, stiffness and friction does. Fits about fixed

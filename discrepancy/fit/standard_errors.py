@@ -20,9 +20,9 @@ from scipy.stats import chi2
 from haptid.discrepancy.fit.solution import Solution, deviance, solve
 from haptid.discrepancy.study.study import Study
 from haptid.identification.statistics.covariance import flat_information
-from haptid.identification.statistics.profile_likelihood import pinned
+from haptid.identification.statistics.profile_likelihood import fit_pinned
 from haptid.measurement.values.run import Array
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 SMOOTH = (1 / 3, 3.0)
 """Rise of −2 ln L one standard error away within which the curvature is believed."""
@@ -58,7 +58,7 @@ def standard_errors(study: Study, solution: Solution, rounded: Solution | None =
     moves = [n * d for k, d in seen.items() if touching or rough(study, solution, k, d) for n in OUT]
     if not moves:
         return solution, least
-    found = mapped(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
+    found = map_threads(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
     minima = [m for m in (solution, *found) if m.finite]
     best = max(minima, key=lambda m: m.log_likelihood)
     std = np.maximum(np.median([of_curvature(m) for m in minima], axis=0), least)
@@ -89,7 +89,7 @@ def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
         inside = x[: problem.n_parameters]
         if np.any((inside < lower) | (inside > upper)) or _as_curved(deviance(study, solution, x), solution):
             continue
-        if not _as_curved(pinned(problem, x, k)[1] + problem.log_determinant, solution):
+        if not _as_curved(fit_pinned(problem, x, k)[1] + problem.log_determinant, solution):
             return True
     return False
 

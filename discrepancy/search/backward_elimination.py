@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
-from haptid.discrepancy.candidate.refit import Candidate, judged, refit_with
+from haptid.discrepancy.candidate.refit import Candidate, refit_with, score_candidate
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.tools import MOST, PROMISING, Searcher
 from haptid.discrepancy.study.study import Study
 from haptid.model.effects.effect import Effect
 
 
-def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
+def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
     """Leave every effect out where the others do as well, exchange it where another does better.
 
     Where as many effects as there may be still leave more than noise, they follow the gap as terms of a series do, and
@@ -54,7 +54,7 @@ def exchanged(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, 
     return best, less, made
 
 
-def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
+def prune_stand_ins(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
     """Take a stand-in out of a model that leaves only noise, where it has come to nothing beside the other effects.
 
     It was the best of the single entries before the one that it stood in for was found. A Wald statistic may say so
@@ -68,7 +68,7 @@ def pruned(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
     tried = [s.trial(less, start.candidate) for less in _less(s, best.solution).values()]
     needed = replace(best, worth=min(_costs(t, best) for t in tried))
     kept = [t for t in (needed, *tried) if t.adequate and t.acceptable]
-    return kept or pruned(s, tried, start)
+    return kept or prune_stand_ins(s, tried, start)
 
 
 def _less(s: Searcher, full: Solution) -> dict[str, Candidate]:
@@ -100,5 +100,5 @@ def without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate]
     for key, scatter in zip(full.random, full.noise.scatters, strict=True):
         noise = full.noise.but(scatters=tuple(other for other in full.noise.scatters if other is not scatter))
         bare = solve(s.study, full.effects, noise, full.values, x0=full.x0)
-        found[key] = judged(s.study, bare, bare.calls)
+        found[key] = score_candidate(s.study, bare, bare.calls)
     return found

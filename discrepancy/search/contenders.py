@@ -21,7 +21,7 @@ Place = tuple[Mapping[str, float], Sequence[Array]]
 """Parameters and initial states at which a fit begins."""
 
 
-def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
+def fit_contenders(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
     """Fit the best model with each effect's contenders in its place, where the catalogue holds no other of their kind.
 
     They begin at the best model's optimum, or at the base with nothing of them. The other effects of the model may make
@@ -30,7 +30,7 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
     if not best.adequate:
         return []
     made = []
-    for effect, contender in _uncontested(s, best.solution.effects):
+    for effect, contender in _iterate_contenders(s, best.solution.effects):
         free = [q for q in contender.parameters if not q.fixed]
         pairs = zip(free, (q for q in effect.parameters if not q.fixed), strict=True)
         values = best.solution.values
@@ -38,18 +38,18 @@ def contested(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         places = ((values, best.solution.x0), (values | start.solution.values | contender.neutral, start.solution.x0))
         others = [e for e in best.solution.effects if e is not effect]
         for left in (others, *([e for e in others if e is not other] for other in others)):
-            begun = s.each(partial(_begun, [*left, contender], best.solution.noise), places)
+            begun = s.each(partial(_start_contender, [*left, contender], best.solution.noise), places)
             s.simulations += sum(b.calls for b in begun) * len(s.study.fitted)
             made.append(s.finish(start.candidate, likeliest(*begun)))
     return made
 
 
-def _begun(effects: Sequence[Effect], noise: Noise, study: Study, place: Place) -> Solution:
+def _start_contender(effects: Sequence[Effect], noise: Noise, study: Study, place: Place) -> Solution:
     values, x0 = place
     return solve(study, effects, noise, values, x0=x0, iterations=FIRST)
 
 
-def _uncontested(s: Searcher, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Effect]]:
+def _iterate_contenders(s: Searcher, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Effect]]:
     """Yield effects with each of their contenders that no other entry of the catalogue has."""
     for effect in effects:
         theirs = {c.id for e in s.entries.values() if e.id != effect.id for c in e.contenders}

@@ -12,14 +12,14 @@ from dataclasses import replace
 import numpy as np
 
 from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
-from haptid.discrepancy.candidate.refit import judged, settle, sharpened
+from haptid.discrepancy.candidate.refit import score_candidate, settle, sharpen_jumps
 from haptid.discrepancy.detect.inner_step import SMALL_SHARE, at_step, step_for
 from haptid.discrepancy.detect.score_tests import Scan, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
 from haptid.discrepancy.fit.nominal_fit import Base, fit_base
 from haptid.discrepancy.fit.solution import Solution, solve
-from haptid.discrepancy.search.backward_elimination import exchanged, pruned, without_each
-from haptid.discrepancy.search.contenders import contested
+from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins, without_each
+from haptid.discrepancy.search.contenders import fit_contenders
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Closer, closer
 from haptid.discrepancy.search.tools import FEW, HOPELESS, MOST, PROMISING, Searcher
@@ -45,26 +45,26 @@ STUCK = 10.0
 
 def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
     """Look for what is missing in the base model of ``study``; ``tell`` hears of the progress."""
-    study, base = based(study, seed=seed, starts=starts, tell=tell)
-    found, s = _searched(study, base, tell)
-    if found.best.solution.effects and (better := _rebased(found)) is not None:
+    study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
+    found, s = _search_from(study, base, tell)
+    if found.best.solution.effects and (better := _refit_nominal(found)) is not None:
         tell("the base fit was stuck: again from the better minimum")
         base = replace(base, solution=better)
-        again, s = _searched(study, base, tell, known=found)
+        again, s = _search_from(study, base, tell, known=found)
         found = _with_cost_of(found, again)
     if (finer := closer(s, found.best, found.trials)) is not None:
         if finer.best is None or finer.best.adequate < found.best.adequate:
-            again, s = _searched(finer.searcher.study, base, tell)
+            again, s = _search_from(finer.searcher.study, base, tell)
         else:
             again, s = _at_finer_step(found, finer, finer.best), finer.searcher
         found = _with_cost_of(found, again)
     before = s.simulations
-    contenders = contested(s, found.best, found.plain)
+    contenders = fit_contenders(s, found.best, found.plain)
     simulations = found.simulations + s.simulations - before
     return replace(found, contenders=tuple(contenders), simulations=simulations)
 
 
-def based(study: Study, *, seed: int, starts: int, tell: Callable[[str], None]) -> tuple[Study, Base]:
+def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Callable[[str], None]) -> tuple[Study, Base]:
     """Fit the base; return the study at the inner step whose error is invisible there, and the fit."""
     tell("base fit")
     base = fit_base(study, starts=starts, seed=seed)
@@ -77,7 +77,9 @@ def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:
     return white, settle(study, (), white).solution
 
 
-def scored(study: Study, plain: Solution, tell: Callable[[str], None]) -> tuple[dict[str, Effect], Signatures, Scan]:
+def score_catalogue(
+    study: Study, plain: Solution, tell: Callable[[str], None]
+) -> tuple[dict[str, Effect], Signatures, Scan]:
     """Return the catalogue in SI units, its signatures at the base, and their scores."""
     tell("signatures of the catalogue")
     entries = study.in_si(plain.values)
@@ -87,20 +89,20 @@ def scored(study: Study, plain: Solution, tell: Callable[[str], None]) -> tuple[
     return entries, found, first
 
 
-def _searched(
+def _search_from(
     study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None
 ) -> tuple[Search, Searcher]:
     """Search from one minimum of the base; keep what is ``known`` where it still gains over a base that lacks."""
     white, plain = under_own_noise(study, base)
-    entries, found, first = scored(study, plain, tell)
+    entries, found, first = score_catalogue(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
-    start = s.on_its_path(s.trial(judged(study, plain, plain.calls)))
+    start = s.on_its_path(s.trial(score_candidate(study, plain, plain.calls)))
     if known is not None and not start.adequate and known.best.candidate.criterion < start.candidate.criterion - BETTER:
         trials, best = known.trials, known.best
         less = known.less if len(known.less) > 1 else dict.fromkeys(known.less, start.candidate)
     else:
         made, best = _forward(s, start, white, first)
-        best, less, more = exchanged(s, best, start)
+        best, less, more = exchange_effects(s, best, start)
         trials = (*made, *more)
     result = Search(
         study=study, base=base, plain=start, scan=first, trials=trials, best=best, less=less,
@@ -139,7 +141,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         if s.spent():
             break
         made = s.step(best.candidate, s.ready(best.solution), FEW if len(best.solution.effects) > 1 else HOPELESS)
-        made += pruned(s, made, start)
+        made += prune_stand_ins(s, made, start)
         trials += made
         if (winner := chosen(made)) is None:
             break
@@ -172,27 +174,27 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     pairs: list[Trial] = []
     for fits in _ways(s, start, white):
         trials += s.step(start.candidate, fits[:1] if few else fits)
-        if few or found_in(trials):
+        if few or explains_all(trials):
             return trials, []
         if fits and fits[0].noise == Noise():
             begun = s.best_of_each(begun, fits)
             pairs += _two_at_once(s, leads_of(begun, LEADS), start, _clear) if all_far(trials) else []
-            if found_in(pairs):
+            if explains_all(pairs):
                 return trials + pairs, []
     pairs += _two_at_once(s, leads_of(begun, 1), start, _anew) if all_far(trials) else []
-    if found_in(pairs):
+    if explains_all(pairs):
         return trials + pairs, []
     s.tell("entries anew from the first guesses")
     fits = s.anew(first, white)
     begun = s.best_of_each(begun, fits)
     trials += s.step(start.candidate, fits)
     leads = [lead for lead in leads_of(begun, LEADS) if keys_of(lead) not in s.extended]
-    if not found_in(trials) and all_far(trials):
+    if not explains_all(trials) and all_far(trials):
         pairs, leads = pairs + _two_at_once(s, leads, start, _anew), []
     return trials + pairs, leads
 
 
-def found_in(trials: Sequence[Trial]) -> bool:
+def explains_all(trials: Sequence[Trial]) -> bool:
     """Whether one leaves nothing but noise and has earned its effects."""
     return any(t.adequate and t.acceptable for t in trials)
 
@@ -220,11 +222,11 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
         if s.spent():
             break
         rounded = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
-        first, calls = sharpened(s.study, rounded, rounded.calls, ROUNDED)
+        first, calls = sharpen_jumps(s.study, rounded, rounded.calls, ROUNDED)
         s.simulations += calls * len(s.study.fitted)
         both = way(s, first)
-        made += [*both, *pruned(s, both, start)]
-        if found_in(made):
+        made += [*both, *prune_stand_ins(s, both, start)]
+        if explains_all(made):
             break
     return made
 
@@ -232,13 +234,13 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
 def _clear(s: Searcher, first: Solution) -> list[Trial]:
     """Try the best scores on top of one effect as it was fitted: beside one that is real the other scores best."""
     s.tell(f"{'+'.join(first.keys)} and what scores best beside it")
-    return s.step(judged(s.study, first, first.calls), s.ready(first, CLEAR), FEW)
+    return s.step(score_candidate(s.study, first, first.calls), s.ready(first, CLEAR), FEW)
 
 
 def _anew(s: Searcher, first: Solution) -> list[Trial]:
     """Try many from the first guesses: the base may have taken the second effect upon itself."""
     s.tell(f"{'+'.join(first.keys)} and another")
-    return s.step(judged(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
+    return s.step(score_candidate(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
 
 
 def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]]:
@@ -272,7 +274,7 @@ def simpler(winner: Trial, start: Trial) -> bool:
     return winner.adequate and winner.solution.noise.terms < start.solution.noise.terms
 
 
-def _rebased(found: Search) -> Solution | None:
+def _refit_nominal(found: Search) -> Solution | None:
     """Refit the base from the winner's optimum; return it where it beats the base that the search began with."""
     winner, plain = found.best.solution, found.plain.solution
     again = solve(found.study, (), plain.noise, winner.values, x0=winner.x0)

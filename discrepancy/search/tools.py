@@ -11,18 +11,25 @@ import numpy as np
 
 from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
 from haptid.discrepancy.candidate.parameter_constancy import constancy
-from haptid.discrepancy.candidate.refit import FIRST, Candidate, begin, continued, settle, significance, starts_of
+from haptid.discrepancy.candidate.refit import FIRST, Candidate, begin, continue_refit, settle, significance, starts_of
 from haptid.discrepancy.detect.inner_step import at_step
 from haptid.discrepancy.detect.omnibus import omnibus
 from haptid.discrepancy.detect.score_tests import Scan, Score, scan
 from haptid.discrepancy.detect.signatures import Signatures
-from haptid.discrepancy.fit.homotopy import Guided, at_fine, guided, held, released, through_homotopy
+from haptid.discrepancy.fit.homotopy import (
+    Guided,
+    at_fine,
+    hold_shapes,
+    release_observer,
+    start_under_observer,
+    through_homotopy,
+)
 from haptid.discrepancy.fit.solution import ROUGH, Solution, solve
 from haptid.discrepancy.study.simulators import COARSE, SKETCH
 from haptid.discrepancy.study.study import Study
-from haptid.model.effects.effect import Effect, renamed
+from haptid.model.effects.effect import Effect, match_parameters
 from haptid.noise.correlation import Path
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -157,7 +164,7 @@ class Searcher:
         ids = [e.id for e in effects]
         for k, effect in enumerate(effects):
             for other in self.entries.values():
-                if other.id not in ids and (names := renamed(effect, other)) is not None:
+                if other.id not in ids and (names := match_parameters(effect, other)) is not None:
                     yield (*effects[:k], other, *effects[k + 1 :]), names
 
     def known(self, current: Candidate, begun: Solution) -> Trial | None:
@@ -221,7 +228,7 @@ class Searcher:
         named = self.rivals(begun[0].effects[-1].key) if begun else set()
         promising = begun[:PROMISING] + [s for s in begun[PROMISING:] if s.effects[-1].id in named]
         scores = [fresh[s.effects[-1].key] for s in promising]
-        done = self.mapped(partial(continued, rough, solution), promising, scores)
+        done = self.mapped(partial(continue_refit, rough, solution), promising, scores)
         for found in sorted(done, key=lambda pair: self.rank(pair[0])):
             self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
@@ -268,7 +275,7 @@ class Searcher:
 
     def mapped(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
         """Return ``function`` of every tuple of arguments, side by side on the study's threads."""
-        return mapped(function, *arguments, threads=self.study.threads)
+        return map_threads(function, *arguments, threads=self.study.threads)
 
     def ranked(self, fits: Iterable[Solution]) -> list[Solution]:
         """Return those of the fits that did not leave the numbers, the one to look at first before the others."""
@@ -322,7 +329,7 @@ class Searcher:
 def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
     """Fit under the highest gains, briefly, with the last effect in the shape in which it begins."""
     *onto, last = effects
-    near = guided(study, (*onto, held(last, values)), values).down_to(SIEVED, BRIEF, WIDE)
+    near = start_under_observer(study, (*onto, hold_shapes(last, values)), values).down_to(SIEVED, BRIEF, WIDE)
     return effects, near
 
 
@@ -334,7 +341,7 @@ def _sieved(study: Study, tried: Tried) -> Tried:
 
 def _released(study: Study, tried: Tried) -> tuple[Solution, int]:
     """Go on to the end, roughly."""
-    return released(study, *tried, ROUGH)
+    return release_observer(study, *tried, ROUGH)
 
 
 def best_first(found: Sequence[Tried]) -> list[Tried]:

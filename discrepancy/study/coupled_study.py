@@ -12,7 +12,7 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.algebra.trig_polynomials import position_symbol
 from haptid.model.device.device import Device
-from haptid.model.effects.effect import Effect, relabelled
+from haptid.model.effects.effect import Effect, relabel
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.law import FrictionLaw
@@ -74,7 +74,7 @@ class CoupledStudy(Study):
         plain = {j: list(self.known.get(j, ())) for j in self.joints}
         for effect in effects:
             if effect.joint is not None:
-                plain[effect.joint].append(taken_off(effect, effect.joint))
+                plain[effect.joint].append(take_from_joint(effect, effect.joint))
         made = self._formulas({j: found for j, found in plain.items() if found})
         rows = {q.id: q for q in (*self.base.parameters, *(q for e in effects for q in e.parameters))}
         for i, j in enumerate(self.joints):
@@ -96,13 +96,13 @@ class CoupledStudy(Study):
             known = {e.id for e in self.known.get(j, ())}
             for effect in self.entries.values():
                 if effect.id not in known and not effect.random and effect.friction_slots <= self.law(i).slots:
-                    one = placed(effect.at(scales), j)
+                    one = place_in_joint(effect.at(scales), j)
                     found[one.key] = one
         return found
 
     def in_joint(self, effect: Effect, column: int) -> Effect:
         """Return an effect as one of the joint at place ``column``, under names that bear its number."""
-        return placed(effect, self.joints[column])
+        return place_in_joint(effect, self.joints[column])
 
     def scales(self, i: int, theta: Mapping[str, float]) -> Scales:
         """Return the scales of the joint at place ``i`` at the fitted parameters."""
@@ -152,7 +152,7 @@ def coupled_study_of(
     alike = [run for run in campaign.runs_of(joints) if _locked(run, joints) == _locked(first, joints)]
     fitted, unseen = (tuple(run for run in alike if run.use == use) for use in ("fit", "validate"))
     base = within_reach(equations_for(campaign, device, joints, posture), fitted)
-    held = (q.but(fixed=True) for j, found in known.items() for e in found for q in placed(e, j).parameters)
+    held = (q.but(fixed=True) for j, found in known.items() for e in found for q in place_in_joint(e, j).parameters)
     base = replace(base, parameters=(*base.parameters, *held))
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
@@ -168,10 +168,10 @@ def _locked(run: Run, joints: Sequence[int]) -> tuple[float, ...]:
     return tuple(float(x) for j, x in enumerate(run.posture) if j not in joints)
 
 
-def placed(effect: Effect, joint: int) -> Effect:
+def place_in_joint(effect: Effect, joint: int) -> Effect:
     """Return an effect as one of joint ``joint`` among several: ids and parameters bear its number."""
     names = {id: f"{id}_{joint}" for id in effect.own_names}
-    return relabelled(effect, names).but(
+    return relabel(effect, names).but(
         id=f"joint{joint}_{effect.id}",
         title=f"{effect.title}, joint {joint}",
         rivals=tuple(f"joint{joint}_{id}" for id in effect.rivals),
@@ -180,7 +180,7 @@ def placed(effect: Effect, joint: int) -> Effect:
     )
 
 
-def taken_off(effect: Effect, joint: int) -> Effect:
-    """Return a `placed` effect as it was."""
+def take_from_joint(effect: Effect, joint: int) -> Effect:
+    """Return a `place_in_joint` effect as it was."""
     names = {id: id.removesuffix(f"_{joint}") for id in effect.own_names}
-    return relabelled(effect, names).but(id=effect.id.removeprefix(f"joint{joint}_"), joint=None)
+    return relabel(effect, names).but(id=effect.id.removeprefix(f"joint{joint}_"), joint=None)

@@ -25,7 +25,7 @@ SKETCH = 5e-3
 _compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
 
 
-def compiled(equations: Equations, *, many: bool = False, tangent: bool = True) -> CompiledKernel:
+def compile_kernel(equations: Equations, *, many: bool = False, tangent: bool = True) -> CompiledKernel:
     """Return the kernel of ``equations`` with output injection; made once per process.
 
     One that runs ``many`` sets at once takes longer to compile, and so does one with sensitivities.
@@ -78,5 +78,5 @@ class Factory:
 
     def __call__(self, equations: Equations, *, many: bool = False, tangent: bool = True) -> TwoStep:
         """Build the simulator; it runs one set at a time unless asked for more, and has sensitivities unless told."""
-        simulator = KernelSimulator(equations, compiled(equations, many=many, tangent=tangent))
+        simulator = KernelSimulator(equations, compile_kernel(equations, many=many, tangent=tangent))
         return TwoStep(simulator.with_step(self.step), simulator.with_step(max(self.step, COARSE)))

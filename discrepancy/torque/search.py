@@ -126,14 +126,14 @@ def _step(
     candidates = []
     for promise in found[:REFITS]:
         tell(f"refit with {promise.effect.key}")
-        model = refitted(study, current, promise)
-        candidates.append(compared(promise.effect.key, current, model))
+        model = refit_candidate(study, current, promise)
+        candidates.append(compare_candidates(promise.effect.key, current, model))
     ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))
     winner = next((c for c in ranked if c.acceptable), None)
     return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner)
 
 
-def refitted(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit:
+def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit:
     """Refit everything from the scan's estimate, and from a tenth of its amplitudes; the better fit counts."""
     effect, fits = promise.effect, []
     for share in (1.0, 0.1):
@@ -142,7 +142,7 @@ def refitted(study: TorqueStudy, current: TorqueFit, promise: Promise) -> Torque
     return min(fits, key=lambda f: rms(f.fitted))
 
 
-def compared(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCandidate:
+def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCandidate:
     """Judge ``more`` against ``less``."""
     a, b = scores(less), scores(more)
     extra = more.problem.n_parameters - less.problem.n_parameters

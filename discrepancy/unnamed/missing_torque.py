@@ -30,7 +30,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.noise.correlation import Noise
 from haptid.support.linear_algebra import scaled_covariance
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 MOTION = {"position_rad", "velocity_rad_s"}
 """The two variables that are tried together whichever is the best one alone; the others are beside that one only."""
@@ -118,7 +118,7 @@ def missing(study: Study, base: Solution) -> Shape:
 
 def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
     """Fit every one roughly, side by side, and the best of them to the end."""
-    rough = mapped(partial(_roughly, at_step(study, SKETCH)), tried, threads=study.threads)
+    rough = map_threads(partial(_roughly, at_step(study, SKETCH)), tried, threads=study.threads)
     begun = likeliest(*rough)
     place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
     return _over(study, white, begun, place)
@@ -157,18 +157,18 @@ def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shap
     return Shape(
         joint=first.free_joints[tried.column], variables=functions.variables, knots=knots,
         torque=torque.reshape(size), std=std.reshape(size),
-        gain=2.0 * (after.log_likelihood - before.log_likelihood), closed=_closed(study, before, after),
+        gain=2.0 * (after.log_likelihood - before.log_likelihood), closed=_share_closed(study, before, after),
         suggestion=simple,
     )  # fmt: skip
 
 
-def _closed(study: Study, before: Solution, after: Solution) -> float:
+def _share_closed(study: Study, before: Solution, after: Solution) -> float:
     """(before − after)/(before − 1) of the RMS over the sensor's noise."""
-    b, a = (_missed(study, solution) for solution in (before, after))
+    b, a = (_rms_over_noise(study, solution) for solution in (before, after))
     return (b - a) / max(b - 1.0, 1e-3)
 
 
-def _missed(study: Study, solution: Solution) -> float:
+def _rms_over_noise(study: Study, solution: Solution) -> float:
     """RMS of measured − simulated over the sensor's noise, on unseen runs where there are any."""
     runs = study.unseen or study.fitted
     each = zip(runs, predict(study, solution, runs).y, strict=True)

@@ -61,7 +61,10 @@ class Curve:
 
         The ends of the range are fixed parameters: one kernel serves every range.
         """
-        ends = [fixed_at(name, self.variable, value) for name, value in (("first", self.first), ("last", self.last))]
+        ends = [
+            fix_shape_parameter(name, self.variable, value)
+            for name, value in (("first", self.first), ("last", self.last))
+        ]
         first, last = (end.symbol for end in ends)
         t = (sp.Min(sp.Max(SYMBOLS[self.variable], first), last) - first) * INTERVALS / (last - first)
         powers = [[w * sp.Max(t - place + 2 - j, 0) ** 3 / 6 for j, w in enumerate(BINOMIAL)] for place in PLACES]
@@ -79,7 +82,7 @@ class Curve:
         )  # fmt: skip
 
 
-def fixed_at(name: str, variable: str, value: float) -> Quantity:
+def fix_shape_parameter(name: str, variable: str, value: float) -> Quantity:
     """Return a fixed parameter ``shape_<name>``: a number that says where on its variable a missing torque lives."""
     _, unit = AXES[variable]
     row = reference(f"shape_{name}", unit, f"{name} of the missing torque's variable")

@@ -14,7 +14,7 @@ import numpy as np
 import sympy as sp
 from numpy.polynomial.chebyshev import chebvander
 
-from haptid.discrepancy.unnamed.splines import HELD, SYMBOLS, fixed_at
+from haptid.discrepancy.unnamed.splines import HELD, SYMBOLS, fix_shape_parameter
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect, parameter
 from haptid.model.equations.quantity import Quantity
@@ -111,7 +111,7 @@ class Surface:
 
 def _symbolic(axis: Axis, number: int) -> tuple[sp.Expr, tuple[Quantity, Quantity]]:
     """Return s of one variable, with its centre and width as fixed parameters."""
-    centre = fixed_at(f"centre{number}", axis.variable, axis.centre)
-    width = fixed_at(f"width{number}", axis.variable, axis.width)
+    centre = fix_shape_parameter(f"centre{number}", axis.variable, axis.centre)
+    width = fix_shape_parameter(f"width{number}", axis.variable, axis.width)
     x = SYMBOLS[axis.variable] - centre.symbol
     return x / sp.sqrt(x**2 + width.symbol**2), (centre, width)

@@ -22,7 +22,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 LEVELS = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
 """Amplitudes and offsets, as shares of the largest torque that was used."""
@@ -141,7 +141,9 @@ def propose(study: Study, winners: Sequence[Solution], rivals: Sequence[Solution
     """
     worlds = [(winner, [_rival(study, winner, r) for r in rivals]) for winner in winners]
     template = max(study.fitted, key=lambda run: run.t[-1])
-    tried = mapped(partial(_tried, study, worlds, template), _grid(study, template), threads=study.threads)
+    tried = map_threads(
+        partial(_evaluate_proposal, study, worlds, template), _grid(study, template), threads=study.threads
+    )
     inside = [p for p, excursion in tried if excursion <= ROOM]
     return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: (-p.repeats, p.evidence))
 
@@ -185,13 +187,13 @@ def _readings(study: Study, solution: Solution) -> list[Array]:
     return [simulator.simulate(solution.theta, run, x0=x0).y[:, 0] for run, x0 in pairs]
 
 
-def _tried(
+def _evaluate_proposal(
     study: Study, worlds: Sequence[tuple[Solution, Sequence[_Rival]]], template: Run, proposal: Proposal
 ) -> tuple[Proposal, float]:
     """Return a proposal with its evidence, and the share of the travel by which it leaves it."""
     told, farthest = [], 0.0
     for winner, rivals in worlds:
-        made, excursion = _made(study, winner, template, proposal)
+        made, excursion = _simulate_proposal(study, winner, template, proposal)
         if not math.isfinite(excursion):
             return proposal, np.inf
         farthest = max(farthest, excursion)
@@ -203,7 +205,7 @@ def _tried(
     return replace(proposal, evidence=float(evidence[0]), repeats=repeats), farthest
 
 
-def _made(study: Study, winner: Solution, template: Run, proposal: Proposal) -> tuple[Run, float]:
+def _simulate_proposal(study: Study, winner: Solution, template: Run, proposal: Proposal) -> tuple[Run, float]:
     """Simulate a proposal; return the run, and the share of the travel by which it leaves it.
 
     It has the times of ``template``, the longest run, and starts where that did.
@@ -234,10 +236,10 @@ def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
     m, starts = rival.free.size, problem.size - n
     _, new = np.linalg.qr(np.column_stack([J[:, rival.free], J[:, n:], blocks.rows[0][:, 0]]))
     there = np.column_stack([rival.R, np.zeros((m, starts)), rival.told])
-    return np.array([_left(np.vstack([there, math.sqrt(k) * new])) for k in range(1, MANY + 1)])
+    return np.array([_least_norm(np.vstack([there, math.sqrt(k) * new])) for k in range(1, MANY + 1)])
 
 
-def _left(rows: Array) -> float:
+def _least_norm(rows: Array) -> float:
     """Return the least ‖A·δ + b‖² of rows [A, b]."""
     A = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=0), 1e-300)
     left = rows[:, -1] - A @ np.linalg.lstsq(A, rows[:, -1], rcond=1e-12)[0]

@@ -21,7 +21,7 @@ from haptid.discrepancy.unnamed.missing_torque import Shape, missing
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.next_experiment import MANY, Proposal, propose
 from haptid.measurement.values.run import Array, Run
-from haptid.model.effects.effect import Effect, renamed
+from haptid.model.effects.effect import Effect, match_parameters
 from haptid.model.equations.quantity import Quantity
 from haptid.noise.correlation import Scatter
 
@@ -77,7 +77,7 @@ def judge(study: Study, found: Search) -> Judgement:
     return Judgement(
         verdict=verdict,
         effects=effects,
-        alternatives=rivals or _considered(found),
+        alternatives=rivals or _list_rivals(found),
         next_experiment=proposal,
         shape=missing(study, found.plain.solution) if verdict == "unlisted" else None,
         sentence=_sentence(verdict, effects, rivals, proposal, found, nothing),
@@ -115,7 +115,7 @@ def verdict_of(found: Search) -> Verdict:
     return "ambiguous" if found.rivals else "named"
 
 
-def _considered(found: Search) -> tuple[Trial, ...]:
+def _list_rivals(found: Search) -> tuple[Trial, ...]:
     """Other effects that were fitted, the best first, each once."""
     best: dict[tuple[str, ...], Trial] = {}
     for t in sorted(found.trials, key=lambda t: t.candidate.criterion):
@@ -204,7 +204,7 @@ def _same_equations(best: Trial, rival: Trial) -> bool:
     """Whether a rival is the best model under other names: then no run tells them apart."""
     pairs = zip(best.solution.effects, rival.solution.effects, strict=False)
     alike = len(best.solution.effects) == len(rival.solution.effects)
-    return alike and all(a.key == b.key or renamed(a, b) is not None for a, b in pairs)
+    return alike and all(a.key == b.key or match_parameters(a, b) is not None for a, b in pairs)
 
 
 def _sentence(

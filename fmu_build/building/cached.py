@@ -46,15 +46,15 @@ def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     named = [tuple(getattr(q, f.name) for f in fields(q) if f.name not in GUESSED) for q in equations.parameters]
     shown = (equations.name, equations.title, equations.states, equations.inputs, equations.outputs, named)
     content = hashlib.sha256(repr((equations.digest, shown, equations.orderings)).encode()).hexdigest()[:16]
-    return _kept(equations, content, kind, identification=True)
+    return _find_or_build(equations, content, kind, identification=True)
 
 
 def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     """Return the FMU of ``equations`` with their first guesses from the cache, built where it is not there yet."""
-    return _kept(equations, description_digest(equations), kind, identification=False)
+    return _find_or_build(equations, description_digest(equations), kind, identification=False)
 
 
-def _kept(equations: Equations, content: str, kind: Kind, *, identification: bool) -> Fmu:
+def _find_or_build(equations: Equations, content: str, kind: Kind, *, identification: bool) -> Fmu:
     path = cache_folder("fmu") / f"{equations.name}_{content}_{builder_digest()}_{kind}{'_id' * identification}.fmu"
     if not is_sealed(path):
         made = build_fmu(equations, path, kind=kind, identification=identification)

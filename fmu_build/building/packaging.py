@@ -13,7 +13,7 @@ from haptid.fmu_build.description.interface import Interface, interface_of
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.exchange.archive import pack
 from haptid.fmu_build.native.fmi2 import native_files
-from haptid.fmu_build.native.fmi3 import native_files3, renamed
+from haptid.fmu_build.native.fmi3 import native_files3, rename_picture
 from haptid.fmu_build.native.platforms import PLATFORMS, Platform, this_platform
 from haptid.fmu_build.python.package import python_files
 from haptid.model.equations.equations import Equations
@@ -108,7 +108,7 @@ def build_fmu(
     files, _ = _PACKAGINGS[kind](interface, platforms=platforms, text=text)
     python, linear = kind == "python", kind == "native"
     files |= extra_files(interface, text=text, python=python, linear=linear, provenance=provenance or {})
-    data = pack(renamed(files) if kind == "native3" else files)
+    data = pack(rename_picture(files) if kind == "native3" else files)
     write_bytes(out, data)
     return Fmu(
         path=out,

@@ -142,7 +142,7 @@ def at_values(effect: Effect, values: Mapping[str, float]) -> Effect:
     return effect.but(parameters=tuple(map(quantity, effect.parameters)), relative={}, origin={}, contenders=())
 
 
-def refitted(identified: Identified, findings: Sequence[Finding]) -> Identified:
+def apply_refits(identified: Identified, findings: Sequence[Finding]) -> Identified:
     """Return what was identified with the refits of ``findings`` in its place, ids of no use among them."""
     values, provenance = identified.values, identified.provenance
     for finding in findings:

@@ -47,6 +47,6 @@ def native_files3(interface: Interface, *, platforms: tuple[Platform, ...], text
     return files, token
 
 
-def renamed(files: Mapping[str, bytes]) -> dict[str, bytes]:
+def rename_picture(files: Mapping[str, bytes]) -> dict[str, bytes]:
     """Return the files with the picture where FMI 3.0 looks for it."""
     return {("terminalsAndIcons/icon.png" if name == "model.png" else name): data for name, data in files.items()}

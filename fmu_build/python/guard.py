@@ -17,7 +17,7 @@ def guard_source(guid: str) -> str:
     return "\n".join((text_of("fmi2.h"), f"#define FMU_GUID {json.dumps(guid)}", *parts))
 
 
-def guarded(files: dict[str, bytes], identifier: str, guid: str) -> dict[str, bytes]:
+def guard_loaders(files: dict[str, bytes], identifier: str, guid: str) -> dict[str, bytes]:
     """Return the archive's files with each loader set aside under its own name and the guard in its place."""
     result = dict(files)
     for p in PLATFORMS:

@@ -18,7 +18,7 @@ from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.native.c_source import bare_libraries, flat_source, functions
 from haptid.fmu_build.native.platforms import Platform
 from haptid.fmu_build.python.fallback import fallback_source, module_text
-from haptid.fmu_build.python.guard import guard_source, guarded
+from haptid.fmu_build.python.guard import guard_loaders, guard_source
 
 ENTRY = '''"""Entry of the slave."""
 
@@ -73,7 +73,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, platforms),
     }
-    files = guarded(_built(module, resources), interface.identifier, guid)
+    files = guard_loaders(_build_archive(module, resources), interface.identifier, guid)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
 
@@ -83,7 +83,7 @@ def _short(content: object) -> str:
     return hashlib.sha256(repr(content).encode()).hexdigest()[:16]
 
 
-def _built(module: str, resources: dict[str, bytes]) -> dict[str, bytes]:
+def _build_archive(module: str, resources: dict[str, bytes]) -> dict[str, bytes]:
     """Let pythonfmu build the archive and return its files."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "source"

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from haptid.measurement.signals.smoothing import Motion, smoothed
+from haptid.measurement.signals.smoothing import Motion, smooth
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
@@ -45,7 +45,7 @@ class Guess:
 def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, friction: str = DEFAULT) -> Guess:
     """Estimate the parameters of one joint from its runs; ``gain`` is Kp, ``friction`` the id of its law."""
     law = law_named(friction)
-    motions = [_moving_part(smoothed(run)) for run in runs]
+    motions = [_moving_part(smooth(run)) for run in runs]
     q, v, a, torque = (np.concatenate([getattr(m, name) for m in motions]) for name in ("q", "v", "a", "torque"))
     torque = gain * torque
     travel, speed = max(float(np.ptp(q)), 1e-9), max(float(np.max(np.abs(v))), 1e-9)
@@ -54,7 +54,7 @@ def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, 
     columns = [a, v, np.tanh(v / (0.02 * speed)), q, np.ones_like(q)]
     if wide:
         columns += [np.cos(q), np.sin(q)]
-    c = _solved(np.stack(columns, axis=1), torque, free=(4, 5, 6) if wide else (3, 4))
+    c = _solve_nonnegative(np.stack(columns, axis=1), torque, free=(4, 5, 6) if wide else (3, 4))
     return Guess(
         values=_values(c, law, torque=size, travel=travel, speed=speed, acceleration=float(np.std(a)), wide=wide),
         torque=size,
@@ -71,7 +71,7 @@ def _moving_part(m: Motion) -> Motion:
     return Motion(**{name: getattr(m, name)[rows] for name in ("t", "q", "v", "a", "torque")})
 
 
-def _solved(A: Array, b: Array, free: tuple[int, ...]) -> Array:
+def _solve_nonnegative(A: Array, b: Array, free: tuple[int, ...]) -> Array:
     """Least squares with columns of unit size; all unknowns but ``free`` are not negative."""
     size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
     lower = np.zeros(A.shape[1])

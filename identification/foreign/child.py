@@ -51,7 +51,7 @@ def serve(connection: Connection, unpacked: Unpacked) -> None:
             return
         answer: Array | str
         try:
-            answer = _simulated(unpacked, request)
+            answer = _simulate(unpacked, request)
         except Exception as error:  # whatever the FMU's functions report is told to the parent, which goes on
             answer = str(error) or type(error).__name__
         connection.send(answer)
@@ -69,7 +69,7 @@ def _quiet() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_WRITTEN, LARGEST_WRITTEN))
 
 
-def _simulated(unpacked: Unpacked, request: Request) -> Array:
+def _simulate(unpacked: Unpacked, request: Request) -> Array:
     description = unpacked.description
     fmu: Any = instantiate_fmu(str(unpacked.folder), description, fmi_type="CoSimulation")
     of = {v.name: v.valueReference for v in description.modelVariables}

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from haptid.model.device.device import STANDARD, Device
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_ids, standard_std, to_standard
-from haptid.model.rigid_body.standard_parameters import contained
+from haptid.model.rigid_body.standard_parameters import find_contained
 from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
@@ -150,7 +150,7 @@ def pseudo_inertia(values: Sequence[float]) -> Array:
 def _table(
     device: Device, standard: Array, std: Array, measurements: Sequence[Measurement]
 ) -> dict[str, dict[str, Estimate]]:
-    measured = contained(device, (coefficient.exact for one in measurements for coefficient in one.coefficients))
+    measured = find_contained(device, (coefficient.exact for one in measurements for coefficient in one.coefficients))
     prior = standard_std(device)
     units = [*(("kg", "m", "m", "m", *("kg m^2",) * 6) * len(device.massive)), *("kg m^2",) * len(device.motors)]
     owners = [(link.name, key) for link in device.massive for key in STANDARD]

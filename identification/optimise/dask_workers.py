@@ -33,7 +33,7 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
 
     def __init__(self, address: str) -> None:
         need("cluster", "--scheduler")
-        encrypted = _checked(address)
+        encrypted = _is_encrypted(address)
         from distributed import Client  # noqa: PLC0415 (slow to import and rarely needed)
 
         try:
@@ -84,7 +84,7 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
         self._client.close()
 
 
-def _checked(address: str) -> bool:
+def _is_encrypted(address: str) -> bool:
     """Whether the connection is encrypted; one that is not and leaves this machine is told on stderr."""
     try:
         parts = urlsplit(address)

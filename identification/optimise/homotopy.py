@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from haptid.identification.optimise.inner_step import coarsened
+from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.identification.optimise.slsqp import slsqp
 from haptid.identification.problem.residuals import Problem
@@ -33,7 +33,7 @@ def descend(problem: Problem, x: Array) -> Descent:
     coarse = problem
     for number, gain in enumerate(gains):
         if number in {0, len(gains) - 1}:
-            coarse = coarsened(problem, x, gain)
+            coarse = coarsen(problem, x, gain)
         level = _level(coarse, x, number)
         x, calls = level.x, calls + level.calls
     if problem.options.passive:

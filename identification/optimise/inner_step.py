@@ -33,7 +33,7 @@ def steps_of(problem: Problem) -> tuple[float, ...]:
     return tuple(DEFAULT_STEP * 2.0**k for k in range(halvings, -1, -1))
 
 
-def coarsened(problem: Problem, x: Array, gain: float) -> Problem:
+def coarsen(problem: Problem, x: Array, gain: float) -> Problem:
     """Return the problem at the coarsest inner step that x allows at this gain; as it is where there is no choice."""
     if not isinstance(problem.simulator, Stepped):
         return problem

@@ -79,14 +79,14 @@ def slsqp(
         if not np.isfinite(cost.cost):
             return Descent(x=x, cost=cost.cost, calls=calls, converged=False)
         before = cost.cost
-        success = _minimised(cost, iterations - calls, tolerance)
+        success = _minimise_once(cost, iterations - calls, tolerance)
         x, calls = cost.best, calls + cost.calls
         small = before - cost.cost <= 10.0 * tolerance * cost.cost
         if small or calls >= iterations:
             return Descent(x=x, cost=cost.cost, calls=calls, converged=success and small)
 
 
-def _minimised(cost: _Cost, iterations: int, tolerance: float) -> bool:
+def _minimise_once(cost: _Cost, iterations: int, tolerance: float) -> bool:
     """Run SLSQP once from w = 0 and say whether it met its tolerance."""
     problem = cost.problem
     A, slack = cost.along.constraints(cost.x)

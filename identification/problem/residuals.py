@@ -19,7 +19,7 @@ from haptid.identification.problem.weights import time_weights
 from haptid.identification.simulators.protocol import Simulator, Trajectory
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
-from haptid.support.processes.threads import mapped
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -165,7 +165,7 @@ class Problem:
         def one(run: Run, x0: Array) -> Trajectory:
             return self.simulator.simulate(theta, run, x0=x0, gain=gain, sensitivities=sensitivities)
 
-        return mapped(one, self.runs, self.x0(x), threads=self.threads)
+        return map_threads(one, self.runs, self.x0(x), threads=self.threads)
 
     def _priors(self, x: Array, theta: Array, slope: Array) -> tuple[Array, Array]:
         residuals, rows = [], []

@@ -25,7 +25,7 @@ CAUTION = 3.0
 """A carried prior is this much wider than the belief: tests on different days agree less well than their noise says."""
 
 
-def carried(
+def carry_over(
     equations: Equations,
     belief: LinkBelief,
     coefficients: Sequence[Coefficient],

@@ -12,7 +12,7 @@ from haptid.identification.links.consistency import Agreement, coefficients_agre
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
-from haptid.identification.sequence.carry_over import carried, measurement_of
+from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.equations_for import equations_for, named
 from haptid.identification.sequence.result_json import fit_from_json
@@ -86,7 +86,7 @@ class Sequence:
         stated = [id if single else f"{id}_{j}" for j in joints for id in self.campaign.parameter_overrides.get(j, {})]
         known = {id.removesuffix(f"_{joints[0]}"): value for id, value in found.items()} if single else found
         own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
-        return carried(equations, belief, coefficients, own, stated)
+        return carry_over(equations, belief, coefficients, own, stated)
 
     def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
         if kept is not None:

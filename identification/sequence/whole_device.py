@@ -60,11 +60,11 @@ def _joints(
     """Return springs and friction by id with the joint's number, given π; drawn where rng is given."""
     result: dict[str, float] = {}
     for step, one in zip(steps, measured, strict=True):
-        result |= joint_values(step.configuration.free_joints, _given(step, one, pi, rng))
+        result |= joint_values(step.configuration.free_joints, _condition_on(step, one, pi, rng))
     return result
 
 
-def _given(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | None) -> dict[str, float]:
+def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | None) -> dict[str, float]:
     fit = step.fit
     known = [fit.free.index(c.id) for c in one.coefficients]
     rest = [k for k in range(len(fit.free)) if k not in known]

@@ -22,7 +22,7 @@ from haptid.support.errors import NumericalError
 
 
 @lru_cache(maxsize=64)
-def _opened(path: Path, digest: str) -> FmuSlave:  # noqa: ARG001 # the digest keeps a rebuilt file apart from its predecessor
+def _open(path: Path, digest: str) -> FmuSlave:  # noqa: ARG001 # the digest keeps a rebuilt file apart from its predecessor
     return FmuSlave(path)
 
 
@@ -86,7 +86,7 @@ class FmuSimulator:
         """Open ``fmu``, which was built from ``equations`` up to bounds, priors and first guesses."""
         path = fmu if isinstance(fmu, Path) else fmu.path
         digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-        slave = _opened(path, digest)
+        slave = _open(path, digest)
         if SENSITIVITY_SWITCH not in slave.references:
             msg = f"{path}: fits need an FMU that was built with identification=True"
             raise ValueError(msg)
@@ -117,7 +117,7 @@ class FmuSimulator:
         start |= {r: value for r, value, moves in zip(inputs, table[0], varying, strict=True) if not moves}
         moving = [r for r, moves in zip(inputs, varying, strict=True) if moves]
         outputs = at.outputs + at.sensitivities if sensitivities else at.outputs
-        slave = _opened(self.path, self.digest)
+        slave = _open(self.path, self.digest)
         with slave.lock:
             slave.initialise(start, switches={at.switch: sensitivities})
             result = slave.run(run.t, moving, table[:, varying], outputs, step=self.step)

@@ -70,7 +70,7 @@ def _driver(*, hold_lock: bool) -> Any:
     return run
 
 
-def unpacked(path: Path) -> Path:
+def unpack_fmu(path: Path) -> Path:
     """Return the folder with the content of the archive, in the cache by its digest."""
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:24]
     folder = cache_folder("unpacked") / digest
@@ -108,7 +108,7 @@ class FmuSlave:
 
     def __init__(self, path: Path) -> None:
         """Unpack, load and instantiate."""
-        self.path, folder = path, unpacked(path)
+        self.path, folder = path, unpack_fmu(path)
         self.description: ModelDescription = fmpy.read_model_description(str(folder))
         self.messages: list[str] = []
         self.lock = threading.Lock()

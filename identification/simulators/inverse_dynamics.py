@@ -15,7 +15,7 @@ import numpy as np
 from haptid.identification.simulators.protocol import Trajectory
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
-from haptid.measurement.signals.smoothing import smoothed
+from haptid.measurement.signals.smoothing import smooth
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import q, v
 from haptid.model.equations.equations import Equations, Input, Output
@@ -119,6 +119,6 @@ def measured_motion(run: Run) -> Array:
 
     A torque that holds until the next row belongs to the motion half a step later.
     """
-    m = smoothed(run.but(y=run.u), width=WIDTH_S)
+    m = smooth(run.but(y=run.u), width=WIDTH_S)
     t = run.t + 0.5 * np.diff(run.t, append=run.t[-1]) if run.hold == "zero" else run.t
     return np.column_stack([np.interp(t, m.t, signal) for signal in (m.q, m.v, m.a)])

@@ -65,20 +65,20 @@ def jackknife_std(problem: Problem, x: Array, workers: Workers, blocks: int = BL
     Every run is cut into equally many contiguous blocks, at least ``blocks`` in all. The first row of a run stays: it
     is the prior of its start.
     """
-    tasks = [(replace(problem, roots=roots), x) for roots in left_out(problem.roots, blocks)]
-    refits = workers.until(_refitted, tasks, lambda done: len(tasks) - len(done))
+    tasks = [(replace(problem, roots=roots), x) for roots in leave_out_blocks(problem.roots, blocks)]
+    refits = workers.until(_refit, tasks, lambda done: len(tasks) - len(done))
     s, widths = np.array([x for x, _ in refits]), np.array([std for _, std in refits])
     spread = np.sqrt((len(s) - 1) / len(s) * np.sum((s - s.mean(axis=0)) ** 2, axis=0))
     return np.asarray(np.maximum(spread, widths.max(axis=0)))
 
 
-def _refitted(problem: Problem, x: Array) -> tuple[Array, Array]:
+def _refit(problem: Problem, x: Array) -> tuple[Array, Array]:
     """Return the minimum near x and the standard deviations there."""
     found = minimise(problem, x, iterations=ITERATIONS, tolerance=0.0, relative=1e-4).x
     return found, np.sqrt(np.maximum(np.diag(curvature(problem, found).covariance), 0.0))
 
 
-def left_out(roots: Sequence[Array], blocks: int) -> list[tuple[Array, ...]]:
+def leave_out_blocks(roots: Sequence[Array], blocks: int) -> list[tuple[Array, ...]]:
     """Return the root weights of all runs once per block, with that block's rows at zero."""
     per_run = -(-blocks // len(roots))
     made = []

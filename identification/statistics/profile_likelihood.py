@@ -55,7 +55,7 @@ class _Walk:
         distance, at, start = np.sqrt(LEVEL) * width, 0.0, self.x
         for _ in range(TRIALS):
             distance = np.sign(width) * min(abs(distance), abs(room))
-            moved, cost = pinned(self.problem, start + direction * (distance - at), k)
+            moved, cost = fit_pinned(self.problem, start + direction * (distance - at), k)
             if not np.isfinite(cost):
                 return None
             share = float(np.sqrt(max(cost - self.cost, 0.0) / target))
@@ -68,7 +68,7 @@ class _Walk:
         return None
 
 
-def pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
+def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
     """Minimise ‖r‖² from ``x`` over all unknowns but ``k``; return the minimum and its cost.
 
     By Gauss-Newton steps that are halved until the cost falls.
@@ -86,14 +86,14 @@ def pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
         R, c = triangle(np.vstack((J, ridge)), np.concatenate((blocks.residual, np.zeros(others.size))))
         step = np.zeros(x.size)
         step[others] = step_within(R, c, A[:, others], b - A @ x)
-        x, blocks, new = _halved(problem, x, step, cost)
+        x, blocks, new = _halve_step(problem, x, step, cost)
         gained, cost = cost - new, new
         if gained < 1e-3:
             break
     return x, cost
 
 
-def _halved(problem: Problem, x: Array, step: Array, cost: float) -> tuple[Array, Blocks, float]:
+def _halve_step(problem: Problem, x: Array, step: Array, cost: float) -> tuple[Array, Blocks, float]:
     for n in range(HALVINGS):
         blocks = problem.blocks(x + step / 2**n)
         new = cost_of(blocks)

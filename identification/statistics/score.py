@@ -32,17 +32,17 @@ def residuals(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
     return np.asarray(run.y - y[:, : run.y.shape[1]])
 
 
-def profiled_start(simulator: Simulator, theta: Array, run: Run, *, free_velocity: bool = False) -> Array:
+def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velocity: bool = False) -> Array:
     """Return the initial state that fits ``run`` best at fixed parameters, by Gauss–Newton from the first sample."""
     start = start_of(simulator.equations, run, free_velocity=free_velocity)
     rows = slice(0, run.score_from) if run.score_from else slice(None)
     delta = np.zeros(len(start.states))
-    r, J = _whitened(simulator, theta, run, start, delta, rows)
+    r, J = _whiten(simulator, theta, run, start, delta, rows)
     if not np.isfinite(r).all():
         return start.at(delta)
     step = -np.linalg.lstsq(J, r, rcond=None)[0]
     for _ in range(STEPS):
-        new_r, new_J = _whitened(simulator, theta, run, start, delta + step, rows)
+        new_r, new_J = _whiten(simulator, theta, run, start, delta + step, rows)
         gained = float(r @ r) - float(new_r @ new_r)
         if gained > 0:
             delta, r, J = delta + step, new_r, new_J
@@ -54,7 +54,7 @@ def profiled_start(simulator: Simulator, theta: Array, run: Run, *, free_velocit
     return start.at(delta)
 
 
-def _whitened(
+def _whiten(
     simulator: Simulator, theta: Array, run: Run, start: Start, delta: Array, rows: slice
 ) -> tuple[Array, Array]:
     made = simulator.simulate(theta, run, x0=start.at(delta), sensitivities=True)
@@ -72,7 +72,7 @@ def score(
     simulator: Simulator, fit: HasTheta, run: Run, *, x0: Array | None = None, free_velocity: bool = False
 ) -> RunScore:
     """Judge ``run`` on its scored rows; the initial state is profiled where ``x0`` is None."""
-    start = profiled_start(simulator, fit.theta, run, free_velocity=free_velocity) if x0 is None else x0
+    start = fit_initial_state(simulator, fit.theta, run, free_velocity=free_velocity) if x0 is None else x0
     return score_of(run, residuals(simulator, fit.theta, run, start)[run.scored], start)
 
 

@@ -16,7 +16,7 @@ from haptid.measurement.signals.hold_out import with_validation
 from haptid.measurement.signals.noise import campaign_with_noise
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.errors import LONGEST, one_line, shortened
+from haptid.support.errors import LONGEST, one_line, shorten
 
 
 def prepare(campaign: Campaign) -> Campaign:
@@ -47,4 +47,4 @@ def campaign_for_command(folder: Path | str | None) -> Campaign:
 def tell_remarks(campaign: Campaign) -> None:
     """Print the remarks on stderr, one line each: a command does so when it has accepted all its input."""
     for remark in campaign.remarks:
-        click.echo(f"remark: {shortened(one_line(remark), LONGEST)}", err=True)
+        click.echo(f"remark: {shorten(one_line(remark), LONGEST)}", err=True)

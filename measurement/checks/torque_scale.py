@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.measurement.format.devices import SINGLE_JOINT
-from haptid.measurement.signals.smoothing import smoothed
+from haptid.measurement.signals.smoothing import smooth
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
@@ -45,7 +45,7 @@ def off_scale(campaign: Campaign) -> dict[str, str]:
 
 
 def _torque_per_acceleration(run: Run) -> float:
-    motion = smoothed(run)
+    motion = smooth(run)
     acceleration = float(np.std(motion.a))
     return float(np.std(motion.torque)) / acceleration if acceleration > 0 else 0.0
 

@@ -31,7 +31,7 @@ def check_layout(path: Path) -> None:
     try:
         if path.suffix == ".gz":
             _refuse_packed_bomb(path)
-        with _opened(path) as stream:
+        with _open(path) as stream:
             lines = [stream.readline(LONGEST_LINE) for _ in range(LINES)]
     except UnicodeDecodeError as error:  # anywhere in the block that was read ahead
         raise refuse_damaged(path, type(error).__name__) from None
@@ -59,7 +59,7 @@ def _refuse_packed_bomb(path: Path) -> None:
             refuse_bomb(path, unpacked)
 
 
-def _opened(path: Path) -> TextIO:
+def _open(path: Path) -> TextIO:
     if path.suffix == ".gz":
         return gzip.open(path, "rt", encoding="utf-8-sig", newline=None)
     return path.open(encoding="utf-8-sig")

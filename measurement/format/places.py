@@ -11,7 +11,7 @@ from typing import TypeVar
 import click
 
 from haptid.measurement.values.warning import warn
-from haptid.support.errors import InputError, shortened
+from haptid.support.errors import InputError, shorten
 from haptid.support.files.files import is_file
 
 F = TypeVar("F", bound=Callable[..., object])
@@ -53,6 +53,6 @@ def check_inside(folder: Path, name: str, where: str) -> None:
     if target.is_relative_to(folder.resolve()):
         return
     if not _allowed.get():
-        expected, got = "a file inside the campaign's folder", f"{shortened(name, 60)!r} outside"
+        expected, got = "a file inside the campaign's folder", f"{shorten(name, 60)!r} outside"
         raise InputError(where, expected=expected, got=got, todo=f"copy it there, or allow it by {OPTION}")
     warn(f"{where}: {name!r} lies outside the campaign's folder, at {target}")

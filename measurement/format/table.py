@@ -18,7 +18,7 @@ from haptid.measurement.format.damage import DECIMAL_COMMA, refuse_damaged
 from haptid.measurement.format.layout import check_layout, refuse_bomb
 from haptid.measurement.format.misnamed import advice
 from haptid.measurement.values.run import Array
-from haptid.support.errors import InputError, shortened
+from haptid.support.errors import InputError, shorten
 from haptid.support.files.files import is_file
 from haptid.support.installing.extras import need
 
@@ -75,7 +75,7 @@ class Table:
     def _no_number(self, column: str, index: int, value: float) -> InputError:
         """Return the error of a cell that is no number, or none that anything measures; it shows what stands there."""
         cell = self._as_written(column, index)
-        got = "an empty or NaN cell" if pd.isna(cell) else repr(shortened(str(cell), LONGEST_CELL))
+        got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), LONGEST_CELL))
         todo = "" if np.isnan(value) else f"no value is above {LARGEST:g}"
         if re.fullmatch(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", str(cell), re.IGNORECASE):
             todo = DECIMAL_COMMA

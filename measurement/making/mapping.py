@@ -41,7 +41,7 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
     return targets
 
 
-def mapped(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
+def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
     """Return the table with the mapped columns renamed and multiplied by their factors."""
     missing = [column for column in targets if column not in table.columns]
     if missing:

@@ -27,14 +27,14 @@ def position_control(run: Run, column: int = 0) -> str:
     joint = run.free_joints[column]
     if any(name in run.extra for name in (f"reference_{joint}_rad", f"reference_{joint}_m")):
         return "a reference position is recorded"
-    if steady_share(run.t, run.y[:, column]) > STEADY and not commanded(run, column):
+    if steady_share(run.t, run.y[:, column]) > STEADY and not is_commanded(run, column):
         return "position sweeps at constant speed"
     if noise_link(run, column) > LINKED:
         return "torque follows the position's noise"
     return ""
 
 
-def commanded(run: Run, column: int) -> bool:
+def is_commanded(run: Run, column: int) -> bool:
     """Whether the torque is as smooth as a command: its noise is rounding."""
     return robust_std(contrasts(run.t, run.u[:, column], 4)) < COMMANDED * float(np.ptp(run.u[:, column]))
 

@@ -66,13 +66,13 @@ def find_cycles(run: Run, column: int = 0) -> Cycles:
     nothing = Cycles(omega=0.0, share=0.0, index=np.zeros(t.size, dtype=np.int64), turns=np.zeros(t.size))
     if np.ptp(u) == 0:
         return nothing
-    omega = _refined(t, u, _strongest_line(t, u))
+    omega = _refine_frequency(t, u, _strongest_line(t, u))
     share = _line(t, u, omega)[1]
     turns_in_all = omega * t[-1] / (2 * np.pi)
     if turns_in_all < 1 or share < (PERIODIC if turns_in_all > 2 else FEW_TURNS):
         return Cycles(omega=omega, share=share, index=nothing.index, turns=nothing.turns)
     turns = _turns(t, u, omega, share)
-    return Cycles(omega=omega, share=share, index=_numbered(turns), turns=turns)
+    return Cycles(omega=omega, share=share, index=_number_cycles(turns), turns=turns)
 
 
 @lru_cache(maxsize=64)
@@ -92,10 +92,10 @@ def whole_cycles(run: Run) -> Cycles:
 def _turns(t: Array, u: Array, omega: float, share: float) -> Array:
     """Return the phase of the line in cycles, shape (n_t,)."""
     a, b, _ = _line(t, u, omega)[0]
-    return np.asarray((omega * t + np.arctan2(-b, a)) / (2 * np.pi) + _missed(share, t.size))
+    return np.asarray((omega * t + np.arctan2(-b, a)) / (2 * np.pi) + _boundary_error(share, t.size))
 
 
-def _missed(share: float, rows: int) -> float:
+def _boundary_error(share: float, rows: int) -> float:
     """Return the share of a cycle by which a boundary may be missed.
 
     The phase at an end of the run has the standard error 2·√(2/n)·σ/A, A the line's amplitude and
@@ -115,7 +115,7 @@ def _strongest_line(t: Array, u: Array) -> float:
     return 2 * np.pi * k / (8 * t.size) * (t.size - 1) / float(t[-1])
 
 
-def _refined(t: Array, u: Array, omega: float) -> float:
+def _refine_frequency(t: Array, u: Array, omega: float) -> float:
     width = 2 * np.pi / float(t[-1]) / 4
     best = minimize_scalar(lambda w: -_line(t, u, w)[1], bounds=(omega - width, omega + width), method="bounded",
                            options={"xatol": 1e-9 * omega})  # fmt: skip
@@ -129,7 +129,7 @@ def _line(t: Array, u: Array, omega: float) -> tuple[Array, float]:
     return weights, 1.0 - float(np.var(u - basis @ weights) / np.var(u))
 
 
-def _numbered(turns: Array) -> NDArray[np.int64]:
+def _number_cycles(turns: Array) -> NDArray[np.int64]:
     """Count cycles from 0, slivers at both ends joined to their neighbours."""
     index = np.floor(turns).astype(np.int64)
     if 1.0 - turns[0] % 1.0 < SLIVER:

@@ -11,7 +11,7 @@ SHARE = 2.0 / 3.0
 LEAST_ROWS = 24
 
 
-def held_out(run: Run) -> tuple[Run, Run]:
+def hold_out(run: Run) -> tuple[Run, Run]:
     """Split a run in time: the first two thirds to fit, the last third to judge.
 
     The part to judge is the whole run, simulated from its start and scored from ``score_from`` on, so that the friction
@@ -55,4 +55,4 @@ def _parts(run: Run) -> list[Run]:
     if run.t.size < LEAST_ROWS:
         note = f"no validation run, and {run.file} is too short ({run.t.size} rows) to hold a part of it out"
         return [run.but(notes=(*run.notes, note))]
-    return list(held_out(run))
+    return list(hold_out(run))

@@ -90,9 +90,7 @@ def with_noise(run: Run) -> Run:
 def campaign_with_noise(campaign: Campaign) -> Campaign:
     """Return the campaign with noise and resolution filled in, pooled per joint by the median over its runs."""
     filled = [with_noise(run) for run in campaign.runs]
-    pooled = {
-        joint: _pooled(campaign, filled, joint) for joint in {j for run in campaign.runs for j in run.free_joints}
-    }
+    pooled = {joint: _pool(campaign, filled, joint) for joint in {j for run in campaign.runs for j in run.free_joints}}
     runs = [
         run.but(
             noise=np.where(np.isnan(run.noise), [pooled[j][0] for j in run.free_joints], run.noise),
@@ -103,7 +101,7 @@ def campaign_with_noise(campaign: Campaign) -> Campaign:
     return campaign.but(runs=tuple(runs))
 
 
-def _pooled(campaign: Campaign, filled: list[Run], joint: int) -> tuple[float, float]:
+def _pool(campaign: Campaign, filled: list[Run], joint: int) -> tuple[float, float]:
     """Median noise and resolution of a joint over the runs that had to be estimated (all of them where none had)."""
     pairs = list(zip(campaign.runs, filled, strict=True))
     at = [(run, full, run.free_joints.index(joint)) for run, full in pairs if joint in run.free_joints]

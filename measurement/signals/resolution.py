@@ -35,26 +35,26 @@ def estimate_resolution(y: Array) -> float:
         return 0.0
     offsets = levels - levels[0]
     for divisor in (1, 2, 3):
-        step = _refined(steps, offsets, float(steps.min()) / divisor)
+        step = _refine(steps, offsets, float(steps.min()) / divisor)
         if step > 0:
             return step
     return 0.0
 
 
-def _refined(steps: Array, offsets: Array, guess: float) -> float:
+def _refine(steps: Array, offsets: Array, guess: float) -> float:
     """Refine ``guess`` on the small steps, then on ever longer offsets; 0 where the levels do not fit it."""
-    step = _fitted(steps[steps < 10 * guess], guess)
+    step = _fit_levels(steps[steps < 10 * guess], guess)
     reach = 10 * step
     while reach < offsets[-1]:
         reach = min(4 * reach, float(offsets[-1]))
-        step = _fitted(offsets[(offsets > 0) & (offsets <= reach)], step)
+        step = _fit_levels(offsets[(offsets > 0) & (offsets <= reach)], step)
     misfit = offsets - step * np.round(offsets / step)
     misfit -= np.median(misfit)
     fits = np.abs(misfit).max() < step / 6 and float(np.sqrt(np.mean(misfit**2))) < step / 12
     return step if fits else 0.0
 
 
-def _fitted(differences: Array, step: float) -> float:
+def _fit_levels(differences: Array, step: float) -> float:
     counts = np.round(differences / step)
     total = float(counts @ counts)
     return float(counts @ differences) / total if total > 0 else step

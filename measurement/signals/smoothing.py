@@ -38,7 +38,7 @@ def dominant_period(t: Array, y: Array) -> float:
     return float(t[-1] / max(1 + int(np.argmax(spectrum[1:])), 1))
 
 
-def smoothed(run: Run, column: int = 0, *, width: float | None = None) -> Motion:
+def smooth(run: Run, column: int = 0, *, width: float | None = None) -> Motion:
     """Smooth one joint of a run by a Gaussian of standard deviation ``width`` [s]."""
     n = run.t.size
     t = np.linspace(0.0, run.t[-1], n)
@@ -47,13 +47,13 @@ def smoothed(run: Run, column: int = 0, *, width: float | None = None) -> Motion
     sigma = max((SHARE * dominant_period(run.t, y) if width is None else width) / dt, FEWEST)
     return Motion(
         t=t,
-        q=_filtered(y, sigma, 0),
-        v=_filtered(y, sigma, 1) / dt,
-        a=_filtered(y, sigma, 2) / dt**2,
-        torque=_filtered(u, sigma, 0),
+        q=_filter(y, sigma, 0),
+        v=_filter(y, sigma, 1) / dt,
+        a=_filter(y, sigma, 2) / dt**2,
+        torque=_filter(u, sigma, 0),
     )
 
 
-def _filtered(signal: Array, sigma: float, order: int) -> Array:
+def _filter(signal: Array, sigma: float, order: int) -> Array:
     """Convolve with a derivative of the Gaussian; cut at 4σ, as by default, G″ would not have the sum 0."""
     return np.asarray(gaussian_filter1d(signal, sigma, order=order, mode="nearest", truncate=8.0))

@@ -47,10 +47,10 @@ class Uncertainty:
 
     def rotor_guess(self, guess: Guess) -> Guess:
         """Complete a rotor's guess."""
-        return guess if guess.fixed else widened(guess, self.rotor * guess.initial, positive=True)
+        return guess if guess.fixed else widen_guess(guess, self.rotor * guess.initial, positive=True)
 
 
-def widened(guess: Guess, std: float, *, positive: bool) -> Guess:
+def widen_guess(guess: Guess, std: float, *, positive: bool) -> Guess:
     """Give a bare guess a standard deviation and bounds: ±4 std, for positive quantities from 5 % up."""
     if guess.fixed or guess.std is not None:
         return guess
@@ -77,7 +77,7 @@ def inertial(
     check_physical(values, place.at("inertia"))
     stds = uncertainty.stds(values)
     positive = ("m", "I11", "I22", "I33")
-    return Inertial(guesses=tuple(widened(raw[key], stds[key], positive=key in positive) for key in STANDARD))
+    return Inertial(guesses=tuple(widen_guess(raw[key], stds[key], positive=key in positive) for key in STANDARD))
 
 
 def check_physical(values: Mapping[str, float], place: Place) -> None:

@@ -240,7 +240,7 @@ def in_time(effect: Effect, now: sp.Expr) -> Effect:
     return effect.but(states=tuple(states), **formulas)
 
 
-def relabelled(effect: Effect, names: Mapping[str, str]) -> Effect:
+def relabel(effect: Effect, names: Mapping[str, str]) -> Effect:
     """Return the same effect with other ids of parameters and states, by the old ones."""
     symbols = {sp.Symbol(a, real=True): sp.Symbol(b, real=True) for a, b in names.items()}
 
@@ -263,7 +263,7 @@ def relabelled(effect: Effect, names: Mapping[str, str]) -> Effect:
     )
 
 
-def renamed(one: Effect, other: Effect) -> dict[str, str] | None:
+def match_parameters(one: Effect, other: Effect) -> dict[str, str] | None:
     """Return the parameters of ``other`` by those of ``one`` where both are the same equations under other names."""
     if (one.side, len(one.parameters), len(one.states)) != (other.side, len(other.parameters), len(other.states)):
         return None
@@ -292,7 +292,7 @@ def reference(id: str, unit: str, description: str) -> Quantity:
     return Quantity(id=id, unit=unit, description=description, initial=1.0, lower=0.0, upper=1e12, fixed=True)
 
 
-def faded(amplitude: sp.Symbol, least: sp.Expr, full: sp.Expr, without: sp.Expr) -> sp.Expr:
+def fade_in(amplitude: sp.Symbol, least: sp.Expr, full: sp.Expr, without: sp.Expr) -> sp.Expr:
     """Blend from ``without`` at amplitude 0 to ``full`` at ``least`` and beyond.
 
     ``full`` is an expression of the amplitude that is singular at 0 (a time constant, a compliance). Below ``least``

@@ -35,7 +35,7 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     """
     both = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"
     own = both.with_name(f"{both.stem}-{'one' if not many else 'flat'}.json")
-    known = _recorded(equations, both) or (None if many and tangent else _recorded(equations, own))
+    known = _load_record(equations, both) or (None if many and tangent else _load_record(equations, own))
     if known is not None:
         return known
     made = CompiledKernel.of(equations, many=many, substeps=SUBSTEPS, tangent=tangent or not many)
@@ -48,7 +48,7 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     return made
 
 
-def _recorded(equations: Equations, record: Path) -> CompiledKernel | None:
+def _load_record(equations: Equations, record: Path) -> CompiledKernel | None:
     """Return the kernel that a record tells of, None where it or its library is gone."""
     if not is_sealed(record):
         return None

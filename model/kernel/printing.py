@@ -42,15 +42,15 @@ def slopes(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> list[sp.Expr]:
     real = of_reals(expression)
     free = real.free_symbols
     flat = ((DiracDelta, lambda *_: sp.S.Zero),)
-    return [_exchanged(sp.diff(real, s), flat) if s in free else sp.S.Zero for s in symbols]
+    return [_exchange_functions(sp.diff(real, s), flat) if s in free else sp.S.Zero for s in symbols]
 
 
 def of_reals(expression: sp.Expr) -> sp.Expr:
     """Return the expression with `Magnitude` and `Direction` for SymPy's ``Abs`` and ``sign``."""
-    return _exchanged(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
+    return _exchange_functions(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
 
 
-def _exchanged(expression: sp.Expr, pairs: Iterable[tuple[Any, Any]]) -> sp.Expr:
+def _exchange_functions(expression: sp.Expr, pairs: Iterable[tuple[Any, Any]]) -> sp.Expr:
     """Exchange functions; where there is none of a kind, nothing is rebuilt."""
     for old, new in pairs:
         if expression.has(old):

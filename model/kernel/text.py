@@ -19,7 +19,7 @@ def symbol_names(equations: Equations, state: str) -> dict[str, str]:
     return names
 
 
-def needed(
+def select_definitions(
     definitions: Sequence[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]
 ) -> list[tuple[sp.Symbol, sp.Expr]]:
     """Return those of the definitions that the expressions use, directly or through others, in order."""
@@ -40,7 +40,7 @@ def assignments(
     printer = CPrinter(symbol_names(equations, state))
     lines = [
         f"real {printer.doprint(s)} = HK_NEUTRAL + {printer.doprint(e)};"
-        for s, e in needed(equations.definitions, expressions)
+        for s, e in select_definitions(equations.definitions, expressions)
     ]
     common, reduced = sp.cse([sp.sympify(e) for e in expressions], symbols=sp.numbered_symbols("e_"), order="none")
     lines += [f"real {s.name} = HK_NEUTRAL + {printer.doprint(e)};" for s, e in common]

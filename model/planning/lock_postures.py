@@ -130,8 +130,8 @@ def plan_postures(
     for _ in range(extra if pool else 0):
         best = int(np.argmax([_gain(P, W, test.whitened) for test in pool]))
         chosen.append(best)
-        P = _updated(P, pool[best].whitened)
-    chosen = _exchanged(P_home, W, pool, chosen)
+        P = _update(P, pool[best].whitened)
+    chosen = _exchange_tests(P_home, W, pool, chosen)
     picked = tuple(pool[i] for i in sorted(chosen))
     n = len(device.joints)
 
@@ -163,7 +163,7 @@ def _gain(P: Array, W: Array, rows: Array) -> float:
     return float(np.trace(np.linalg.solve(np.eye(len(rows)) + rows @ PA, PA.T @ W @ PA)))
 
 
-def _updated(P: Array, rows: Array) -> Array:
+def _update(P: Array, rows: Array) -> Array:
     PA = P @ rows.T
     result = P - PA @ np.linalg.solve(np.eye(len(rows)) + rows @ PA, PA.T)
     return np.asarray((result + result.T) / 2)
@@ -171,11 +171,11 @@ def _updated(P: Array, rows: Array) -> Array:
 
 def _after(P: Array, tests: Sequence[Test]) -> Array:
     for test in tests:
-        P = _updated(P, test.whitened)
+        P = _update(P, test.whitened)
     return P
 
 
-def _exchanged(P_home: Array, W: Array, pool: Sequence[Test], chosen: list[int], sweeps: int = 2) -> list[int]:
+def _exchange_tests(P_home: Array, W: Array, pool: Sequence[Test], chosen: list[int], sweeps: int = 2) -> list[int]:
     """Replace one test at a time by the best of the pool given the others, until nothing improves."""
     for _ in range(sweeps):
         before = list(chosen)

@@ -15,7 +15,7 @@ from haptid.model.device.device import Device
 from haptid.model.rigid_body.base_parameters import equation_forms, full_lagrangian, rows, span
 from haptid.model.rigid_body.lagrange import Lagrangian
 from haptid.model.rigid_body.locked_dynamics import locked_motion
-from haptid.model.rigid_body.standard_parameters import contained
+from haptid.model.rigid_body.standard_parameters import find_contained
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -73,7 +73,7 @@ def locking_order(device: Device) -> LockingOrder:
     lagrangian = full_lagrangian(device)
     joints = tuple(range(len(device.joints)))
     everything = rows(equation_forms(lagrangian, joints))
-    full, needed = span(everything), contained(device, everything)
+    full, needed = span(everything), find_contained(device, everything)
     builder = _Builder(device, lagrangian)
     left = list(joints)
     while left:
@@ -111,7 +111,7 @@ class _Builder:
     def contains(self, free: tuple[int, ...]) -> frozenset[str]:
         """Return the standard parameters that a configuration's equation contains."""
         if free not in self._contains:
-            self._contains[free] = contained(self.device, self.rows(free))
+            self._contains[free] = find_contained(self.device, self.rows(free))
         return self._contains[free]
 
     def new(self, free: tuple[int, ...]) -> frozenset[str]:

@@ -100,8 +100,8 @@ def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float =
         parameters=tuple(quantities[i] for i in free),
         plain=plain,
         chosen=chosen,
-        std_plain=units * _expected(plain),
-        std_chosen=units * _expected(chosen),
+        std_plain=units * _expected_errors(plain),
+        std_chosen=units * _expected_errors(chosen),
         warnings=_warnings(chosen),
     )
 
@@ -199,7 +199,7 @@ def _d_optimal(information: Sequence[Array], runs: int) -> list[int]:
     return chosen
 
 
-def _expected(runs: Sequence[CosineRun]) -> Array:
+def _expected_errors(runs: Sequence[CosineRun]) -> Array:
     """Return expected standard errors in units of the first guesses, with a prior of 100 %."""
     total = np.eye(len(runs[0].information)) + sum(run.information for run in runs)
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(total))))

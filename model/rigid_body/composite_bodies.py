@@ -44,8 +44,8 @@ def mass_matrix(
             continue
         own = composite[link.name]
         if link.parent != BASE:
-            moved = _moved(own, placed[link.name], coordinates)
-            composite[link.parent] = _joined(composite[link.parent], moved) if link.parent in composite else moved
+            moved = _move_body(own, placed[link.name], coordinates)
+            composite[link.parent] = _join_bodies(composite[link.parent], moved) if link.parent in composite else moved
         if link.moved_by:
             _fill(M, _along_the_path(link, own, placed, above), link, coordinates)
     for motor, J in zip(device.motors, motors, strict=False):
@@ -88,7 +88,7 @@ def _fill(M: list[list[Scalar]], path: list[tuple[Link, Scalar]], link: Link, co
                     M[j][i] = plus(M[j][i], term)
 
 
-def _moved(inertial: Body, frame: Pose, coordinates: Coordinates) -> Body:
+def _move_body(inertial: Body, frame: Pose, coordinates: Coordinates) -> Body:
     """Return the body seen from the parent: h' = R·h + m·p, L' = R·L·Rᵀ + terms of p (Steiner)."""
     p, m = frame.p, inertial.m
     turned = apply(frame.R, inertial.h)
@@ -108,5 +108,5 @@ def _steiner(p: Vec, b: Vec) -> Mat:
     )
 
 
-def _joined(first: Body, second: Body) -> Body:
+def _join_bodies(first: Body, second: Body) -> Body:
     return Body(m=plus(first.m, second.m), h=add(first.h, second.h), L=add_matrices(first.L, second.L))

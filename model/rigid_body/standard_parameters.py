@@ -18,7 +18,7 @@ _PRODUCTS = {"L12": "xy", "L13": "xz", "L23": "yz"}
 _NAMES = ("m", "mx", "my", "mz", "L11", "L22", "L33", "L12", "L13", "L23")
 
 
-def contained(device: Device, rows: Iterable[Row]) -> frozenset[str]:
+def find_contained(device: Device, rows: Iterable[Row]) -> frozenset[str]:
     """Return the ids of the standard parameters that the rows contain."""
     ids = standard_ids(device)
     n = 10 * len(device.massive)

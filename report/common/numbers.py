@@ -24,7 +24,7 @@ def with_error(value: float, std: float) -> str:
     return text if scale == 1.0 else f"({text})e{power:+03d}"
 
 
-def rounded(value: float, std: float) -> str:
+def round_to_error(value: float, std: float) -> str:
     """Write a value to a tenth of its standard deviation's first digit.
 
     >>> rounded(0.0151423, 0.000066)

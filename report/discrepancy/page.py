@@ -10,13 +10,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from haptid.discrepancy.detect.familywise import DRAWS
-from haptid.discrepancy.detect.localise import AXES, Map, told
+from haptid.discrepancy.detect.localise import AXES, Map, describe_regions
 from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.numbers import rounded, with_error
+from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 from haptid.support.numbers import plain
@@ -102,7 +102,7 @@ def _effects(finding: Finding) -> Table:
 
 
 def _ends(estimate: Estimate) -> str:
-    return " to ".join(rounded(end, estimate.std) for end in estimate.interval)
+    return " to ".join(round_to_error(end, estimate.std) for end in estimate.interval)
 
 
 def _with_unit(number: str, unit: str) -> str:
@@ -317,7 +317,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
     joint = f" of joint {finding.gap_joint}" if len(finding.joints) > 1 else ""
-    where = told(finding.regions, _slides(finding), joint)
+    where = describe_regions(finding.regions, _slides(finding), joint)
     evidence = (
         "Evidence is twice the gain in log predictive score on runs that no fit saw; BIC charges each parameter ln n."
     )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.numbers import rounded
+from haptid.report.common.numbers import round_to_error
 from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.common.style import data_uri
 from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
@@ -107,7 +107,10 @@ def _further_intervals(parameters: Sequence[ParameterSummary]) -> Table:
 
 def _spelled(p: ParameterSummary, levels: Sequence[float]) -> list[str]:
     ends = [p.intervals[level] for level in levels]
-    return [rounded(p.median, p.std), *(f"{rounded(a, p.std)} … {rounded(b, p.std)}" for a, b in ends)]
+    return [
+        round_to_error(p.median, p.std),
+        *(f"{round_to_error(a, p.std)} … {round_to_error(b, p.std)}" for a, b in ends),
+    ]
 
 
 def _diagnostics(parameters: Sequence[ParameterSummary]) -> Table:

@@ -20,7 +20,7 @@ from typing import Any
 import click
 import numpy as np
 
-from haptid.model.effects.effect import renamed
+from haptid.model.effects.effect import match_parameters
 from haptid.model.effects.registry import catalogue
 from haptid.support.command import exit_codes, progress
 from haptid.support.errors import InputError
@@ -156,7 +156,7 @@ def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
     """
     entries = catalogue().values()
     hidden = [e for e in entries if e.id in ids]
-    alike = (other.id for other in entries for e in hidden if renamed(e, other) is not None)
+    alike = (other.id for other in entries for e in hidden if match_parameters(e, other) is not None)
     return tuple(dict.fromkeys((*ids, *alike)))
 
 

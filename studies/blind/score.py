@@ -36,7 +36,7 @@ def confusion(outcomes: Iterable[Outcome]) -> dict[str, dict[str, int]]:
     """Count verdicts by what was hidden: rows are truths, columns names or verdicts."""
     counts: dict[str, Counter[str]] = {}
     for o in outcomes:
-        counts.setdefault(_truth(o), Counter())[_told(o)] += 1
+        counts.setdefault(_truth(o), Counter())[_classify(o)] += 1
     return {row: dict(sorted(counts[row].items())) for row in sorted(counts)}
 
 
@@ -48,7 +48,7 @@ def _truth(o: Outcome) -> str:
     return f"outside: {o.truth[0]}" if o.kind == "unlisted" else o.truth[0]
 
 
-def _told(o: Outcome) -> str:
+def _classify(o: Outcome) -> str:
     """One word for a verdict; sets of several names count as right, in part or wrong."""
     if o.verdict == "nothing_missing":
         return NOTHING
@@ -98,7 +98,7 @@ def outside(outcomes: Sequence[Outcome]) -> Row:
     }
 
 
-def spread(values: Iterable[float | None]) -> Row:
+def summarise_spread(values: Iterable[float | None]) -> Row:
     """Return the number, median, ninth decile and maximum of what is there."""
     known = np.array([v for v in values if v is not None], dtype=float)
     if known.size == 0:
@@ -119,7 +119,7 @@ def coverage(outcomes: Sequence[Outcome]) -> Row:
     return {"all": rate(sum(p.inside for p in checked), len(checked)), "parameters": each}
 
 
-def settled(first: Sequence[Outcome], again: Sequence[Outcome]) -> Row:
+def count_settled(first: Sequence[Outcome], again: Sequence[Outcome]) -> Row:
     """Ambiguous verdicts with a proposed run, and how many are named exactly once that run was made."""
     proposed = [o for o in first if o.verdict == "ambiguous" and o.proposed]
     return {
@@ -140,11 +140,11 @@ def summary(cases: Sequence[Outcome], left_out: Sequence[Outcome], again: Sequen
         "false_alarms": false_alarms(cases),
         "outside_the_catalogue": outside([o for o in cases if o.kind == "unlisted"]),
         "leave_one_out": outside(left_out),
-        "settled_by_one_run": settled(cases, again),
-        "gap_closed_on_unseen_runs": spread(o.closed for o in named),
+        "settled_by_one_run": count_settled(cases, again),
+        "gap_closed_on_unseen_runs": summarise_spread(o.closed for o in named),
         "coverage": coverage(cases),
-        "wall_s_per_joint": spread(o.wall_s for o in cases),
-        "simulations_per_joint": spread(o.simulations for o in cases),
+        "wall_s_per_joint": summarise_spread(o.wall_s for o in cases),
+        "simulations_per_joint": summarise_spread(o.simulations for o in cases),
         "confusion": confusion(cases),
         "confusion_leave_one_out": confusion(left_out),
     }

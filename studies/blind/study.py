@@ -91,7 +91,7 @@ def make(
     else:
         options = [f"--{name}={value}" for name, value in asked.items() if value != ""]
         command = ["studies.hidden.run", "--out", str(out), *options, "--workers", str(workers)]
-        code, said = _made([sys.executable, "-m", *command], out / "cases", tell)
+        code, said = _make_cases([sys.executable, "-m", *command], out / "cases", tell)
         if code == InputError.exit_code:
             raise InputError("the cases", expected="what can be made", got=last_line(said))
         if code:
@@ -101,22 +101,22 @@ def make(
     return tuple(sorted(p.name for p in (out / "cases").iterdir()))
 
 
-def _made(command: Sequence[str], cases: Path, tell: Callable[[int], None]) -> tuple[int, str]:
+def _make_cases(command: Sequence[str], cases: Path, tell: Callable[[int], None]) -> tuple[int, str]:
     """Run the program that makes the cases; return its exit code and what it said."""
     running = Running()
     with ThreadPoolExecutor(1) as pool:
         try:
             making = pool.submit(running.run, command, cwd=ROOT)
             while wait([making], timeout=EVERY).not_done:
-                tell(made(cases))
+                tell(count_cases(cases))
         except BaseException:
             running.end()
             raise
-    tell(made(cases))
+    tell(count_cases(cases))
     return making.result()
 
 
-def made(cases: Path) -> int:
+def count_cases(cases: Path) -> int:
     """Count the cases that are written below a folder."""
     return len(list(cases.glob("*/campaign.toml")))
 

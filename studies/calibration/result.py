@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom, binomtest, chisquare
 
-from studies.calibration.simulation_based import Outcome, chi_square_bins, covered
+from studies.calibration.simulation_based import Outcome, chi_square_bins, coverage
 
 LEVELS = (0.5, 0.8, 0.95)
 BINS = 10
@@ -16,7 +16,7 @@ FAMILY = 0.05
 """Chance of any alarm at all among all tests of a joint, were every interval right (Bonferroni)."""
 
 
-def judged(outcomes: Sequence[Outcome], names: Sequence[str]) -> dict[str, Any]:
+def judge_ranks(outcomes: Sequence[Outcome], names: Sequence[str]) -> dict[str, Any]:
     """Rank histogram, χ² p-value and coverage of every parameter, with the probability of so large a departure."""
     ranked = [o for o in outcomes if o.ranks is not None]
     made: dict[str, Any] = {
@@ -39,7 +39,7 @@ def judged(outcomes: Sequence[Outcome], names: Sequence[str]) -> dict[str, Any]:
 
 def _one(ranks: Sequence[int]) -> dict[str, Any]:
     counts = chi_square_bins(ranks, bins=BINS)
-    hits = {p: round(covered(ranks, p) * len(ranks)) for p in LEVELS}
+    hits = {p: round(coverage(ranks, p) * len(ranks)) for p in LEVELS}
     return {
         "rank_histogram": counts.astype(int).tolist(),
         "chi_square_p": float(chisquare(counts).pvalue),

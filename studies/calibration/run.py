@@ -24,7 +24,7 @@ from haptid.noise.noise_model import NoiseModel
 from haptid.support.command import exit_codes, parse_joints, progress
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
-from studies.calibration.result import judged, page, table
+from studies.calibration.result import judge_ranks, page, table
 from studies.calibration.simulation_based import Design, Outcome, rank_one_set
 
 PRIOR = 0.1
@@ -93,7 +93,7 @@ class _Study:
 
     def keep(self, joint: int, design: Design, outcomes: Sequence[Outcome]) -> None:
         """Judge the outcomes of a joint so far and write everything."""
-        self.results[str(joint)] = {"design": design.words, **judged(outcomes, names_of(design))}
+        self.results[str(joint)] = {"design": design.words, **judge_ranks(outcomes, names_of(design))}
         stored = {
             "command": self.command,
             "date": time.strftime("%Y-%m-%d"),

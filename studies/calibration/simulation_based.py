@@ -157,7 +157,7 @@ def chi_square_bins(ranks: Sequence[int], bins: int = 20) -> Array:
     return counts.astype(np.float64)
 
 
-def covered(ranks: Sequence[int], level: float) -> float:
+def coverage(ranks: Sequence[int], level: float) -> float:
     """Share of data sets whose truth lies in the equal-tailed interval of this level."""
     place = (np.asarray(ranks) + 0.5) / (RANKS + 1)
     return float(np.mean(np.abs(place - 0.5) <= level / 2))

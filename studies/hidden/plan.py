@@ -57,7 +57,7 @@ def plan(
         raise InputError(where="--effects", expected="names of the catalogue", got=", ".join(sorted(unknown)))
     slots = [kind for kind in kinds for _ in range(KINDS[kind])]
     order = [slots[k % len(slots)] for k in range(count)]
-    sources = {kind: _shuffled(_hidden(kind, sizes, effects), rng) for kind in kinds}
+    sources = {kind: _shuffle(_hidden(kind, sizes, effects), rng) for kind in kinds}
     return [_case(kind, *next(sources[kind]), inputs, rng) for kind in rng.permutation(np.array(order))]
 
 
@@ -81,7 +81,7 @@ def _hidden(kind: str, sizes: Sequence[str], effects: Sequence[str]) -> list[tup
     return allowed
 
 
-def _shuffled(
+def _shuffle(
     choices: list[tuple[tuple[str, ...], str]], rng: np.random.Generator
 ) -> Iterator[tuple[tuple[str, ...], str]]:
     """Go through the choices without end, in a new order each round."""

@@ -114,13 +114,13 @@ def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
     """
     for attempt in range(1, DRAWS):
         try:
-            return _drawn(folder, case, seed)
+            return _draw(folder, case, seed)
         except NumericalError:
             seed = [*seed, attempt]
-    return _drawn(folder, replace(case, device="single_joint", joint=UPRIGHT[seed[2] % len(UPRIGHT)]), seed)
+    return _draw(folder, replace(case, device="single_joint", joint=UPRIGHT[seed[2] % len(UPRIGHT)]), seed)
 
 
-def _drawn(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
+def _draw(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
     rng = np.random.default_rng(list(seed))
     parameters, known = draw_joint(case, rng)
     runs = _tests(case)

@@ -69,7 +69,7 @@ class Reach:
         moved, slopes, fresh, rest = np.zeros(self.slopes.shape[1]), self.slopes, True, _rms(change)
         left = change
         for _ in range(REFITS):
-            step, rest = _refitted(slopes, left)
+            step, rest = _refit_step(slopes, left)
             if _rms(left) < max(ARRIVED * rest, NOTHING * _rms(change)):
                 break
             found = self._further(change, moved, step, _rms(left))
@@ -121,7 +121,7 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def _refitted(slopes: Array, left: Array) -> tuple[Array, float]:
+def _refit_step(slopes: Array, left: Array) -> tuple[Array, float]:
     """Return the step that takes up most of ``left`` to first order, and the RMS of the rest [rad]."""
     scale = np.maximum(np.linalg.norm(slopes, axis=0), 1e-300)
     step = np.linalg.lstsq(slopes / scale, left, rcond=1e-8)[0] / scale

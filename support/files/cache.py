@@ -17,7 +17,7 @@ from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
 
-from haptid.support.errors import HaptidError, InputError, one_line, shortened
+from haptid.support.errors import HaptidError, InputError, one_line, shorten
 from haptid.support.files.files import WritingError, write_text
 
 VARIABLE = "HAPTID_CACHE"
@@ -128,7 +128,7 @@ def _base() -> Path:
 def _temporary(why: str, name: str) -> Path:
     """Return a private folder for this program and the processes it starts; it goes when the program ends."""
     folder = Path(tempfile.mkdtemp(prefix="haptid-cache-"))
-    told = f"note: no cache ({shortened(one_line(why), 150)}): {folder} serves this once"
+    told = f"note: no cache ({shorten(one_line(why), 150)}): {folder} serves this once"
     print(f"{told}; set {VARIABLE} to a folder of yours", file=sys.stderr)
     os.environ[VARIABLE] = str(folder)
     atexit.register(shutil.rmtree, folder, ignore_errors=True)

@@ -153,11 +153,11 @@ def _installed_lines(extra: str | None) -> list[str]:
 
 def missing(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
     """List the requirements that the interpreter in use does not meet: all where an installation did not end."""
-    half = unfinished().exists()
+    half = unfinished_mark().exists()
     return tuple(r for r in requirements(dev=dev, extra=extra) if half or not r.met)
 
 
-def unfinished() -> Path:
+def unfinished_mark() -> Path:
     """Path of the file that stands beside the packages of the interpreter in use while they are being installed."""
     return Path(sysconfig.get_path("purelib")) / UNFINISHED
 
@@ -175,7 +175,7 @@ def in_venv() -> bool:
     return Path(sys.prefix).resolve() == (ROOT / ".venv").resolve()
 
 
-def _told(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+def _report_interruption(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
     """Say in one line that Ctrl-C came while modules were imported, before the command itself could hear it."""
     if not issubclass(kind, KeyboardInterrupt):
         sys.__excepthook__(kind, error, trace)
@@ -194,7 +194,7 @@ def ready(extra: str | None = None) -> None:
     """
     if sys.argv[:1] != ["-m"] or not in_clone():  # where haptid is installed, its installer saw to it
         return
-    sys.excepthook = _told
+    sys.excepthook = _report_interruption
     lacking = missing(extra=extra)
     if not lacking:
         return

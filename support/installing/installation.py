@@ -23,7 +23,7 @@ from haptid.support.installing.environment import (
     in_venv,
     missing,
     replace_process,
-    unfinished,
+    unfinished_mark,
 )
 from haptid.support.installing.lock_file import CORE, DEV, Amount, amount, locked_file
 
@@ -110,11 +110,11 @@ def install(part: str) -> None:
     An installation that fails or is interrupted while it downloads has changed nothing; one that ends while packages
     are copied leaves the environment marked as unfinished.
     """
-    again = unfinished().exists()  # what a killed installer left may have its metadata and lack its files
+    again = unfinished_mark().exists()  # what a killed installer left may have its metadata and lack its files
     told = amount(part, again=again)
     say(f"installing into {sys.prefix}: {told}")
     try:
-        unfinished().touch()
+        unfinished_mark().touch()
     except OSError as error:
         fail(f"nothing can be installed into {sys.prefix}: {error}")
     copying: list[str] = []
@@ -124,7 +124,7 @@ def install(part: str) -> None:
         again = False
     finally:
         if not copying and not again:
-            unfinished().unlink()
+            unfinished_mark().unlink()
 
 
 def _install(part: str, told: Amount, copying: list[str], *, again: bool) -> None:

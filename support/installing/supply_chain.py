@@ -41,7 +41,7 @@ def uv(*arguments: str) -> str:
     return done.stdout
 
 
-def exported() -> dict[str, str]:
+def export_locks() -> dict[str, str]:
     """Return the text of every file in support/locked, by part."""
     wanted = {CORE: ["--no-dev"]} | {name: ["--no-dev", "--extra", name] for name in extras()}
     wanted[DEV] = ["--group", "dev"]
@@ -51,7 +51,7 @@ def exported() -> dict[str, str]:
 
 def stale() -> tuple[Path, ...]:
     """List the files in support/locked that are not what uv.lock says."""
-    texts = {locked_file(part): text for part, text in exported().items()}
+    texts = {locked_file(part): text for part, text in export_locks().items()}
     return tuple(p for p, text in texts.items() if not p.is_file() or p.read_text(encoding="utf-8") != text)
 
 
@@ -104,7 +104,7 @@ def main() -> None:
 @exit_codes
 def lock() -> None:
     """Write support/locked/*.txt."""
-    for part, text in exported().items():
+    for part, text in export_locks().items():
         write_text(locked_file(part), text)
 
 

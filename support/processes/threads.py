@@ -43,7 +43,7 @@ def _pool(threads: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(threads, thread_name_prefix="haptid")
 
 
-def mapped(function: Callable[..., T], *arguments: Iterable[Any], threads: int = 1) -> list[T]:
+def map_threads(function: Callable[..., T], *arguments: Iterable[Any], threads: int = 1) -> list[T]:
     """Return ``function`` of every tuple of arguments in their order, side by side on ``threads`` threads."""
     tuples = list(zip(*arguments, strict=True))
     if threads <= 1:

@@ -15,7 +15,7 @@ from haptid.model.effects.registry import catalogue
 from haptid.virtual_device.machine.joint import neutral
 from studies.blind.outcome import MEANING, RIGHT, Outcome, score_case
 from studies.blind.page import blind_page, main
-from studies.blind.score import confusion, coverage, rate, settled, spread, summary
+from studies.blind.score import confusion, count_settled, coverage, rate, summarise_spread, summary
 from studies.blind.settle import options_of
 from studies.blind.truth import FORMULAS, SAME, WAVES, true_value
 from studies.hidden.run import make_cases
@@ -130,7 +130,7 @@ def test_settled_counts_only_what_is_named_exactly_afterwards():
     told = {"run": "", "tells": True}
     first = [score_case(label("single", "cogging"), finding("ambiguous", "drag", next_experiment=told))] * 3
     again = [score_case(label("single", "cogging"), finding("named", id)) for id in ("cogging", "drag")]
-    row = settled(first, again)
+    row = count_settled(first, again)
     assert (row["proposed"], row["settled"]["hits"], row["settled_wrongly"]["hits"]) == (3, 1, 1)
 
 
@@ -159,7 +159,7 @@ def test_summary_counts_what_was_put_in():
     }  # fmt: skip
     assert sum(n for row in matrix.values() for n in row.values()) == len(CASES) + 1
     assert confusion([]) == {}
-    assert spread([None, 1.0, 3.0])["median"] == 2.0
+    assert summarise_spread([None, 1.0, 3.0])["median"] == 2.0
 
 
 def study() -> dict[str, Any]:

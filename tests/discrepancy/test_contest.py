@@ -13,7 +13,7 @@ from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.candidate.refit import settle
 from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.fit.solution import solve
-from haptid.discrepancy.search.contenders import contested
+from haptid.discrepancy.search.contenders import fit_contenders
 from haptid.discrepancy.search.search_result import Search
 from haptid.model.effects.effect import w
 from haptid.model.effects.parts.cascade import cascade
@@ -150,7 +150,7 @@ def test_a_contender_is_tried_without_what_makes_up_for_the_named_entry(
     best = s.trial(settle(study, both.effects, both), start.candidate)
     with monkeypatch.context() as patch:
         patch.setattr(Trial, "adequate", property(lambda _: True))
-        made = {t.solution.ids: t for t in contested(s, best, start)}
+        made = {t.solution.ids: t for t in fit_contenders(s, best, start)}
     assert set(made) >= {("cogging", "odd_bend"), ("odd_bend",)}
     assert made["odd_bend",].adequate
     assert made["odd_bend",].candidate.criterion < best.candidate.criterion

@@ -11,7 +11,7 @@ from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.run import main
 from haptid.discrepancy.search.forward_selection import search
-from haptid.discrepancy.study.coupled_study import CoupledStudy, coupled_study_of, placed, taken_off
+from haptid.discrepancy.study.coupled_study import CoupledStudy, coupled_study_of, place_in_joint, take_from_joint
 from haptid.discrepancy.unnamed import missing_torque as shape
 from haptid.discrepancy.unnamed.missing_torque import missing
 from haptid.discrepancy.unnamed.splines import SYMBOLS, without_polynomial
@@ -69,11 +69,11 @@ def finding(tmp_path_factory: pytest.TempPathFactory) -> tuple[Finding, Path]:
 @pytest.mark.parametrize("key", [key for key, e in catalogue().items() if e.random or not of_the_test_alone(e)])
 def test_an_effect_in_its_place_and_taken_off_it_is_the_same(key: str):
     effect = catalogue()[key].but(contenders=())
-    there = placed(effect, 3)
+    there = place_in_joint(effect, 3)
     assert there.id == f"joint3_{effect.id}"
     assert {q.id for q in there.parameters} == {f"{q.id}_3" for q in effect.parameters}
     assert there.threshold == effect.threshold
-    back = taken_off(there, 3)
+    back = take_from_joint(there, 3)
     assert back.but(title=effect.title, rivals=effect.rivals) == effect
 
 
@@ -113,7 +113,7 @@ def test_what_a_joints_own_test_has_named_belongs_to_the_base(with_cogging: Camp
     values = {"cogging_sin": COG["cog"] * np.cos(0.4), "cogging_cos": COG["cog"] * np.sin(0.4), "cogging_number": 9.0}
     known = {0: (at_values(ENTRIES["cogging"], values),)}
     plain = coupled_study_of(with_cogging, (0, 1), ENTRIES, {}, threads=2)
-    plain.equations([placed(ENTRIES["cogging"], 0)])
+    plain.equations([place_in_joint(ENTRIES["cogging"], 0)])
     study = coupled_study_of(with_cogging, (0, 1), ENTRIES, known, threads=2)
     assert study.base.parameter("cogging_number_0").fixed
     assert study.base.parameter("cogging_number_0").initial == 9.0

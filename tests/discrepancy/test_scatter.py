@@ -15,7 +15,7 @@ from haptid.discrepancy.fit.scatter import (
     cycles_of,
     degrees_of_freedom,
     most_probable,
-    relinearised,
+    relinearise_cycles,
 )
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.simulators import Factory
@@ -66,7 +66,7 @@ def test_amplitudes_are_found_and_leave_far_less_than_the_first_linearisation():
     y = simulator.simulate(theta, driven, x0=x0).y[:, 0]
     run = run_with(u, y + 1e-4 * rng.standard_normal(t.size), t)
 
-    about, S = relinearised(simulator, run, NOISE, theta, x0)
+    about, S = relinearise_cycles(simulator, run, NOISE, theta, x0)
     found = np.log(np.array([about.u[cycles.index == k, 0][0] / u[cycles.index == k][0] for k in range(cycles.count)]))
     assert found[:5] == pytest.approx(b[:5], abs=2e-3)
     left = (about.y[:, 0] - simulator.simulate(theta, about, x0=x0).y[:, 0]) / 1e-4
@@ -112,7 +112,7 @@ def test_a_simulation_that_runs_away_has_no_directions_and_breaks_nothing():
     run = run_with(0.008 * np.cos(OMEGA * t), np.zeros_like(t), t)
     x0 = np.array([1.0, 0.0, 0.0])
 
-    about, S = relinearised(simulator, run, NOISE, theta, x0)
+    about, S = relinearise_cycles(simulator, run, NOISE, theta, x0)
     assert about is run
     assert not np.isfinite(S).all()
     assert Whitener.of(Colour(), S) == Whitener()
@@ -125,7 +125,7 @@ def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
     t = np.arange(0.0, 8.0, 0.01)
     run = run_with(0.008 * np.cos(OMEGA * t), np.full_like(t, 50.0), t)
     x0 = initial_state(equations, run.but(y=np.zeros((t.size, 1))))
-    about, S = relinearised(simulator, run, Noise(scatters=(SCATTER.but(size=0.5),)), theta, x0)
+    about, S = relinearise_cycles(simulator, run, Noise(scatters=(SCATTER.but(size=0.5),)), theta, x0)
     assert np.isfinite(S).all()
     moved = np.abs(about.u[:, 0]) > np.abs(run.u[:, 0]) * np.exp(LARGEST) * (1 + 1e-9)
     assert not moved.any()
@@ -165,7 +165,7 @@ def test_of_two_joints_each_has_cycles_and_amplitudes_of_its_own(tmp_path: Path)
     y[:, 1] = 0.05 + (y[:, 1] - 0.05) * (1.0 + 0.02 * rng.standard_normal(second.count)[second.index])
     read = run.but(y=y + run.sensor_std * rng.standard_normal(y.shape))
 
-    about, S = relinearised(simulator, read, Noise(scatters=(on_torque, on_reading)), theta, x0)
+    about, S = relinearise_cycles(simulator, read, Noise(scatters=(on_torque, on_reading)), theta, x0)
     assert S.shape == (*run.y.shape, first.count + second.count)
     assert np.array_equal(about.u[:, 1], run.u[:, 1])
     found = np.log(np.array([about.u[first.index == k, 0][0] / run.u[first.index == k, 0][0] for k in range(len(b))]))

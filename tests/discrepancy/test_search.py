@@ -8,7 +8,16 @@ import numpy as np
 import pytest
 
 from haptid.discrepancy.candidate.candidate import FAMILY, REFUTABLE, SIGNIFICANT, Trial, keys_of
-from haptid.discrepancy.candidate.refit import FIRST, LOST, begin, judged, settle, significance, start_values, starts_of
+from haptid.discrepancy.candidate.refit import (
+    FIRST,
+    LOST,
+    begin,
+    score_candidate,
+    settle,
+    significance,
+    start_values,
+    starts_of,
+)
 from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, visible
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.detect.score_tests import scan
@@ -16,9 +25,9 @@ from haptid.discrepancy.detect.signatures import signatures
 from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.homotopy import through_homotopy
 from haptid.discrepancy.fit.nominal_fit import agreeing, fit_base
-from haptid.discrepancy.fit.scatter import relinearised
+from haptid.discrepancy.fit.scatter import relinearise_cycles
 from haptid.discrepancy.fit.solution import ROUGH, solve
-from haptid.discrepancy.search.backward_elimination import exchanged, pruned
+from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins
 from haptid.discrepancy.search.forward_selection import _ways
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import BEYOND, closer
@@ -41,7 +50,7 @@ def tools_of(study: Study, starts: int) -> tuple[Searcher, Trial]:
     entries = study.in_si(base.values)
     found = signatures(study, base, list(entries.values()))
     searcher = Searcher(study, entries, found, scan(study, base, found, entries).tests, lambda _: None)
-    return searcher, searcher.trial(judged(study, base, 0))
+    return searcher, searcher.trial(score_candidate(study, base, 0))
 
 
 def tools(folder: Path, sensor: Sensor) -> tuple[Searcher, Trial]:
@@ -153,10 +162,10 @@ def test_what_comes_to_nothing_beside_another_effect_is_taken_out(
     full = s.trial(settle(s.study, effects, both), start.candidate)
     assert full.adequate
     assert not full.acceptable
-    (left,) = pruned(s, [full], start)
+    (left,) = prune_stand_ins(s, [full], start)
     assert left.solution.ids == ("cubic_spring",)
     assert left.adequate
-    assert pruned(s, [left], start) == []
+    assert prune_stand_ins(s, [left], start) == []
 
 
 def stand_in(s: Searcher, start: Trial, key: str) -> Effect:
@@ -175,10 +184,10 @@ def test_beside_effects_that_the_catalogue_was_tried_on_nothing_is_exchanged(
     asked: list[frozenset[str]] = []
     monkeypatch.setattr(Searcher, "ready", lambda _, solution, __: asked.append(keys_of(solution)) or [])
     monkeypatch.setattr(Omnibus, "far", False)
-    exchanged(s, best, start)
+    exchange_effects(s, best, start)
     assert asked == [{"asymmetric_viscous"}]
     tried = replace(s, extended={frozenset({"asymmetric_viscous"})})
-    exchanged(tried, best, start)
+    exchange_effects(tried, best, start)
     assert len(asked) == 1
 
 
@@ -189,7 +198,7 @@ def test_what_leaves_more_than_the_steps_error_is_not_fitted_again_at_a_finer_on
     rough = replace(s, study=at_step(s.study, SKETCH))
     other = stand_in(s, start, "asymmetric_viscous")
     wrong = solve(rough.study, [other], Noise(), start.solution.values, x0=start.solution.x0)
-    trial = rough.trial(judged(rough.study, wrong, wrong.calls), start.candidate)
+    trial = rough.trial(score_candidate(rough.study, wrong, wrong.calls), start.candidate)
     monkeypatch.setattr(Omnibus, "far", False)
     assert not trial.adequate
     error = visible(rough.study, trial.solution, SKETCH)
@@ -205,13 +214,13 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     base = fit_base(study, starts=2, seed=0).solution
     effects = [e.at(scales_over(study.fitted, base.values)) for e in study.entries.values()]
     s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, lambda _: None)
-    start = s.trial(judged(study, base, base.calls))
+    start = s.trial(score_candidate(study, base, base.calls))
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
     full = s.trial(settle(study, effects, both), start.candidate)
     assert full.acceptable
     doubtful = replace(full, worth=SIGNIFICANT / 2)
     assert not doubtful.acceptable
-    (kept,) = pruned(s, [doubtful], start)
+    (kept,) = prune_stand_ins(s, [doubtful], start)
     assert kept.solution is full.solution
     assert kept.worth > 100.0
 
@@ -369,7 +378,7 @@ def test_a_run_whose_start_moves_only_once_its_scatter_is_out_is_predicted(begun
         aim = np.sign(moved - slope) * MOVING * std - (moved - slope) / 2
         ramp = (aim - slope) * run.t * np.exp(-((run.t / 0.3) ** 4))
         run = run.but(y=run.y + ramp[:, None])
-        about, _ = relinearised(simulator, run, noise, solution.theta, solution.x0[0])
+        about, _ = relinearise_cycles(simulator, run, noise, solution.theta, solution.x0[0])
         slope, moved = float(first_slopes(run)[0][0]), float(first_slopes(about)[0][0])
     assert [len(start_of(solution.equations, each).states) for each in (run, about)] == [1, 2]
     assert np.isfinite(predict(s.study, solution, [run], noise=noise).score)

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from haptid.discrepancy.candidate.refit import sharpened
+from haptid.discrepancy.candidate.refit import sharpen_jumps
 from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.fit.scatter import cycles_of
 from haptid.discrepancy.fit.solution import Solution, deviance, solve
@@ -36,7 +36,7 @@ def fitted(
     base = fit_base(study, starts=2, seed=0).solution
     effect = catalogue()[key].at(scales_over(study.fitted, base.values))
     first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
-    return study, sharpened(study, first, first.calls)[0]
+    return study, sharpen_jumps(study, first, first.calls)[0]
 
 
 def by_id(solution: Solution, errors: Array) -> dict[str, float]:

@@ -14,7 +14,7 @@ from haptid.discrepancy.run import main
 from haptid.discrepancy.torque.fit import fit_model, rms
 from haptid.discrepancy.torque.inverse_dynamics import inverse_equations, readable
 from haptid.discrepancy.torque.scan import promises
-from haptid.discrepancy.torque.search import compared, refitted
+from haptid.discrepancy.torque.search import compare_candidates, refit_candidate
 from haptid.discrepancy.torque.study import TorqueStudy, alternating
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
@@ -73,8 +73,8 @@ def test_cogging_in_a_sweep_is_the_most_promising_and_closes_the_gap():
     chosen = ("cogging", "cubic_spring", "position_dependent_friction:wave", "quadratic_drag")
     best, *_ = promises(study, base, {key: catalogue()[key].at(scales) for key in chosen})
     assert best.effect.key == "cogging"
-    model = refitted(study, base, best)
-    assert compared("cogging", base, model).acceptable
+    model = refit_candidate(study, base, best)
+    assert compare_candidates("cogging", base, model).acceptable
     assert rms(base.unseen) > 3e-3
     assert rms(model.unseen) < 1.3e-3
     assert model.values["cogging_number"] == pytest.approx(9.0, abs=0.1)

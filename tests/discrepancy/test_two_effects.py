@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from haptid.discrepancy.candidate.candidate import Trial
-from haptid.discrepancy.candidate.refit import judged
-from haptid.discrepancy.fit.homotopy import held
+from haptid.discrepancy.candidate.refit import score_candidate
+from haptid.discrepancy.fit.homotopy import hold_shapes
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.search.forward_selection import Way, _anew, _clear, _two_at_once
 from haptid.discrepancy.search.tools import Searcher
@@ -67,7 +67,7 @@ def test_no_combination_is_begun_once_the_effort_is_spent(lead: tuple[Searcher, 
 @pytest.mark.parametrize("way", [_clear, _anew])
 def test_the_second_effect_is_found_on_top_of_the_first(lead: tuple[Searcher, Trial, Solution], way: Way):
     s, start, first = lead
-    assert not s.trial(judged(s.study, first, 0)).adequate
+    assert not s.trial(score_candidate(s.study, first, 0)).adequate
     good = [t for t in _two_at_once(s, [first], start, way) if t.adequate and t.acceptable]
     assert [set(t.solution.ids) for t in good] == [set(HIDDEN)]
     assert (frozenset(first.keys) in s.extended) == (way is _anew)
@@ -77,9 +77,9 @@ def test_a_shape_is_held_half_a_step_of_its_grid_wide_and_an_amplitude_not_at_al
     ripple = catalogue()["torque_ripple"]
     (_, grid), *_ = ripple.shapes
     values = {"ripple_sin": 0.02, "ripple_cos": 0.0, "ripple_number": grid[1]}
-    priors = {q.id: q.prior for q in held(ripple, values).parameters}
+    priors = {q.id: q.prior for q in hold_shapes(ripple, values).parameters}
     assert priors["ripple_sin"] is None
     assert priors["ripple_number"].mean == grid[1]
     assert priors["ripple_number"].std == pytest.approx(min(grid[1] - grid[0], grid[2] - grid[1]) / 2)
     delay = catalogue()["time_delay"]
-    assert all(q.prior is None for q in held(delay, {q.id: q.initial for q in delay.parameters}).parameters)
+    assert all(q.prior is None for q in hold_shapes(delay, {q.id: q.initial for q in delay.parameters}).parameters)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from haptid.discrepancy.detect.localise import AXES, excess, maps, regions, told
+from haptid.discrepancy.detect.localise import AXES, describe_regions, excess, maps, regions
 from haptid.measurement.values.run import Array, Run
 
 SIGMA = 1e-3
@@ -75,7 +75,7 @@ def test_noise_alone_is_level_over_frequency():
 
 
 def test_sentences_name_files_directions_and_units():
-    run = told(regions(maps(*runs_with(GAPS["run"][0]))), [False])
+    run = describe_regions(regions(maps(*runs_with(GAPS["run"][0]))), [False])
     assert "in run1.csv.gz, in 50 % of the samples." in run[0]
     assert "rad/s, in" in run[-1]
     assert "of the spectrum." in run[-1]

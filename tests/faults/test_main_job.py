@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 
-from haptid.support.files.folder_lock import locked
+from haptid.support.files.folder_lock import lock_folder
 
 ROOT = Path(__file__).parents[2]
 KILLS = int(os.environ.get("HAPTID_KILLS", "1"))
@@ -131,7 +131,7 @@ def test_a_folder_that_cannot_be_made_is_told_before_any_work(tmp_path: Path):
 
 
 def test_two_runs_into_one_folder(tmp_path: Path):
-    with locked(tmp_path / "out"):
+    with lock_folder(tmp_path / "out"):
         code, errors = ended(tmp_path / "out")
     assert code == 2
     assert len(errors) == 1

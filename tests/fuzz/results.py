@@ -9,7 +9,7 @@ from pathlib import Path
 
 import fmpy
 
-from haptid.fmu_build.exchange.discrepancy_json import read_finding, refitted
+from haptid.fmu_build.exchange.discrepancy_json import apply_refits, read_finding
 from haptid.fmu_build.exchange.identification_check import check_for_device, check_orders
 from haptid.fmu_build.exchange.identification_json import Identified, of_device, of_joint, read_identification
 from haptid.fmu_build.exchange.recorded_device import device_of_results
@@ -68,7 +68,7 @@ def read_finding_file(content: bytes, folder: Path) -> None:
     """Read ``content`` as a discrepancy/joint<j>.json, with the effects that it names."""
     path = folder / "joint4.json"
     path.write_bytes(content)
-    refitted(of_device(IDENTIFICATION), [read_finding(path, catalogue())])
+    apply_refits(of_device(IDENTIFICATION), [read_finding(path, catalogue())])
 
 
 def read_ssv_file(content: bytes, folder: Path) -> None:

@@ -10,7 +10,7 @@ from haptid.identification.links.consistent_links import pseudo_inertia
 from haptid.identification.links.physical_draws import physical_draws
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
-from haptid.identification.sequence.carry_over import CAUTION, carried, measurement_of
+from haptid.identification.sequence.carry_over import CAUTION, carry_over, measurement_of
 from haptid.identification.sequence.configurations import configurations_of, order_of
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.device.reader import load_device
@@ -77,14 +77,14 @@ def test_belief_becomes_the_next_prior():
     belief = LinkBelief.from_device(DEVICE)
     mean, covariance = belief.predict(coefficients)
     equations = configuration_equations(DEVICE, (5,))
-    made = carried(equations, belief, coefficients, {"Ks": 0.031}, stated=())
+    made = carry_over(equations, belief, coefficients, {"Ks": 0.031}, stated=())
     quantity = made.parameter("gravity_cos")
     k = [c.id for c in coefficients].index("gravity_cos")
     assert quantity.prior.mean == pytest.approx(mean[k])
     assert quantity.prior.std <= CAUTION * np.sqrt(covariance[k, k]) * (1 + 1e-9)
     assert made.parameter("Ks").initial == 0.031
     assert made.parameter("Ks").prior is None
-    kept = carried(equations, belief, coefficients, {"Ks": 0.031}, stated=("Ks", "gravity_cos"))
+    kept = carry_over(equations, belief, coefficients, {"Ks": 0.031}, stated=("Ks", "gravity_cos"))
     assert kept.parameter("Ks") == equations.parameter("Ks")
     assert kept.parameter("gravity_cos") == equations.parameter("gravity_cos")
 

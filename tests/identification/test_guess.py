@@ -8,7 +8,7 @@ import pytest
 from haptid.identification.fit.initial_guess import guess_from
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.stated import changed, overridden
-from haptid.measurement.signals.smoothing import dominant_period, smoothed
+from haptid.measurement.signals.smoothing import dominant_period, smooth
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.reader import load_device
 from haptid.model.joint.locked_joint import joint_equations
@@ -24,7 +24,7 @@ def campaign(device="single_joint", **overrides) -> Campaign:
 def test_smoothing_keeps_a_slow_sine_and_differentiates_it():
     run = runs()[0]
     t = run.t
-    made = smoothed(run.but(y=np.sin(2 * t)[:, None]), width=0.02)
+    made = smooth(run.but(y=np.sin(2 * t)[:, None]), width=0.02)
     inner = slice(100, -100)
     factor = np.exp(-0.5 * (2 * 0.02) ** 2)
     np.testing.assert_allclose(made.q[inner], factor * np.sin(2 * t)[inner], atol=1e-4)

@@ -9,7 +9,7 @@ import pytest
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.identification.optimise.homotopy import descend
-from haptid.identification.optimise.inner_step import at_inner_step, coarsened, steps_of
+from haptid.identification.optimise.inner_step import at_inner_step, coarsen, steps_of
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.fmu import FmuSimulator
@@ -56,14 +56,14 @@ def test_observed_passes_the_step_on(problem):
 
 def test_stiff_friction_gets_a_finer_step(problem):
     x = problem.first(problem.scaling.initial)
-    calm = coarsened(problem, x, 20.0).simulator.step
+    calm = coarsen(problem, x, 20.0).simulator.step
     run = problem.runs[0]
     rough = problem.options.but(gains=(0.0,))
     # At the noise the residual is small, so that less error is let in than far from the data.
     theta = np.array([TRUE.get(q.id, q.initial) for q in problem.simulator.equations.parameters])
     clean = run.but(y=problem.simulator.simulate(theta, run).y)
     exact = Problem.of(problem.simulator, (clean,), rough)
-    assert coarsened(exact, exact.first(theta), 0.0).simulator.step == DEFAULT_STEP < calm
+    assert coarsen(exact, exact.first(theta), 0.0).simulator.step == DEFAULT_STEP < calm
 
 
 def test_minimum_is_that_of_the_models_own_step(problem):

@@ -18,7 +18,7 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
 from haptid.identification.simulators.kernel import KernelSimulator
-from haptid.identification.statistics.jackknife import jackknife_std, left_out, with_jackknife
+from haptid.identification.statistics.jackknife import jackknife_std, leave_out_blocks, with_jackknife
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.values.run import Run
@@ -122,7 +122,7 @@ def test_torque_equation_gives_back_the_torque_that_moved_the_joint() -> None:
 
 def test_left_out_blocks_cover_every_row_once() -> None:
     roots = (np.ones(10), np.ones(7))
-    cuts = left_out(roots, 6)
+    cuts = leave_out_blocks(roots, 6)
     assert len(cuts) == 6
     for k, root in enumerate(roots):
         missing = sum((cut[k] == 0).astype(int) for cut in cuts)

@@ -2,12 +2,12 @@ import numpy as np
 
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.signals.hold_out import held_out, with_validation
+from haptid.measurement.signals.hold_out import hold_out, with_validation
 
 
 def test_last_third_in_time_is_held_out(folder):
     run = read_campaign(folder.path).runs[0]
-    fit, validate = held_out(run)
+    fit, validate = hold_out(run)
     assert fit.use == "fit"
     assert validate.use == "validate"
     assert fit.t.size == validate.score_from
@@ -20,7 +20,7 @@ def test_last_third_in_time_is_held_out(folder):
 def test_split_of_uneven_rows_is_in_time_not_in_rows(folder):
     run = read_campaign(folder.path).runs[0]
     uneven = run.but(t=np.linspace(0, 1, run.t.size) ** 3)
-    fit, _ = held_out(uneven)
+    fit, _ = hold_out(uneven)
     assert fit.t.size > 0.8 * run.t.size
 
 

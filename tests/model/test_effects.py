@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haptid.fmu_build.building.packaging import Kind, build_fmu
+from haptid.model.effects.effect import match_parameters, t, v, w
 from haptid.model.effects.effect import q as position_symbol
-from haptid.model.effects.effect import renamed, t, v, w
 from haptid.model.effects.registry import catalogue, load_folder
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
@@ -254,10 +254,10 @@ def test_an_encoders_line_that_passes_once_over_the_travel_lies_in_the_range(tra
 
 def test_the_same_equations_under_other_names_are_known_as_such():
     known = catalogue()
-    names = renamed(known["backlash:motor"], known["tendon_slack"])
+    names = match_parameters(known["backlash:motor"], known["tendon_slack"])
     assert names is not None
     assert names["gear_play"] == "slack_half_width"
-    pairs = [(a, b) for a, b in combinations(known.values(), 2) if renamed(a, b) is not None]
+    pairs = [(a, b) for a, b in combinations(known.values(), 2) if match_parameters(a, b) is not None]
     assert {(a.key, b.key) for a, b in pairs} == {("backlash:motor", "tendon_slack")}
 
 

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from haptid.report.common.numbers import rounded, with_error
+from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.common.style import data_uri, figure, png
 from tests.report.reading import seen
@@ -78,6 +78,6 @@ def test_numbers_with_errors(value, std, text):
 
 
 def test_rounded_numbers_keep_a_tenth_of_the_error():
-    assert rounded(123.456, 0.1) == "123.46"
-    assert rounded(0.0, 0.1) == "0"
-    assert rounded(1.0, math.inf) == "1"
+    assert round_to_error(123.456, 0.1) == "123.46"
+    assert round_to_error(0.0, 0.1) == "0"
+    assert round_to_error(1.0, math.inf) == "1"

@@ -13,7 +13,7 @@ import pytest
 
 from haptid.support.errors import HaptidError, InputError
 from haptid.support.files import folder_lock
-from haptid.support.files.folder_lock import NAME, locked
+from haptid.support.files.folder_lock import NAME, lock_folder
 
 ROOT = Path(__file__).parents[2]
 HOLDER = """
@@ -38,26 +38,26 @@ def holder(folder: Path, temporary: Path) -> subprocess.Popen[str]:
 
 def test_a_process_with_another_temporary_folder_sees_it_and_death_ends_it(tmp_path: Path):
     with holder(tmp_path / "out", tmp_path) as process:
-        with pytest.raises(InputError, match="another one is writing there"), locked(tmp_path / "out"):
+        with pytest.raises(InputError, match="another one is writing there"), lock_folder(tmp_path / "out"):
             pass
         process.send_signal(signal.SIGKILL)
-    with locked(tmp_path / "out"):
+    with lock_folder(tmp_path / "out"):
         (tmp_path / "out" / "a").touch()
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["a"]
 
 
 def test_folders_are_made_and_go_where_nothing_was_written(tmp_path: Path):
-    with locked(tmp_path / "a" / "b"):
+    with lock_folder(tmp_path / "a" / "b"):
         assert (tmp_path / "a" / "b" / NAME).exists()
     assert not list(tmp_path.iterdir())
-    with pytest.raises(KeyError), locked(tmp_path / "a"):
+    with pytest.raises(KeyError), lock_folder(tmp_path / "a"):
         raise KeyError
     assert not list(tmp_path.iterdir())
 
 
 def test_a_link_in_the_lock_s_place_is_not_followed(tmp_path: Path):
     (tmp_path / NAME).symlink_to(tmp_path / "other")
-    with pytest.raises(HaptidError, match="could not be written"), locked(tmp_path):
+    with pytest.raises(HaptidError, match="could not be written"), lock_folder(tmp_path):
         pass
     assert not (tmp_path / "other").exists()
 
@@ -69,7 +69,7 @@ def test_a_file_system_without_locks_costs_a_remark(
         raise OSError(errno.ENOLCK, "No locks available")
 
     monkeypatch.setattr(folder_lock, "_take", refused)
-    with locked(tmp_path):
+    with lock_folder(tmp_path):
         pass
     assert capsys.readouterr().err.count("\n") == 1
     assert not list(tmp_path.iterdir())
@@ -97,7 +97,7 @@ main()
 def test_another_user_s_lock_holds_too(mode: int, tmp_path: Path):
     """Two users of one shared folder, whatever the umask of the one who came first."""
     tmp_path.chmod(0o777)
-    with locked(tmp_path):
+    with lock_folder(tmp_path):
         (tmp_path / NAME).chmod(mode)
         done = subprocess.run(
             [sys.executable, "-c", AS_NOBODY, str(tmp_path)],

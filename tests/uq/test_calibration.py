@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from studies.calibration.result import judged, page, table
-from studies.calibration.simulation_based import RANKS, Outcome, covered
+from studies.calibration.result import judge_ranks, page, table
+from studies.calibration.simulation_based import RANKS, Outcome, coverage
 
 NAMES = ("a", "b")
 
@@ -19,7 +19,7 @@ def outcomes(spread: float, shift: float = 0.0, sets: int = 400) -> list[Outcome
 
 def test_right_posteriors_are_calibrated_and_failures_are_told():
     failed = Outcome(number=400, ranks=None, failure="the truth blew up")
-    found = judged([*outcomes(1.0), failed], NAMES)
+    found = judge_ranks([*outcomes(1.0), failed], NAMES)
     assert found["calibrated"]
     assert found["ranked"] == 400
     assert found["failed"] == [{"set": 400, "why": "the truth blew up"}]
@@ -30,18 +30,18 @@ def test_right_posteriors_are_calibrated_and_failures_are_told():
 
 @pytest.mark.parametrize(("spread", "shift"), [(0.7, 0.0), (1.5, 0.0), (1.0, 0.4)], ids=["narrow", "wide", "shifted"])
 def test_wrong_posteriors_raise_the_alarm(spread, shift):
-    found = judged(outcomes(spread, shift), NAMES)
+    found = judge_ranks(outcomes(spread, shift), NAMES)
     assert not found["calibrated"]
     assert "NOT within" in table("4", found)
 
 
 def test_nominal_coverage_is_a_whole_number_of_ranks():
     for level in (0.5, 0.8, 0.95):
-        assert covered(range(RANKS + 1), level) == pytest.approx(level, abs=1e-12)
+        assert coverage(range(RANKS + 1), level) == pytest.approx(level, abs=1e-12)
 
 
 def test_the_page_marks_what_is_outside_chance():
-    result = {"design": "3 runs", **judged(outcomes(0.7), NAMES)}
+    result = {"design": "3 runs", **judge_ranks(outcomes(0.7), NAMES)}
     stored = {
         "command": "python -m studies.calibration.run", "date": "2026-01-01",
         "python": "3.11", "workers": 1, "wall_s": 60.0,

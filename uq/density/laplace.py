@@ -83,7 +83,7 @@ def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps:
         now = float(density(eta)[0])
         if not (np.isfinite(H).all() and np.isfinite(g).all()):
             break
-        trials = _project(density, np.array([_stepped(eta, H, g, damping) for damping in DAMPINGS]))
+        trials = _project(density, np.array([_step(eta, H, g, damping) for damping in DAMPINGS]))
         values = density(trials)
         k = int(np.argmax(values))
         if not values[k] > now:
@@ -94,7 +94,7 @@ def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps:
     return density, eta
 
 
-def _stepped(eta: Array, H: Array, g: Array, damping: float) -> Array:
+def _step(eta: Array, H: Array, g: Array, damping: float) -> Array:
     out = eta.copy()
     diagonal = np.diag(H)
     floor = 1e-12 * diagonal.max()

@@ -45,7 +45,7 @@ def expand(density: Density, simulator: Simulator, eta: Array) -> Expansion:
         information += reduced[1:, 1:]
         gradient += reduced[1:, 0]
         kept = [0, *range(1 + n, full.shape[0])]
-        moved.append(_restarted(fresh, coefficients(full[np.ix_(kept, kept)], scales)[0]))
+        moved.append(_restart(fresh, coefficients(full[np.ix_(kept, kept)], scales)[0]))
     return Expansion(density=density.but(terms=tuple(moved)), information=information, gradient=gradient)
 
 
@@ -55,7 +55,7 @@ def run_information(density: Density, simulator: Simulator, terms: Terms, eta: A
     return eliminate(full, scales, 1 + len(density.coordinates.free))[1:, 1:]
 
 
-def _restarted(terms: Terms, mean: Array) -> Terms:
+def _restart(terms: Terms, mean: Array) -> Terms:
     """Move the start by the mean of its columns' coefficients."""
     x0, states = terms.x0.copy(), list(terms.states)
     shift = terms.start_shift + mean[: len(states)]

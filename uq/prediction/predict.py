@@ -56,7 +56,7 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
     start = mean[:, :n_start] + _normal(covariance[:, :n_start, :n_start], rng) + terms.start_shift
     clean = simulated + start @ terms.fixed[:n_start]
     motion = clean - equilibrium(density.equations, thetas, float(terms.data.mean()))[:, None]
-    y = clean + _scattered(terms, model, hyper, motion, rng) + _noise(terms, model, hyper, rng)
+    y = clean + _draw_scatter(terms, model, hyper, motion, rng) + _noise(terms, model, hyper, rng)
     edges = np.quantile(y, [0.5, *((1 - p) / 2 for p in LEVELS), *((1 + p) / 2 for p in LEVELS)], axis=0)
     lower, upper = edges[1 : 1 + len(LEVELS)], edges[1 + len(LEVELS) :]
     inside = (terms.data >= lower) & (terms.data <= upper)
@@ -78,7 +78,7 @@ def _normal(covariance: Array, rng: np.random.Generator) -> Array:
     return np.asarray(np.einsum("wij,wj->wi", vectors, scaled))
 
 
-def _scattered(
+def _draw_scatter(
     terms: Terms, model: NoiseModel, hyper: dict[str, Array], motion: Array, rng: np.random.Generator
 ) -> Array:
     """Deviation that new factors of cycles and run make, shape (n_sets, n_t)."""

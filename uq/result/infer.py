@@ -131,9 +131,9 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     say("diagnostics")
     rng = np.random.default_rng([seed, 11])
     density = mode.density
-    draws = _thinned(chains_of(drawn), options.stored)
+    draws = _thin(chains_of(drawn), options.stored)
     cycles, per_run = _log_densities(density, draws)
-    few = _thinned(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]
+    few = _thin(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]
     every = (*density.terms, *unseen_terms(mode, simulator, chosen.problem.unseen))
     covariance = np.cov(drawn.flat().T).reshape(drawn.chain.shape[-1], -1)
     return Posterior(
@@ -155,7 +155,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     )
 
 
-def _thinned(chains: Array, count: int) -> Array:
+def _thin(chains: Array, count: int) -> Array:
     """Evenly spaced draws of every chain (n_chains, n_draws, n), at most ``count``."""
     total = chains.shape[1]
     picked = np.unique(np.linspace(0, total - 1, min(count, total)).astype(int))

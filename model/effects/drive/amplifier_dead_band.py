@@ -4,7 +4,7 @@ from functools import partial
 
 import sympy as sp
 
-from haptid.model.effects.effect import Effect, faded, parameter, reference, w
+from haptid.model.effects.effect import Effect, fade_in, parameter, reference, w
 from haptid.model.effects.scales import TORQUE
 
 d, least, e, edge = sp.symbols("dead_band dead_band_least dead_zone dead_band_edge", real=True)
@@ -31,7 +31,7 @@ EFFECTS = (
         ),
         relative={"dead_band": TORQUE, "dead_band_least": sp.Float(5e-3) * TORQUE},
         shapes=(("dead_band", (0.02, 0.06, 0.15, 0.3)),),
-        input=faded(d, least, w * (1 + sp.tanh((sp.Abs(w) - d) / (edge * d))) / 2, w),
+        input=fade_in(d, least, w * (1 + sp.tanh((sp.Abs(w) - d) / (edge * d))) / 2, w),
         edge="dead_band_edge",
         edges=EDGES[1:],
     ),

@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from haptid.model.effects.effect import Effect, EffectState, faded, parameter, t, w
+from haptid.model.effects.effect import Effect, EffectState, fade_in, parameter, t, w
 from haptid.model.effects.parts.cascade import cascade
 from haptid.model.equations.equations import State
 
@@ -26,7 +26,7 @@ def _lag(variant: str, prefix: str, extra: sp.Expr) -> Effect:
         shapes=((f"{prefix}_time", (0.002, 0.01, 0.04, 0.15)),),
         rivals=("time_delay", "friction_lag"),
         contenders=(cascade(LEAST, extra),),
-        input=faded(T, LEAST, reached, w),
+        input=fade_in(T, LEAST, reached, w),
         states=(
             EffectState(
                 state=State(id=f"{prefix}_torque", unit="N m", description="torque that the amplifier has reached"),

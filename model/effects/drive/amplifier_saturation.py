@@ -4,7 +4,7 @@ from functools import partial
 
 import sympy as sp
 
-from haptid.model.effects.effect import Effect, faded, parameter, reference, w
+from haptid.model.effects.effect import Effect, fade_in, parameter, reference, w
 from haptid.model.effects.parts.compression import compression
 from haptid.model.effects.scales import TORQUE
 
@@ -35,7 +35,7 @@ EFFECTS = (
         relative=RELATIVE,
         derived=(("saturation_torque", "N m", 1 / kappa),),
         contenders=(compression(-((kappa * w) ** 2) / 3, "−(τ/τ_max)²/3", SOFT, RELATIVE, PLACE),),
-        input=faded(kappa, least, sp.tanh(kappa * w) / kappa, w),
+        input=fade_in(kappa, least, sp.tanh(kappa * w) / kappa, w),
     ),
     _effect(
         variant="hard",

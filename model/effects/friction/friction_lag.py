@@ -2,7 +2,7 @@
 
 import sympy as sp
 
-from haptid.model.effects.effect import Effect, EffectState, faded, parameter, v
+from haptid.model.effects.effect import Effect, EffectState, fade_in, parameter, v
 from haptid.model.equations.equations import State
 
 T, seen = sp.symbols("friction_lag_time seen_speed", real=True)
@@ -18,7 +18,7 @@ EFFECT = Effect(
     parameters=(parameter("friction_lag_time", "s", "lag of the Stribeck curve", 0.02, 0.0, 2.0),),
     shapes=(("friction_lag_time", (0.004, 0.02, 0.06, 0.2, 0.6)),),
     rivals=("amplifier_lag", "time_delay"),
-    stribeck_velocity=faded(T, LEAST, seen, v),
+    stribeck_velocity=fade_in(T, LEAST, seen, v),
     states=(
         EffectState(
             state=State(id="seen_speed", unit="rad/s", description="speed that the Stribeck curve sees"),

@@ -6,7 +6,7 @@ no entry of the catalogue: it stands for every other element that is late, where
 
 import sympy as sp
 
-from haptid.model.effects.effect import Effect, EffectState, faded, parameter, w
+from haptid.model.effects.effect import Effect, EffectState, fade_in, parameter, w
 from haptid.model.equations.equations import State
 
 
@@ -22,7 +22,7 @@ def cascade(least: sp.Expr, extra: sp.Expr = sp.S.Zero) -> Effect:
         place=5,
         side="input",
         parameters=(parameter("cascade_time", "s", "time T of both lags together", 0.005, 0.0, 1.0),),
-        input=faded(T, least, second, w),
+        input=fade_in(T, least, second, w),
         states=tuple(
             EffectState(state=State(id=x.name, unit="N m", description=name), rhs=(before - x) * rate, rate=rate)
             for x, before, name in ((first, w, "torque behind the first lag"), (second, first, "torque behind both"))
