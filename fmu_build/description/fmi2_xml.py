@@ -10,7 +10,8 @@ from xml.etree.ElementTree import Element, SubElement
 from haptid.fmu_build.description.dependencies import Dependencies
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.units import BASE, parse_unit
-from haptid.fmu_build.description.variables import SENSITIVITY_SWITCH, Variable
+from haptid.fmu_build.description.variables import Variable
+from haptid.model.equations.fmu_names import SENSITIVITY_SWITCH
 from haptid.support.errors import one_line
 
 LOG_CATEGORIES = (("logStatusError", "Values and calls that are refused, with what was expected"),)

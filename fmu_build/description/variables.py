@@ -7,14 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.fmu_names import DERIVATIVE, INNER_STEP, SENSITIVITY, SLOPE, is_of_joint, of_joint
 from haptid.model.equations.output_injection import GAIN
 from haptid.model.equations.quantity import Quantity
 from haptid.model.kernel.generate import Kernel
 
 LARGEST = 1.7976931348623157e308
 """Finite inputs and states lie within ± this."""
-SENSITIVITY_SWITCH = "sensitivity.enabled"
-INNER_STEP = "inner_step"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,14 +54,14 @@ class Variable:
 def structured_name(equations: Equations, id: str, structured: str) -> str:
     """Return the FMI structured name: below ``joint<j>`` where there is one joint and the name does not say so."""
     name = structured or id
-    if len(equations.joints) != 1 or name.startswith("joint"):
+    if len(equations.joints) != 1 or is_of_joint(name):
         return name
-    return f"joint{equations.joints[0]}.{name}"
+    return of_joint(equations.joints[0], name)
 
 
 def sensitivity_name(output: str, column: str) -> str:
     """Return the name of the derivative of an output along one direction."""
-    return f"sensitivity.{output}.{column}"
+    return SENSITIVITY.format(output=output, column=column)
 
 
 def input_variables(e: Equations, at: int) -> Iterator[Variable]:
@@ -151,7 +150,7 @@ def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Vari
         yield Variable(
             reference=at + i,
             id=f"der({x.id})",
-            name=f"der({structured_name(e, x.id, x.structured)})",
+            name=DERIVATIVE.format(state=structured_name(e, x.id, x.structured)),
             role="derivative",
             causality="local",
             variability="continuous",
@@ -169,7 +168,7 @@ def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
             yield Variable(
                 reference=i,
                 id=f"{x.id}_slope",
-                name=f"{structured_name(e, x.id, x.structured)}_slope",
+                name=SLOPE.format(input=structured_name(e, x.id, x.structured)),
                 role="slope",
                 causality="input",
                 variability="continuous",

@@ -13,12 +13,13 @@ from pythonfmu.builder import FmuBuilder
 from haptid.fmu_build.description.fmi2_xml import model_description
 from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.description.variables import LARGEST, SENSITIVITY_SWITCH
+from haptid.fmu_build.description.variables import LARGEST
 from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.native.c_source import bare_libraries, flat_source, functions
 from haptid.fmu_build.native.platforms import Platform
 from haptid.fmu_build.python.fallback import fallback_source, module_text
 from haptid.fmu_build.python.guard import guard_loaders, guard_source
+from haptid.model.equations.fmu_names import SENSITIVITY_SWITCH
 
 ENTRY = '''"""Entry of the slave."""
 

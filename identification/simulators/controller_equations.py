@@ -15,6 +15,7 @@ import sympy as sp
 
 from haptid.identification.simulators.closed_loop import Controller
 from haptid.model.equations.equations import Equations, Input, Output, State
+from haptid.model.equations.fmu_names import CONTROLLER, of_joint
 from haptid.model.equations.quantity import Quantity
 
 SHORTEST = 1e-9
@@ -64,7 +65,7 @@ def controller_equations(controller: Controller, sample_s: float, joints: Sequen
 
 
 def _name(joint: int, part: str) -> str:
-    return f"joint{joint}.controller.{part}"
+    return of_joint(joint, CONTROLLER.format(part=part))
 
 
 def _input(symbol: sp.Symbol, joint: int, what: str, part: str) -> Input:

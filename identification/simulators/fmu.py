@@ -10,11 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from haptid.fmu_build.building.packaging import Fmu
-from haptid.fmu_build.description.variables import INNER_STEP, SENSITIVITY_SWITCH, sensitivity_name, structured_name
+from haptid.fmu_build.description.variables import sensitivity_name, structured_name
 from haptid.identification.simulators.fmu_slave import FmuSlave
 from haptid.identification.simulators.protocol import Trajectory, initial_state, observer_hold, observer_inputs
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.fmu_names import INNER_STEP, SENSITIVITY_SWITCH
 from haptid.model.equations.output_injection import with_observer
 from haptid.model.kernel.generate import DEFAULT_STEP
 from haptid.model.kernel.tangent import tangent_columns

@@ -11,6 +11,7 @@ from dataclasses import replace
 import sympy as sp
 
 from haptid.model.equations.equations import Equations, Input
+from haptid.model.equations.fmu_names import OBSERVER
 
 GAIN = "observer_gain"
 
@@ -18,10 +19,15 @@ GAIN = "observer_gain"
 def with_observer(equations: Equations) -> Equations:
     """Return ``equations`` with the measured positions and the gain L [1/s] as further inputs, in that order."""
     n = len(equations.joints)
-    gain = Input(id=GAIN, unit="1/s", description="observer gain L; 0 simulates freely", structured="observer.gain")
+    gain = Input(
+        id=GAIN, unit="1/s", description="observer gain L; 0 simulates freely", structured=OBSERVER.format(part="gain")
+    )
     measured = tuple(
         Input(
-            id=f"measured_{o.id}", unit=o.unit, description=f"measured {o.description}", structured=f"observer.{o.id}"
+            id=f"measured_{o.id}",
+            unit=o.unit,
+            description=f"measured {o.description}",
+            structured=OBSERVER.format(part=o.id),
         )
         for o in equations.outputs[:n]
     )

@@ -13,6 +13,7 @@ import sympy as sp
 
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.fmu_names import COUPLING
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.joint.checked_coefficients import checked_coefficients
 from haptid.model.joint.joint_in_device import (
@@ -74,7 +75,7 @@ def inertial_quantity(c: Coefficient, *, structured: str = "") -> Quantity:
         prior=Normal(mean=c.initial, std=c.prior_std) if c.prior_std > 0 else None,
         fixed=c.prior_std == 0,
         scale="log" if positive else "linear",
-        structured=structured or f"coupling.{c.id}",
+        structured=structured or COUPLING.format(coefficient=c.id),
     )
 
 

@@ -13,6 +13,7 @@ from haptid.model.device.stated_parameters import range_of
 from haptid.model.effects import effect as sym
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Input, Output, State
+from haptid.model.equations.fmu_names import POSITION, READING, TORQUE, VELOCITY, of_joint
 from haptid.model.equations.joint_parameters import TABLE, Row, sliding
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.friction.law import FrictionLaw
@@ -81,7 +82,7 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
     formulas = (torque, inertia, *(s.rhs for s in terms.states), *(s.rate for s in terms.states))
     if any(p["inertia"] in sp.sympify(e).free_symbols for e in formulas):
         own.append(_tested(slides))
-    suffix, prefix = f"_{joint}", f"joint{joint}."
+    suffix, prefix = f"_{joint}", of_joint(joint, "")
     table = [q.but(id=q.id + suffix, structured=prefix + q.structured) for q in own]
     return JointPart(
         torque=_of_joint(torque, joint),
@@ -136,13 +137,13 @@ def _friction_state(state: State, joint: int, slides: bool) -> State:
         id=_with_number(state.id, joint),
         unit=sliding(state.unit) if slides else state.unit,
         description=f"{state.description} of joint {joint}",
-        structured=f"joint{joint}.{state.structured}",
+        structured=of_joint(joint, state.structured),
     )
 
 
 def _numbered(state: State, joint: int, slides: bool) -> State:
     unit = sliding(state.unit) if slides else state.unit
-    structured = f"joint{joint}.{state.structured or state.id}"
+    structured = of_joint(joint, state.structured or state.id)
     return replace(state, id=f"{state.id}_{joint}", unit=unit, structured=structured)
 
 
@@ -195,8 +196,8 @@ def joint_states(device: Device, parts: Mapping[int, JointPart]) -> tuple[State,
     """Return positions, velocities and states of friction, joint by joint within each, then those of effects."""
     units = {j: "m" if device.joints[j].prismatic else "rad" for j in parts}
     return (
-        *(_state(f"q{j}", units[j], f"position of joint {j}", f"joint{j}.position") for j in parts),
-        *(_state(f"v{j}", f"{units[j]}/s", f"velocity of joint {j}", f"joint{j}.velocity") for j in parts),
+        *(_state(f"q{j}", units[j], f"position of joint {j}", of_joint(j, POSITION)) for j in parts),
+        *(_state(f"v{j}", f"{units[j]}/s", f"velocity of joint {j}", of_joint(j, VELOCITY)) for j in parts),
         *(state for part in parts.values() for state in part.friction),
         *(state for part in parts.values() for state in part.states),
     )
@@ -212,7 +213,7 @@ def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
     for j in joints:
         what, unit = ("force", "N") if device.joints[j].prismatic else ("torque", "N m")
         text = f"commanded {what} of joint {j}"
-        result.append(Input(id=f"tau{j}", unit=unit, description=text, structured=f"joint{j}.torque"))
+        result.append(Input(id=f"tau{j}", unit=unit, description=text, structured=of_joint(j, TORQUE)))
     return tuple(result)
 
 
@@ -224,7 +225,7 @@ def joint_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Outpu
             unit="m" if device.joints[j].prismatic else "rad",
             description=f"position reading of joint {j}",
             expression=part.reading,
-            structured=f"joint{j}.reading",
+            structured=of_joint(j, READING),
         )
         for j, part in parts.items()
     )

@@ -14,6 +14,7 @@ import sympy as sp
 from haptid.model.effects import effect as sym
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Equations, Input, Output, State
+from haptid.model.equations.fmu_names import POSITION, READING, TORQUE, VELOCITY, of_joint
 from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.registry import DEFAULT, law_named
@@ -70,25 +71,24 @@ def joint_equations(
     rhs = [sym.v, acceleration, *dry.rhs, *(s.rhs.subs(sym.a, acceleration) for s in terms.states)]
     rates = [sp.S.Zero, law.damping(p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)]
     rad, nm = ("m", "N") if prismatic else ("rad", "N m")
-    name = f"joint{joint}"
     return Equations(
-        name="_".join((name, *(e.id for e in effects))),
+        name="_".join((f"joint{joint}", *(e.id for e in effects))),
         title=f"joint {joint}, all others locked" + (f", with {', '.join(e.id for e in effects)}" if effects else ""),
         joints=(joint,),
         states=(
-            State(id="q", unit=rad, description="position", structured=f"{name}.position"),
-            State(id="v", unit=f"{rad}/s", description="velocity", structured=f"{name}.velocity"),
-            *(replace(s, unit=_unit(s, prismatic), structured=f"{name}.{s.structured}") for s in law.states),
+            State(id="q", unit=rad, description="position", structured=of_joint(joint, POSITION)),
+            State(id="v", unit=f"{rad}/s", description="velocity", structured=of_joint(joint, VELOCITY)),
+            *(replace(s, unit=_unit(s, prismatic), structured=of_joint(joint, s.structured)) for s in law.states),
             *(replace(s.state, unit=_unit(s.state, prismatic)) for s in terms.states),
         ),
-        inputs=(Input(id="tau", unit=nm, description="commanded torque", structured=f"{name}.torque"),),
+        inputs=(Input(id="tau", unit=nm, description="commanded torque", structured=of_joint(joint, TORQUE)),),
         outputs=(
             Output(
                 id="y",
                 unit=rad,
                 description="position reading",
                 expression=terms.y.subs(sym.a, acceleration),
-                structured=f"{name}.reading",
+                structured=of_joint(joint, READING),
             ),
         ),
         parameters=(*quantities, *(e.row(x, prismatic=prismatic) for e in effects for x in e.parameters)),

@@ -9,6 +9,7 @@ import sympy as sp
 from haptid.model.algebra.trig_polynomials import velocity_symbol
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations, Input, Output
+from haptid.model.equations.fmu_names import ACTUATOR_TORQUE, HANDLE, SPEED, of_joint
 from haptid.model.joint.joint_in_device import (
     Effects,
     JointPart,
@@ -60,7 +61,7 @@ def _handle_inputs() -> tuple[Input, ...]:
             id=symbol.name,
             unit=unit,
             description=f"{what} on the handle along {symbol.name[-1]} of the base frame",
-            structured=f"handle.{what}.{symbol.name[-1]}",
+            structured=HANDLE.format(what=what, axis=symbol.name[-1]),
         )
         for what, unit, symbols in (("force", "N", HANDLE_FORCE), ("torque", "N m", HANDLE_TORQUE))
         for symbol in symbols
@@ -75,7 +76,7 @@ def _motion_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Out
             unit="m/s" if slides[j] else "rad/s",
             description=f"velocity of joint {j}",
             expression=velocity_symbol(j),
-            structured=f"joint{j}.speed",
+            structured=of_joint(j, SPEED),
         )
         for j in range(len(slides))
     ]
@@ -85,7 +86,7 @@ def _motion_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Out
             unit="N" if slides[j] else "N m",
             description=f"motor-side {'force' if slides[j] else 'torque'} of joint {j}, Kp times the command",
             expression=part.motor,
-            structured=f"joint{j}.actuator.torque",
+            structured=of_joint(j, ACTUATOR_TORQUE),
         )
         for j, part in parts.items()
     ]
@@ -99,7 +100,7 @@ def _pose_outputs(body: ForwardDynamics) -> tuple[Output, ...]:
             unit="m",
             description=f"control point, {axis} in the base frame",
             expression=sp.sympify(value),
-            structured=f"handle.position.{axis}",
+            structured=HANDLE.format(what="position", axis=axis),
         )
         for axis, value in zip("xyz", body.position, strict=True)
     ]
@@ -109,7 +110,7 @@ def _pose_outputs(body: ForwardDynamics) -> tuple[Output, ...]:
             unit="1",
             description=f"orientation of the handle, quaternion component {axis}",
             expression=sp.sympify(value),
-            structured=f"handle.quaternion.{axis}",
+            structured=HANDLE.format(what="quaternion", axis=axis),
         )
         for axis, value in zip("wxyz", body.quaternion, strict=True)
     ]

@@ -1,0 +1,38 @@
+"""The names of FMU variables: the whole scheme in one place, from which every name of an FMU is made.
+
+Names are structured as FMI 2.0.4, section 2.2.9, describes: parts joined by dots, the joint first. Parameters and
+states bring the rest of their name with them (``friction.Fc``, ``spring.Ks``), beside their unit.
+"""
+
+from __future__ import annotations
+
+JOINT = "joint{number}"
+"""What belongs to one joint."""
+POSITION, VELOCITY, TORQUE, READING = "position", "velocity", "torque", "reading"
+"""State, its rate, the command, and what the encoder reads."""
+SPEED, ACTUATOR_TORQUE = "speed", "actuator.torque"
+"""Outputs of the whole device."""
+CONTROLLER = "controller.{part}"
+"""Inputs, outputs and gains of the stated controller of a joint."""
+HANDLE = "handle.{what}.{axis}"
+"""Force and torque on the handle, its position and its quaternion."""
+OBSERVER = "observer.{part}"
+"""Gain and measured reading of an identification FMU."""
+COUPLING = "coupling.{coefficient}"
+"""Coefficients of the locked motion that only several joints together have."""
+SLOPE = "{input}_slope"
+"""Rate of change of an input within a step."""
+DERIVATIVE = "der({state})"
+SENSITIVITY = "sensitivity.{output}.{column}"
+"""Derivative of an output with respect to a parameter or an initial state."""
+SENSITIVITY_SWITCH, INNER_STEP = "sensitivity.enabled", "inner_step"
+
+
+def of_joint(number: int, part: str) -> str:
+    """Return the name of what belongs to a joint, as ``joint4.position``."""
+    return f"{JOINT.format(number=number)}.{part}"
+
+
+def is_of_joint(name: str) -> bool:
+    """Whether a name says to which joint it belongs."""
+    return name.startswith(JOINT.format(number=""))
