@@ -17,7 +17,10 @@ FEW_ROWS = 20
 
 
 def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]]) -> tuple[str, ...]:
-    """Return sentences about parameters that the motions (t, y (n_t, n_joints)) leave open."""
+    """Return sentences about parameters that the motions (t, y (n_t, n_joints)) leave open.
+
+    They name the joint where several are free.
+    """
     values = {q.id: float(v) for q, v in zip(equations.parameters, theta, strict=True)}
     free = {q.id for q in equations.parameters if not q.fixed}
     found: list[str] = []
@@ -25,25 +28,26 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
         tail = "" if len(equations.joints) == 1 else f"_{joint}"
         friction = {id: values.get(f"{id}{tail}", 0.0) for id in ("sigma0", "vs", "Fs")}
         if all(value > 0 for value in friction.values()) and f"sigma0{tail}" in free:
-            found += _joint_warnings(joint, friction, [(t, y[:, k]) for t, y in motions])
+            name = f"joint {joint}: " if tail else ""
+            found += _joint_warnings(name, friction, [(t, y[:, k]) for t, y in motions])
     return tuple(found)
 
 
-def _joint_warnings(joint: int, friction: dict[str, float], motions: list[tuple[Array, Array]]) -> Iterator[str]:
+def _joint_warnings(name: str, friction: dict[str, float], motions: list[tuple[Array, Array]]) -> Iterator[str]:
     length = 2.0 * friction["Fs"] / friction["sigma0"]
     inside = [presliding(y, length) for _, y in motions]
     rows, total = sum(int(m.sum()) for m in inside), sum(m.size for m in inside)
     fastest = max(float(np.max(np.abs(np.gradient(y, t)))) for t, y in motions)
     if rows < FEW_ROWS:
         yield (
-            f"joint {joint}: only {rows} rows in presliding: sigma0 and sigma1 stay open; "
+            f"{name}only {rows} rows in presliding: sigma0 and sigma1 stay open; "
             "add a slow run of small amplitude or sample faster"
         )
     if total - rows < FEW_ROWS:
-        yield f"joint {joint}: the runs never leave presliding: Fc, sigma2 and vs stay open; add a run of larger torque"
+        yield f"{name}the runs never leave presliding: Fc, sigma2 and vs stay open; add a run of larger torque"
     if fastest < friction["vs"]:
         yield (
-            f"joint {joint}: never faster than vs ({fastest:.2g} of {friction['vs']:.2g} rad/s): "
+            f"{name}never faster than vs ({fastest:.2g} of {friction['vs']:.2g} rad/s): "
             "Fc and sigma2 are extrapolated; add a faster run"
         )
 
