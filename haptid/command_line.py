@@ -20,6 +20,9 @@ COMMANDS = {
 }
 """Name: the module that holds the command, and what it does."""
 
+EXTRAS = {"posterior": "posterior"}
+"""Commands whose modules need an extra before they can be imported."""
+
 EXAMPLES = """\b
 Examples:
   haptid init my_tables --out my_campaign
@@ -37,10 +40,12 @@ class Commands(click.Group):
         """Return the names in the order in which a user needs them."""
         return list(COMMANDS)
 
-    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # noqa: ARG002 # click's signature
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # click's signature
         """Import the command."""
         if cmd_name not in COMMANDS:
             return None
+        if cmd_name in EXTRAS:
+            _need(EXTRAS[cmd_name], cmd_name, ctx)
         command = importlib.import_module(f"haptid.{COMMANDS[cmd_name][0]}").main
         return command if isinstance(command, click.Command) else None
 
@@ -59,6 +64,18 @@ class Commands(click.Group):
         """Write the list of commands without importing any."""
         with formatter.section("Commands"):
             formatter.write_dl([(name, told) for name, (_, told) in COMMANDS.items()])
+
+
+def _need(extra: str, command: str, ctx: click.Context) -> None:
+    """Leave in one line where an extra is not installed."""
+    from haptid.support.errors import InputError  # noqa: PLC0415 (help comes without any import)
+    from haptid.support.installing.extras import need  # noqa: PLC0415 (the same)
+
+    try:
+        need(extra, f"haptid {command}")
+    except InputError as error:
+        click.echo(f"error: {error}", err=True)
+        ctx.exit(2)
 
 
 def version() -> str:

@@ -29,8 +29,8 @@ def tangent_space(solution: Solution, without: Collection[str] = ()) -> Array:
     The parameters ``without`` stand still.
     """
     free = movable(solution)
-    kept_ids = np.array([id not in without for id in solution.problem.scaling.ids], dtype=bool)
-    free[: solution.problem.n_parameters] &= kept_ids
+    moves = [id not in without for id in solution.problem.scaling.ids]
+    free[: solution.problem.n_parameters] &= np.array(moves, dtype=bool)
     J = solution.blocks.jacobian[:, free]
     J = J / np.maximum(np.linalg.norm(J, axis=0), 1e-300)
     Q, R, _ = qr(J, mode="economic", pivoting=True)

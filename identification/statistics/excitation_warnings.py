@@ -19,7 +19,10 @@ FEW_ROWS = 20
 
 
 def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]]) -> tuple[str, ...]:
-    """Return sentences about parameters that the motions (t, y (n_t, n_joints)) leave open."""
+    """Return sentences about parameters that the motions (t, y (n_t, n_joints)) leave open.
+
+    They name the joint where several are free.
+    """
     values = {q.id: float(v) for q, v in zip(equations.parameters, theta, strict=True)}
     free = {q.id for q in equations.parameters if not q.fixed}
     found: list[str] = []
@@ -29,12 +32,13 @@ def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tu
         friction, roles = law.values(values, tail), law.roles
         needed = [id for id in (roles.stiffness, roles.stribeck_velocity, roles.stiction) if id]
         if all(friction[id] > 0 for id in needed) and f"{roles.stiffness}{tail}" in free:
-            found += _joint_warnings(joint, law, friction, [(t, y[:, k]) for t, y in motions])
+            name = f"joint {joint}: " if tail else ""
+            found += _joint_warnings(name, law, friction, [(t, y[:, k]) for t, y in motions])
     return tuple(found)
 
 
 def _joint_warnings(
-    joint: int, law: FrictionLaw, friction: dict[str, float], motions: list[tuple[Array, Array]]
+    name: str, law: FrictionLaw, friction: dict[str, float], motions: list[tuple[Array, Array]]
 ) -> Iterator[str]:
     length = 2.0 * law.presliding_length(friction)
     inside = [presliding(y, length) for _, y in motions]
@@ -42,16 +46,16 @@ def _joint_warnings(
     fastest = max(float(np.max(np.abs(np.gradient(y, t)))) for t, y in motions)
     if rows < FEW_ROWS:
         yield (
-            f"joint {joint}: only {rows} rows in presliding: {_listed(law.without_presliding)}; "
+            f"{name}only {rows} rows in presliding: {_listed(law.without_presliding)}; "
             "add a slow run of small amplitude or sample faster"
         )
     if total - rows < FEW_ROWS:
         listed = _listed(law.without_sliding)
-        yield f"joint {joint}: the runs never leave presliding: {listed}; add a run of larger torque"
+        yield f"{name}the runs never leave presliding: {listed}; add a run of larger torque"
     roles = law.roles
     if roles.stribeck_velocity and fastest < friction[roles.stribeck_velocity]:
         yield (
-            f"joint {joint}: never faster than {roles.stribeck_velocity} "
+            f"{name}never faster than {roles.stribeck_velocity} "
             f"({fastest:.2g} of {friction[roles.stribeck_velocity]:.2g} rad/s): "
             f"{roles.coulomb} and {roles.viscous} are extrapolated; add a faster run"
         )

@@ -30,12 +30,11 @@ def check_stated(campaign: Campaign) -> Campaign:
     Raises
     ------
     InputError
-        With the parameters that the joint has, or with what contradicts the device.
+        With the parameters that the joint has, with what contradicts the device, or with what is wrong with its file.
     """
-    if campaign.parameter_overrides:
-        device = _device(campaign)
-        for joint, stated in campaign.parameter_overrides.items():
-            _check_joint(campaign, device, joint, stated)
+    device = _device(campaign)
+    for joint, stated in campaign.parameter_overrides.items():
+        _check_joint(campaign, device, joint, stated)
     return campaign
 
 

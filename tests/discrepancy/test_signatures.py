@@ -8,7 +8,7 @@ from haptid.discrepancy.detect.score_tests import scan
 from haptid.discrepancy.detect.signatures import signatures
 from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.fit.solution import solve
-from haptid.discrepancy.study.study import study_of
+from haptid.discrepancy.study.study import scales_over, study_of
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Noise
@@ -37,3 +37,17 @@ def test_a_score_is_what_a_refit_gains(tmp_path: Path, key: str, hidden: dict[st
     assert score.survives < 0.02
     gained = plain.chi2 - again.chi2
     assert abs(score.T - gained) < 0.25 * gained  # signatures run at a coarser step
+
+
+def test_what_a_model_without_free_parameters_lacks_is_scored(tmp_path: Path):
+    truth = TRUTH | {"gravity_cos": 0.0, "gravity_sin": 0.0}
+    make_joint_campaign(
+        tmp_path, 3, truth, INPUTS, effects={"cubic_spring": {"spring_cubic": 1e-3}}, sensor=Sensor(noise=1e-4), seed=3
+    )
+    fixed = {id: {"fixed": value} for id, value in truth.items()}
+    study = study_of(read_campaign(tmp_path).but(parameter_overrides={3: fixed}), 3, {})
+    solution = fit_base(study, starts=1, seed=0).solution
+    effect = catalogue()["cubic_spring"].at(scales_over(study.fitted, solution.values))
+    (score,) = scan(study, solution, signatures(study, solution, [effect]), {"cubic_spring": effect}).scores
+    assert score.survives > 0.9  # only the initial states could take it up
+    assert score.T > 1e3

@@ -202,6 +202,7 @@ def test_warns_of_runs_that_never_slide_or_never_stick():
     t = np.linspace(0.0, 10.0, 2001)
     tiny = 1e-4 * np.sin(t)[:, None]
     said = " ".join(excitation_warnings(eq, theta, [(t, tiny)]))
+    assert said.startswith("the runs never leave")
     assert "never leave presliding" in said
     assert "never faster than vs" in said
     steady = 3.0 * t[:, None]

@@ -175,3 +175,12 @@ def test_a_lower_bound_of_zero_is_taken_on_what_is_positive(write):
     fitted = overridden(joint_equations(4), campaign.parameter_overrides[4], 4)
     lower = {q.id: q.lower for q in fitted.parameters}
     assert (lower["sigma2"], lower["inertia"]) == (1e-8, 1e-8)
+
+
+def test_a_device_that_cannot_be_is_refused_before_anything_is_said(write):
+    folder = write('"single_joint"', '"mine.toml"')
+    (folder / "mine.toml").write_text('name = "mine"\n', encoding="utf-8")
+    refusals = [call(command, folder) for command in COMMANDS]
+    assert {result.exit_code for result in refusals} == {2}
+    assert all(result.output.startswith(f"error: {folder}/mine.toml") for result in refusals)
+    assert {result.output for result in refusals} == {refusals[0].output}
