@@ -25,7 +25,7 @@ LEAST_BITS, MOST_BITS, EXACTLY = 8, 26, 1e-4
 FLICKERS, BESIDE = 0.5, 0.1
 """Noise over the encoder's step from which readings at rest change level; distance of an end from a level in steps."""
 ORDER, FEWEST = 4, 50
-"""Order of the differences that take the motion out of readings, and fewest of them, or of rows, that tell the noise."""
+"""Order of the differences that take the motion out of readings, and fewest of them (or rows) that tell the noise."""
 PLATEAU, SHARE = 5, 0.02
 """Equal extreme readings in a row, and their share of a run, from which it looks clipped."""
 FAR = 10.0
