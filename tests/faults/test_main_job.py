@@ -192,9 +192,24 @@ def test_a_killed_worker_is_one_line(tmp_path: Path):
     ]
 
 
-@pytest.mark.parametrize("delay", [0.3, 0.8])
+BEGINNING = """
+import runpy, signal, sys
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job inherits that it is ignored
+sys.argv[0] = "-m"  # as python -m has it while it imports the package
+import identification
+
+print("begun", flush=True)
+runpy._run_module_as_main("identification.run")
+"""
+
+
+@pytest.mark.parametrize("delay", [0.05, 0.5])
 def test_ctrl_c_while_modules_are_imported_is_one_line(delay: float, tmp_path: Path):
-    process = started(tmp_path / "out")
+    command = [sys.executable, "-c", BEGINNING, *COMMAND[3:], "--out", str(tmp_path / "out")]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "begun\n"
     time.sleep(delay)
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=60)

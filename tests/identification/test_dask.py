@@ -79,7 +79,7 @@ def test_the_same_fit_on_a_cluster_and_here(tmp_path: Path):
 def test_a_cluster_without_haptid_is_refused_in_one_line(tmp_path: Path):
     with (
         cluster(tmp_path, "") as address,
-        pytest.raises(InputError, match=r"can import haptid, got tcp.*No module named 'identification'.*PYTHONPATH"),
+        pytest.raises(InputError, match=r"can import haptid, got tcp.*No module named 'haptid'.*PYTHONPATH"),
     ):
         Cluster(address)
 
