@@ -12,8 +12,8 @@ from haptid.measurement.values.run import Array, Run
 UNLIMITED = Limits()
 MANY_TURNS = 8 * np.pi
 """Travel [rad] of a joint that turns, four turns, above which degrees are more likely."""
-SLOW = 0.05
-"""Time between rows [s] above which milliseconds are more likely."""
+SLOW = 0.0501
+"""Time between rows [s] above which milliseconds are more likely; 20 Hz is a usual rate."""
 AGAINST = -0.05
 """Mean power over RMS torque times RMS velocity, below which a joint would drive its motor."""
 ABOVE = 10.0
@@ -25,7 +25,7 @@ LEAST_BITS, MOST_BITS, EXACTLY = 8, 26, 1e-4
 FLICKERS, BESIDE = 0.5, 0.1
 """Noise over the encoder's step from which readings at rest change level; distance of an end from a level in steps."""
 ORDER, FEWEST = 4, 50
-"""Order of the differences that take the motion out of readings, and fewest of them that tell the noise."""
+"""Order of the differences that take the motion out of readings, and fewest of them, or rows, that tell the noise."""
 PLATEAU, SHARE = 5, 0.02
 """Equal extreme readings in a row, and their share of a run, from which it looks clipped."""
 FAR = 10.0
@@ -157,7 +157,7 @@ def _is_plateau(at_end: Array) -> bool:
 
 def _noise(run: Run, estimated: Run, column: int) -> str:
     stated, shown = float(run.noise[column]), float(estimated.sensor_std[column])
-    if not np.isfinite(stated) or shown == 0 or np.ptp(run.y[:, column]) == 0:
+    if not np.isfinite(stated) or shown == 0 or np.ptp(run.y[:, column]) == 0 or run.t.size < FEWEST:
         return ""
     step = float(run.resolution[column]) if np.isfinite(run.resolution[column]) else 0.0
     ratio = float(np.hypot(stated, step / np.sqrt(12.0))) / shown

@@ -80,6 +80,16 @@ def test_slips_are_remarked(run, word: str):
     assert word in remarks_on(run(t, u, y))
 
 
+def test_few_rows_tell_no_noise():
+    t, u, y = (column[::500] for column in moved())
+    assert "is stated" not in remarks_on(a_run(t, u, y, noise=1e-4))
+
+
+def test_rows_at_20_hz_are_no_milliseconds():
+    t, u, y = (column[::50] for column in moved())
+    assert not remarks_on(a_run(t, u, y))
+
+
 def test_a_run_to_validate_with_the_rows_of_a_run_to_fit():
     t, u, y = moved()
     runs = [a_run(t, u, y), a_run(t, u, y, file="b.csv", use="validate"), a_run(t, u, y, file="c.csv")]
