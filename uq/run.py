@@ -132,7 +132,7 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     joint, runs = configuration.free_joints[0], configuration.runs
     sampling = command.options.sampling
     equations = equations_for(command.campaign, command.device, (joint,), configuration.posture)
-    early = early_word(equations, runs, joint)
+    early = early_word(equations, runs, joint, command.campaign.folder)
     if early:
         click.echo(f"warning: {early}", err=True)
     kernel = kernel_of(equations)
