@@ -134,11 +134,7 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     joint, runs = configuration.free_joints[0], configuration.runs
     sampling = command.options.sampling
     equations = equations_for(command.campaign, command.device, (joint,), configuration.posture)
-    if all(q.fixed for q in equations.parameters):
-        where = f"{command.campaign.folder / 'campaign.toml'}, joint.{joint}.parameters"
-        todo = "free one, or leave this joint out with --joints"
-        raise InputError(where, expected="a parameter to sample", got="all of them fixed", todo=todo)
-    early = early_word(equations, runs, joint)
+    early = early_word(equations, runs, joint, command.campaign.folder)
     if early:
         click.echo(f"warning: {early}", err=True)
     kernel = kernel_of(equations)

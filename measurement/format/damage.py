@@ -23,7 +23,7 @@ def refuse_damaged(path: Path, kind: str) -> InputError:
     """
     columns = 0
     try:
-        with _opened(path) as stream:
+        with _open(path) as stream:
             for number, raw in enumerate(stream, start=1):
                 fault = _fault(raw, f"{path}, line {number}", columns)
                 if fault is not None:
@@ -35,7 +35,7 @@ def refuse_damaged(path: Path, kind: str) -> InputError:
     return InputError(str(path), expected="a table in CSV with a header line", got=got, todo="export it again")
 
 
-def _opened(path: Path) -> BinaryIO:
+def _open(path: Path) -> BinaryIO:
     return gzip.open(path, "rb") if path.suffix == ".gz" else path.open("rb")  # type: ignore[return-value] # a reader of bytes, too
 
 
@@ -57,7 +57,8 @@ def _fault(raw: bytes, where: str, columns: int) -> InputError | None:
 
 def _cells(line: str) -> int:
     """Count the cells of a line; an empty last one, as some programs write it, is none."""
-    cells = next(csv.reader([line.strip()]), [])
+    # A lone carriage return within a line ends no row for the parser of tables, and stops that of the library.
+    cells = next(csv.reader([line.strip().replace("\r", " ")]), [])
     return len(cells) - (len(cells) > 1 and not cells[-1])
 
 

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import warnings
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -113,10 +114,11 @@ def test_the_fmu_gives_the_kernel_s_posterior(kind, equations, runs):
 def test_few_rows_are_said_before_any_work(equations, runs):
     short = runs[0].but(t=runs[0].t[:60], u=runs[0].u[:60], y=runs[0].y[:60])
     with_rows = equations.with_parameters({q.id: {"fixed": q.id == "Kp"} for q in equations.parameters})
-    assert early_word(with_rows, [short], 4).startswith("joint 4: 60 rows to fit for 11 free parameters, fewer than 10")
-    assert early_word(equations, runs, 4) == ""
-    with pytest.raises(InputError, match="parameter whose posterior is wanted, got all fixed"):
-        early_word(equations.with_parameters({q.id: {"fixed": True} for q in equations.parameters}), runs, 4)
+    assert early_word(with_rows, [short], 4, Path("c")).startswith("joint 4: 60 rows to fit for 11 free parameters")
+    assert early_word(equations, runs, 4, Path("c")) == ""
+    fixed = equations.with_parameters({q.id: {"fixed": True} for q in equations.parameters})
+    with pytest.raises(InputError, match=r"^c/campaign.toml, joint.4.parameters: expected .* wanted, got all fixed"):
+        early_word(fixed, runs, 4, Path("c"))
 
 
 def test_a_posterior_without_numbers_ends_in_words():

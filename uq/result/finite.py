@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,8 +18,10 @@ from haptid.uq.result.posterior import Posterior
 TODO = "measure with more motion, or state priors or fixed values in campaign.toml"
 
 
-def early_word(equations: Equations, runs: Sequence[Run], joint: int) -> str:
+def early_word(equations: Equations, runs: Sequence[Run], joint: int, folder: Path) -> str:
     """Say before any work that the runs hold few rows for the free parameters; ``''`` where they do not.
+
+    ``folder`` is the campaign's.
 
     Raises
     ------
@@ -27,7 +30,7 @@ def early_word(equations: Equations, runs: Sequence[Run], joint: int) -> str:
     """
     free = sum(not q.fixed for q in equations.parameters)
     if free == 0:
-        where, todo = f"[joint.{joint}.parameters]", "leave one free, with bounds or a prior"
+        where, todo = f"{folder / 'campaign.toml'}, joint.{joint}.parameters", "leave one free, with bounds or a prior"
         raise InputError(where, expected="a parameter whose posterior is wanted", got="all fixed", todo=todo)
     rows = sum(run.t.size for run in runs if run.use == "fit")
     if rows >= ROWS_PER_PARAMETER * free:
