@@ -57,8 +57,10 @@ def _fault(raw: bytes, where: str, columns: int) -> InputError | None:
 
 def _cells(line: str) -> int:
     """Count the cells of a line; an empty last one, as some programs write it, is none."""
-    # A lone carriage return within a line ends no row for the parser of tables, and stops that of the library.
-    cells = next(csv.reader([line.strip().replace("\r", " ")]), [])
+    try:
+        cells = next(csv.reader([line.strip()]), [])
+    except csv.Error:  # a lone carriage return, or a cell longer than the library reads: commas tell as much
+        cells = line.strip().split(",")
     return len(cells) - (len(cells) > 1 and not cells[-1])
 
 
