@@ -43,6 +43,8 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
                  for s in equations.states}  # fmt: skip
     values = dict(found.values)
     stated = read_ssv(path)
+    if not stated:
+        raise InputError(str(path), expected="values of parameters or states", got="none")
     for name, one in stated.items():
         where = f"{path}, line {one.line}"
         if name not in ids:

@@ -11,7 +11,7 @@ from haptid.measurement.format import schema
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.warning import warn
-from haptid.model.device.stated_parameters import check_parameters, with_positive_bound
+from haptid.model.device.stated_parameters import ROWS, check_parameters, with_positive_bound
 from haptid.model.joint.parameter_table import all_ids, parameter_rows
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
@@ -55,6 +55,10 @@ def _parameters(source: TomlSource, joint_table: dict[str, Any], joint: int) -> 
             raise InputError(source.where(section, name), expected="a table", got=repr(value), todo=todo)
         _check_kinds(source, value, section, name)
     check_parameters(table, lambda name: source.where(section, name))
+    for name, entry in table.items():
+        if ROWS[name].fixed and {"lower", "upper"} & set(entry) and "prior" not in entry:
+            where = source.where(section, name)
+            warn(f"{where}: {name} stays fixed, as torque and position do not tell its scale: a prior would free it")
     return {name: with_positive_bound(name, value) for name, value in table.items()}
 
 

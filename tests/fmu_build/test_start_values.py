@@ -105,3 +105,10 @@ def test_annotations_are_passed_over_and_a_unit_may_be_left_open(tmp_path):
     assert read_ssv(tmp_path / "a.ssv")["joint4.friction.vs"].unit is None
     with pytest.raises(InputError, match="No such file"):
         read_ssv(tmp_path / "b.ssv")
+
+
+def test_a_parameter_set_without_values_is_refused(tmp_path):
+    done, out = exported(tmp_path, ssv_bytes({}, {}).decode())
+    assert done.exit_code == 2
+    assert done.output.endswith("parameters.ssv: expected values of parameters or states, got none\n")
+    assert not out.exists()

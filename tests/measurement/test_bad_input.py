@@ -291,3 +291,9 @@ def test_the_table_of_a_joint_without_runs_is_warned_of(folder):
     folder.replace("[joint.4.parameters]", "[joint.7.parameters]")
     with pytest.warns(CampaignWarning, match=r"line 10, joint\.7: no run frees joint 7 \(joints with runs: 4\)"):
         read_campaign(folder.path)
+
+
+def test_bounds_of_what_stays_fixed_are_warned_of(folder):
+    folder.replace("[joint.4.parameters]", "[joint.4.parameters]\nKp = { lower = 0.5, upper = 2.0 }")
+    with pytest.warns(CampaignWarning, match=r"Kp stays fixed, .* a prior would free it"):
+        read_campaign(folder.path)
