@@ -10,7 +10,7 @@ from haptid.model.device.reader import load_device
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.planning.torque_design import locked_quantities
 from tests.fuzz.harness import Target
-from tests.model.test_urdf_check import GOOD
+from tests.model.device.test_urdf_check import GOOD
 
 _BUILT_IN = resources.files("haptid.model.device.built_in")
 
