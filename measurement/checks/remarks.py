@@ -30,12 +30,15 @@ class Remarks:
         Stated, or estimated from its rows, shape (n_joints,) each.
     by_joint
         Sentences for each free joint.
+    doubts
+        Those of them that speak of a slip; the others tell of circumstances that the commands deal with by themselves.
     """
 
     run: Run
     noise: Array
     resolution: Array
     by_joint: tuple[tuple[str, ...], ...]
+    doubts: tuple[tuple[str, ...], ...]
 
 
 def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Remarks, ...]:
@@ -48,26 +51,40 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
         stated = bool(np.isfinite([run.noise, run.resolution]).any())
         estimated = with_noise(unstated) if stated else full
         shared = [table[run.file] for table in between if run.file in table]
-        sentences = []
+        sentences, doubts = [], []
         for column, joint in enumerate(run.free_joints):
-            doubts = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
-            sentences.append((*_circumstances(run, full, column), *doubts, *shared))
-        made.append(Remarks(run=run, noise=full.noise, resolution=full.resolution, by_joint=tuple(sentences)))
+            slips = suspicions(run, estimated, column, limits=limits.get(joint, UNLIMITED))
+            doubts.append((*_stillness(run, full, column), *slips, *shared))
+            sentences.append((*_circumstances(run, column), *doubts[-1]))
+        made.append(
+            Remarks(
+                run=run,
+                noise=full.noise,
+                resolution=full.resolution,
+                by_joint=tuple(sentences),
+                doubts=tuple(doubts),
+            )
+        )
         report()
     return tuple(made)
 
 
-def _circumstances(run: Run, full: Run, column: int) -> list[str]:
-    """Return what any fit of one joint of a run has to know."""
-    sensor = float(full.sensor_std[column])
+def _stillness(run: Run, full: Run, column: int) -> list[str]:
+    """Return whether the torque or the joint stands still."""
+    found = []
+    if np.ptp(run.u[:, column]) == 0:
+        found.append("the torque never changes: nothing excites the joint; was it recorded, in this column?")
+    if np.ptp(run.y[:, column]) < AT_REST * float(full.sensor_std[column]):
+        found.append(f"the joint hardly moves: its travel is below {AT_REST:.0f} times the sensor noise")
+    return found
+
+
+def _circumstances(run: Run, column: int) -> list[str]:
+    """Return what any fit of one joint of a run has to know, and does."""
     found = []
     sign = position_control(run, column)
     if sign:
         found.append(f"{sign}: recorded under position control, an open-loop simulation from the torque would drift")
-    if np.ptp(run.u[:, column]) == 0:
-        found.append("the torque never changes: nothing excites the joint; was it recorded, in this column?")
-    if np.ptp(run.y[:, column]) < AT_REST * sensor:
-        found.append(f"the joint hardly moves: its travel is below {AT_REST:.0f} times the sensor noise")
     if float(np.diff(run.t).max()) > 5 * float(np.median(np.diff(run.t))):
         row = int(np.argmax(np.diff(run.t)))
         found.append(f"a gap of {np.diff(run.t).max():.3g} s after {run.t[row] + run.start_time:.4g} s")
@@ -77,10 +94,10 @@ def _circumstances(run: Run, full: Run, column: int) -> list[str]:
 
 
 def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
-    """Return one line a remark, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together."""
+    """Return one line a doubt, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together."""
     joints: dict[tuple[str, str], list[str]] = {}
     for one in remarks:
-        for joint, sentences in zip(one.run.free_joints, one.by_joint, strict=True):
+        for joint, sentences in zip(one.run.free_joints, one.doubts, strict=True):
             for sentence in sentences:
                 joints.setdefault((one.run.file, sentence), []).append(str(joint))
     return [f"{file}, joint {', '.join(names)}: {sentence}" for (file, sentence), names in joints.items()]

@@ -19,8 +19,8 @@ ROOT = Path(__file__).parents[2]
 HOLDER = """
 import sys, time
 from pathlib import Path
-from haptid.support.files.folder_lock import locked
-with locked(Path(sys.argv[1])):
+from haptid.support.files.folder_lock import lock_folder
+with lock_folder(Path(sys.argv[1])):
     print("held", flush=True)
     time.sleep(60)
 """
@@ -79,11 +79,11 @@ AS_NOBODY = """
 import fcntl, os, sys  # while they can be read
 from pathlib import Path
 from haptid.support.command import exit_codes
-from haptid.support.files.folder_lock import locked
+from haptid.support.files.folder_lock import lock_folder
 
 @exit_codes
 def main():
-    with locked(Path(".")):
+    with lock_folder(Path(".")):
         pass
 
 os.chdir(sys.argv[1])  # the folders above may be root's alone

@@ -11,6 +11,7 @@ from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.study.study import scales_over, study_of
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.noise.correlation import Noise
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine
@@ -47,7 +48,7 @@ def test_what_a_model_without_free_parameters_lacks_is_scored(tmp_path: Path):
     fixed = {id: {"fixed": value} for id, value in truth.items()}
     study = study_of(read_campaign(tmp_path).but(parameter_overrides={3: fixed}), 3, {})
     solution = fit_base(study, starts=1, seed=0).solution
-    effect = catalogue()["cubic_spring"].at(scales_over(study.fitted, solution.values))
+    effect = catalogue()["cubic_spring"].at(scales_over(study.fitted, solution.values, law_named(DEFAULT).roles))
     (score,) = scan(study, solution, signatures(study, solution, [effect]), {"cubic_spring": effect}).scores
     assert score.survives > 0.9  # only the initial states could take it up
     assert score.T > 1e3

@@ -15,6 +15,7 @@ from haptid.discrepancy.study.study import Study, scales_over
 from haptid.discrepancy.verdict.verdict import finer
 from haptid.measurement.values.run import Array
 from haptid.model.effects.registry import catalogue
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.noise.correlation import Noise, Scatter
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.finding.test_finding import TRUTH, study_with
@@ -34,7 +35,7 @@ def fitted(
 ) -> tuple[Study, Solution]:
     study = study_with(tmp_path / "c", {key: hidden}, {key: catalogue()[key]}, seed=seed)
     base = fit_base(study, starts=2, seed=0).solution
-    effect = catalogue()[key].at(scales_over(study.fitted, base.values))
+    effect = catalogue()[key].at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles))
     first = solve(study, (effect,), Noise(), TRUTH | start, x0=base.x0)
     return study, sharpen_jumps(study, first, first.calls)[0]
 

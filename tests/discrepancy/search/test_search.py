@@ -39,6 +39,7 @@ from haptid.identification.problem.initial_states import MOVING, first_slopes, s
 from haptid.identification.problem.residuals import Blocks
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
+from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.noise.correlation import Colour, Noise, Scatter
 from haptid.virtual_device.recording.sensor import Sensor
 from tests.discrepancy.finding.test_finding import ENTRIES, study_with
@@ -170,7 +171,7 @@ def test_what_comes_to_nothing_beside_another_effect_is_taken_out(
 
 def stand_in(s: Searcher, start: Trial, key: str) -> Effect:
     """An entry that the searcher's catalogue lacks."""
-    return catalogue()[key].at(scales_over(s.study.fitted, start.solution.values))
+    return catalogue()[key].at(scales_over(s.study.fitted, start.solution.values, law_named(DEFAULT).roles))
 
 
 def test_beside_effects_that_the_catalogue_was_tried_on_nothing_is_exchanged(
@@ -212,7 +213,7 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     hidden = {"cubic_spring": {"spring_cubic": 0.02}, "asymmetric_viscous": {"viscous_asymmetry": 0.1}}
     study = study_with(tmp_path, hidden, {key: catalogue()[key] for key in hidden}, Sensor(noise=2e-4))
     base = fit_base(study, starts=2, seed=0).solution
-    effects = [e.at(scales_over(study.fitted, base.values)) for e in study.entries.values()]
+    effects = [e.at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles)) for e in study.entries.values()]
     s = Searcher(study, {e.key: e for e in effects}, signatures(study, base, effects), 1.0, lambda _: None)
     start = s.trial(score_candidate(study, base, base.calls))
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
@@ -229,7 +230,7 @@ def test_an_effect_that_begins_too_large_begins_again_smaller(tmp_path: Path):
     entries = {"friction_lag": catalogue()["friction_lag"]}
     study = study_with(tmp_path, {"friction_lag": {"stribeck_lag": 0.017}}, entries, Sensor(noise=2e-4))
     base = fit_base(study, starts=2, seed=0).solution
-    effect = entries["friction_lag"].at(scales_over(study.fitted, base.values))
+    effect = entries["friction_lag"].at(scales_over(study.fitted, base.values, law_named(DEFAULT).roles))
     score = scan(study, base, signatures(study, base, [effect]), {effect.key: effect}).scores[0]
     large = replace(score, amplitude=(5.0,))
     values = base.values | start_values(effect, score.point, large.amplitude)

@@ -92,7 +92,7 @@ def test_results_with_another_laws_parameters_are_refused(identified, tmp_path: 
     data = json.loads(path.read_text())
     data["configurations"][0]["friction"] = "coulomb"
     (tmp_path / "a.json").write_text(json.dumps(data))
-    with pytest.raises(InputError, match=r"joint 4: friction: expected a friction law"):
+    with pytest.raises(InputError, match=r"configurations\[0\]: friction: expected a friction law"):
         read_identification(tmp_path / "a.json")
     data["configurations"][0]["friction"] = "lugre"
     data["configurations"][0]["parameters"]["spread"] = {"value": 2.0}
