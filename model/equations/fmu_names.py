@@ -29,7 +29,20 @@ SENSITIVITY_SWITCH, INNER_STEP = "sensitivity.enabled", "inner_step"
 
 
 def of_joint(number: int, part: str) -> str:
-    """Return the name of what belongs to a joint, as ``joint4.position``."""
+    """Return the structured name of a joint's variable.
+
+    Parameters
+    ----------
+    number
+        Number of the joint.
+    part
+        Name below the joint; an empty one gives the prefix with its dot.
+
+    Returns
+    -------
+    str
+        Structured name, as ``joint4.position``.
+    """
     return f"{JOINT.format(number=number)}.{part}"
 
 
