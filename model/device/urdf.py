@@ -1,8 +1,10 @@
-"""URDF in: the same device that a TOML file would give.
+"""Read a URDF file: the path of the file in, the same `Device` out that a TOML file would give.
 
-Joints are numbered in the order of the file, without fixed and mimicking ones; a mimicking joint becomes a passive
-link.
-The root link stands still. Friction and damping of the file, where given, become first guesses.
+1. Check the XML, its tree of links and its numbers (`read_urdf`).
+2. Order joints so that parents come first, and number the driven ones in the order of the file: fixed and mimicking
+   joints have no number, a mimicking joint becomes a passive link, the root link becomes the base.
+3. Convert links and joints to the table of a device file, friction and damping to first guesses.
+4. Parse the table (`parse_device`); messages name keys by their URDF names.
 """
 
 from __future__ import annotations
@@ -42,7 +44,23 @@ class _Robot:
 
 
 def load_urdf(path: Path) -> Device:
-    """Return the device of a URDF file; meshes are not needed."""
+    """Load a device from a URDF file; meshes are not read.
+
+    Parameters
+    ----------
+    path
+        URDF file.
+
+    Returns
+    -------
+    Device
+        The checked device; the control point is the origin of the last link.
+
+    Raises
+    ------
+    InputError
+        Where the file is malformed, has no moving joint, or describes no possible device.
+    """
     root = read_urdf(path)
     joints = list(root.iterfind("joint"))
     driven = tuple(joint for joint in joints if joint.get("type") != "fixed" and joint.find("mimic") is None)
@@ -177,7 +195,18 @@ def _inertial(inertial: Element | None) -> dict[str, Any]:
 
 
 def rotation(rpy: Sequence[float]) -> NDArray[np.float64]:
-    """Return R = Rz(yaw)·Ry(pitch)·Rx(roll) of fixed-axis angles, shape (3, 3)."""
+    """Return the rotation of fixed-axis angles.
+
+    Parameters
+    ----------
+    rpy
+        Roll, pitch, yaw [rad], shape (3,).
+
+    Returns
+    -------
+    Array
+        R = Rz(yaw)·Ry(pitch)·Rx(roll), shape (3, 3).
+    """
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [

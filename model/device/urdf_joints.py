@@ -1,4 +1,4 @@
-"""What a URDF must say of its joints: type, axis, limits, friction, and which one a mimicking joint follows."""
+"""Checks of the joints of a URDF: type, axis, limits, friction, and the joint that a mimicking joint follows."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from haptid.support.suggestion import did_you_mean
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 STICTION = 1.2
-"""Stiction over Coulomb friction, of which a URDF states one."""
+"""First guess of stiction over Coulomb friction; a URDF states a single number for both."""
 
 
 def number(element: Element | None, key: str, default: float = 0.0) -> float:

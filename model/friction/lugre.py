@@ -48,7 +48,22 @@ BRISTLE_DAMPING = Row(
 
 
 def lugre(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
-    """Write LuGre friction at joint speed ``v``."""
+    """Write LuGre friction.
+
+    Parameters
+    ----------
+    v
+        Speed of the joint [rad/s].
+    p
+        Parameters by id.
+    levels
+        Factors and Stribeck speed that effects set.
+
+    Returns
+    -------
+    Friction
+        Torque σ0·z + σ1·ż + σ2·v, ż, and the relaxation rate σ0·|v|/g(v), which is −∂ż/∂z exactly.
+    """
     z = BRISTLE.symbol
     rate = p["sigma0"] * sp.Abs(v) / stribeck(v, p, levels)
     bristle = v - rate * z

@@ -75,13 +75,39 @@ SLIPS = tuple(
 
 
 def stiffnesses(p: Symbols) -> list[sp.Expr]:
-    """Return kᵢ [N m/rad], the stiffest element first."""
+    """Write the stiffnesses of the elements.
+
+    Parameters
+    ----------
+    p
+        Parameters by id.
+
+    Returns
+    -------
+    list of sympy.Expr
+        kᵢ = σ0·spread^(N−i)/Σⱼ spread^(N−j) [N m/rad] for i = 1 … N, the stiffest element first.
+    """
     shares = [p["spread"] ** (ELEMENTS - 1 - i) for i in range(ELEMENTS)]
     return [p["sigma0"] * share / sp.Add(*shares) for share in shares]
 
 
 def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
-    """Write generalised Maxwell-slip friction at joint speed ``v``."""
+    """Write generalised Maxwell-slip friction.
+
+    Parameters
+    ----------
+    v
+        Speed of the joint [rad/s].
+    p
+        Parameters by id.
+    levels
+        Factors and Stribeck speed that effects set.
+
+    Returns
+    -------
+    Friction
+        Torque Σ Fᵢ + σ2·v; states are the N forces Fᵢ [N m], then the N memories mᵢ.
+    """
     s, way = stribeck(v, p, levels), sp.sign(v)
     limit, one = s / ELEMENTS, sp.S.One
     rhs, rates, remembered, recalls = [], [], [], []
@@ -92,6 +118,7 @@ def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
         before, turned = m * sp.Heaviside(F * v), sp.Heaviside(-F * v)
         slips = share + (1 - share) * before
         rhs.append((1 - slips) * stiffness * v + slips * p["C"] * (way / ELEMENTS - F / s))
+        # the slope of βᵢ over Fᵢ is at most 1/(ε·limit), reached within the transition from stick to slip
         rates.append(p["C"] / s + (1 - before) * stiffness * sp.Abs(v) / (EDGE * limit))
         remembered.append(MEMORY * (share * (1 - m) - turned * m))
         recalls.append(MEMORY * (share + turned))

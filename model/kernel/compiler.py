@@ -1,4 +1,7 @@
-"""Compilation by the C compiler inside the ``ziglang`` package: offline, for this machine or any other."""
+"""Compilation by the C compiler inside the ``ziglang`` package: offline, for this machine or any other.
+
+C source comes in, the path of a shared library in the cache goes out.
+"""
 
 from __future__ import annotations
 
@@ -47,6 +50,13 @@ def compile_shared(
         The names to compile.
     triple
         Compiler's name of the target platform; this machine, with all its instructions, where None.
+    flags
+        Further flags of the compiler, after `FLAGS`.
+
+    Returns
+    -------
+    Path
+        Shared library, keyed by sources, platform, flags and version of the compiler.
     """
     made_by = importlib.metadata.version("ziglang") if is_available() else ""
     made_for = triple or machine()
@@ -59,6 +69,7 @@ def compile_shared(
     if is_sealed(library):
         return library
     target = ["-target", triple] if triple else ["-march=native"]
+    # built in a folder beside the library and then renamed: no other process sees a library that is half written
     with writing_to_cache(), tempfile.TemporaryDirectory(dir=library.parent) as name:
         folder = Path(name)
         for source, text in sources.items():
@@ -75,10 +86,18 @@ def compile_kernel(source: str, *, lanes: int, substeps: int | None = None) -> P
 
     Parameters
     ----------
+    source
+        C source of a kernel, as from `generate`.
     lanes
-        Parameter sets side by side, beside the scalar form; 0 for that alone.
+        Number of parameter sets side by side in the vectorised form, which is added to the scalar form; 0 for the
+        scalar form alone.
     substeps
-        Most sub-steps of an inner step; the kernel's own number where None.
+        Largest number of sub-steps of an inner step; the kernel's default where None.
+
+    Returns
+    -------
+    Path
+        Shared library.
     """
     flags = () if substeps is None else (f"-DHK_MAX_SUBSTEPS={substeps}",)
     if lanes == 0:
