@@ -149,7 +149,7 @@ class Joint:
     friction
         Id of the friction law, one of `model.friction.registry.laws`.
     parameters
-        Guesses by id: Kp, Ks, epos, and what the friction law has.
+        Guesses by id: of Kp, Ks, epos and the parameters of the friction law.
     position_limits
         Mechanical range [rad] or [m].
     torque_limit
@@ -255,7 +255,7 @@ class Device:
 
     @property
     def massive(self) -> tuple[Link, ...]:
-        """The links that have a mass."""
+        """The links with inertial parameters, in the order of π."""
         return tuple(link for link in self.links if link.inertial is not None)
 
     @property

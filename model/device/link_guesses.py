@@ -22,7 +22,7 @@ RANGES = {
     **dict.fromkeys(("I11", "I22", "I33"), MOMENT),
     **dict.fromkeys(("I12", "I13", "I23"), PRODUCT),
 }
-"""What the standard parameters of a link may be."""
+"""Possible ranges of the standard parameters of a link, by id."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

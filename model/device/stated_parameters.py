@@ -20,7 +20,7 @@ ROWS: Mapping[str, Row] = {row.id: row for row in (*TABLE, *(row for law in laws
 MARGIN = 1e3
 """A stated number may lie beyond the default range of its parameter by this factor; a wrong unit lies further out."""
 SHARPEST = 1e-12
-"""Smallest standard deviation of a prior, relative to what it is about: the weight of a sharper one overflows."""
+"""Smallest standard deviation of a prior, relative to the prior's mean: the weight of a sharper prior overflows."""
 ORDERED = tuple(dict.fromkeys(pair for law in laws().values() for pair in law.orderings))
 """Pairs of which the first is never smaller, as stiction and Coulomb friction."""
 

@@ -30,7 +30,7 @@ MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prism
 OF_THE_LINK = {"mass": "mass value", "centroid": "inertial origin", "inertia": "inertia", "name": "name"}
 OF_THE_JOINT = {"origin": "origin xyz", "rpy": "origin rpy", "axis": "axis xyz", "moved_by": "mimic"}
 OF_THE_DRIVE = {"position_limits": "limit", "torque_limit": "limit effort", "parameters": "dynamics"}
-"""What keys of a device's table are called in a URDF, below its link or joint."""
+"""URDF names of the keys of a device's table, below link or joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,7 +85,7 @@ def load_urdf(path: Path) -> Device:
 
 
 def _words(path: KeyPath, robot: _Robot) -> str:
-    """Return what a key of the table is called in the URDF: ``link upper, mass value``."""
+    """Return the URDF name of a key of the table, as ``link upper, mass value``."""
     if len(path) < 2 or not isinstance(path[1], int):
         return dotted(path)
     key = str(path[2]) if len(path) > 2 else ""

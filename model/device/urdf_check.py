@@ -150,7 +150,7 @@ def _check_tree(path: Path, root: Element) -> None:
 
 
 def _check_reached(joint: Element, above: dict[str, Element], where: str) -> None:
-    """Refuse a joint that carries itself: climbing from it never comes to the root."""
+    """Check that the parents of a joint lead to the root instead of back to the joint."""
     climbing: Element | None = joint
     for _ in range(len(above) + 1):
         if climbing is None:

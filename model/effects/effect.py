@@ -55,7 +55,7 @@ class EffectState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """One entry of the catalogue, as data.
+    """One effect of the catalogue, as data.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class Effect:
     friction_level, coulomb_level, kinetic_level, viscous_level
         Factors on g(v), on Fc and Fs alone, on Fc alone and on σ2.
     stribeck_velocity
-        Speed seen by the Stribeck curve.
+        Speed in the Stribeck curve.
     inertia_factor
         m(q) in M·m(q)·q̈ + ½·M·m'(q)·q̇².
     time_rate
@@ -167,7 +167,7 @@ class Effect:
 
     @property
     def own_names(self) -> tuple[str, ...]:
-        """Return the ids of its parameters and states."""
+        """Return the ids of the effect's parameters and states."""
         return (*(x.id for x in self.parameters), *(s.state.id for s in self.states))
 
     @property

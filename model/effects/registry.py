@@ -1,4 +1,4 @@
-"""The catalogue of effects: one file per entry, found in the folders beside this one; no effect is registered by hand.
+"""The catalogue of effects: one file per effect, found in the folders beside this one; none is registered by hand.
 
 Python files come in, `Effect` by key goes out.
 """

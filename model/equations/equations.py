@@ -111,8 +111,8 @@ class Equations:
     states, inputs, outputs, parameters
         In the order of the arrays x (n_x,), u (n_u,), y (n_y,), p (n_p,).
     definitions
-        Intermediate quantities, each an expression of what stands before it, for use in rhs, rates, outputs and
-        mass_matrix.
+        Intermediate quantities, each an expression of states, inputs, parameters and earlier definitions, for use in
+        rhs, rates, outputs and mass_matrix.
     rhs
         f, shape (n_x,). Where ``mass_matrix`` is given, the entries of the velocities hold h instead.
     rates
@@ -123,7 +123,7 @@ class Equations:
     orderings
         Pairs (a, b) of parameter ids with a ≥ b required, as (Fs, Fc).
     effects
-        Ids of the effects that were added to the base model.
+        Ids of the effects that were added to the nominal model.
     friction
         The friction law of each joint, in the order of ``joints``; empty where there is none.
     """

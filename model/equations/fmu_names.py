@@ -7,9 +7,9 @@ states bring the rest of their name with them (``friction.Fc``, ``spring.Ks``), 
 from __future__ import annotations
 
 JOINT = "joint{number}"
-"""What belongs to one joint."""
+"""Prefix of the variables of one joint."""
 POSITION, VELOCITY, TORQUE, READING = "position", "velocity", "torque", "reading"
-"""State, its rate, the command, and what the encoder reads."""
+"""Position, velocity, commanded torque and encoder reading of a joint."""
 SPEED, ACTUATOR_TORQUE = "speed", "actuator.torque"
 """Outputs of the whole device."""
 CONTROLLER = "controller.{part}"
@@ -47,5 +47,5 @@ def of_joint(number: int, part: str) -> str:
 
 
 def is_of_joint(name: str) -> bool:
-    """Whether a name says to which joint it belongs."""
+    """Return whether a structured name begins with the prefix of a joint."""
     return name.startswith(JOINT.format(number=""))

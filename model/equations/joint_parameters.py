@@ -1,4 +1,7 @@
-"""Rows of the parameter table of a joint, and those of its body, drive and spring; friction laws bring their own."""
+"""The parameter table of a joint: rows of body, drive and spring; friction laws have rows of their own.
+
+`Row` holds defaults for revolute and prismatic joints; `quantities` converts rows to `Quantity`.
+"""
 
 from __future__ import annotations
 

@@ -118,7 +118,7 @@ class FrictionLaw:
     id, title
         Name in files (``lugre``), name in words.
     formulas
-        As a reader writes them: the torque first, as a sum, then the rates and what they use.
+        Formulas as a reader writes them: first the torque, as a sum, then the rates and their auxiliary functions.
     parameters
         Rows of the parameter table.
     states

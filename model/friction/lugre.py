@@ -72,7 +72,10 @@ def lugre(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
 
 
 def _guess(s: Sliding) -> dict[str, float]:
-    """Guess bristle and Stribeck curve in proportion to what is seen in sliding, the bristle's damping ratio as 1/8."""
+    """Guess bristle and Stribeck curve in proportion to friction in gross sliding, with a bristle damping ratio of 1/8.
+
+    σ1 = 2·ζ·√(σ0·M) with ζ = 1/8.
+    """
     stiffness = s.coulomb / (BRISTLE_SHARE * s.travel)
     return {
         "sigma0": stiffness,

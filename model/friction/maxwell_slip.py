@@ -8,7 +8,7 @@ with the Stribeck curve s(v) = Fc + (Fs − Fc)·exp(−(v/vs)²). In presliding
 (nonlocal hysteresis), in sliding its torque follows s(v) within s/C. The springs get one shape number: all limits are
 s/N, and kᵢ falls by the factor ``spread`` from one to the next, with Σ kᵢ = σ0.
 
-The change from stick to slip is written without a jump, so that sensitivities see it. With rᵢ = Fᵢ·sgn(v)·N/s(v), the
+The transition from stick to slip is continuous, so that sensitivities contain it. With rᵢ = Fᵢ·sgn(v)·N/s(v), the
 share that slips is βᵢ = clip((rᵢ − 1 + ε)/ε, 0, 1), or while Fᵢ·v > 0 the memory mᵢ of having slipped:
 
     Ḟᵢ = (1 − gᵢ)·kᵢ·v + gᵢ·C·(sgn(v)/N − Fᵢ/s(v)),   gᵢ = βᵢ + (1 − βᵢ)·mᵢ·[Fᵢ·v > 0],

@@ -35,24 +35,26 @@ Effects = Mapping[int, Sequence[Effect]]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointPart:
-    """What one of several joints brings to M(q)·v̇ = torque − C·v − φ, in symbols that bear its number.
+    """The part of one joint in M(q)·v̇ = torque − C·v − φ of several joints, in symbols with the joint's number.
 
     Parameters
     ----------
     torque
-        Kp·τ − Ks·(q − epos) − friction, and what effects add.
+        Kp·τ − Ks·(q − epos) − friction, and the torques of effects [N m].
     inertia
-        Added to the joint's diagonal entry of M.
-    friction, friction_rhs, friction_rates, damping
-        States of the friction law, how they change, their relaxation rates, and the joint's damping.
+        Inertia that effects add to the joint's diagonal entry of M [kg m²].
+    friction, friction_rhs, friction_rates
+        States of the friction law, their rates of change and their relaxation rates [1/s].
     orderings
         Pairs (a, b) of parameter ids with a ≥ b.
+    damping
+        Estimate of ∂torque/∂v from above [N m s/rad].
     motor, reading
-        Motor-side torque, and the position that is read.
+        Motor-side torque [N m], and position reading [rad].
     states, rhs, rates
-        What effects' states are, how they change, and their relaxation rates.
+        States of effects, their rates of change and their relaxation rates [1/s].
     quantities
-        Parameters.
+        Parameters of drive, spring, friction and effects.
     """
 
     torque: sp.Expr
@@ -220,7 +222,7 @@ def joint_quantities(device: Device, joint: int, *, suffix: str = "", prefix: st
 
 
 def _default(row: Row, given: Mapping[str, Guess], law: FrictionLaw) -> Guess:
-    """Return the table's first guess, in the order (stiction above Coulomb friction) that the law asks for."""
+    """Return the table's first guess, moved to the device's guesses where an ordering as Fs ≥ Fc requires it."""
     initial = row.initial
     for larger, smaller in law.orderings:
         if row.id == larger and smaller in given:

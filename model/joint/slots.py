@@ -22,7 +22,25 @@ from haptid.support.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """The slots that effects fill, before the equation is assembled; fields as in `model.effects.effect.Effect`."""
+    """The slots that effects fill, before the equation is assembled.
+
+    Parameters
+    ----------
+    w, y, a
+        Torque that reaches the joint, reading, and acceleration in terms of the rigid joint's acceleration ``a``.
+    torque
+        Torque added to the right-hand side [N m].
+    friction_level, coulomb_level, kinetic_level, viscous_level
+        Factors for the friction law, as in `model.effects.effect.Effect`.
+    stribeck_velocity
+        Speed in the Stribeck curve [rad/s].
+    inertia_factor
+        Factor m(q) on the inertia.
+    time_rate
+        Factor between the machine's and the data's clock.
+    states
+        States of all effects.
+    """
 
     w: sp.Expr
     y: sp.Expr
@@ -70,6 +88,7 @@ def _add(terms: Terms, effect: Effect) -> Terms:
     """Add the formulas of one effect; its w, y and a are the torque path, reading and acceleration built so far."""
     one = sp.S.One
     known = {sym.w: terms.w, sym.y: terms.y}
+    # torque, levels and states depend on the torque path before the effect itself
     states = tuple(replace(s, rhs=s.rhs.subs(sym.w, terms.w)) for s in effect.states)
     return replace(
         terms,

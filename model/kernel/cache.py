@@ -18,7 +18,7 @@ from haptid.support.files.cache import cache_folder, is_sealed, machine, seal
 from haptid.support.files.files import write_json
 
 SUBSTEPS = 8
-"""Largest number of sub-steps of an inner step; a trial that needs more has contacts too stiff for the sampling rate."""
+"""Largest number of sub-steps of an inner step; a trial that needs more has contacts too stiff for the sampling."""
 
 
 @cache
@@ -49,7 +49,7 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     Returns
     -------
     CompiledKernel
-        Kernel with at least what was asked for.
+        The kernel; it may have lanes or sensitivities beyond the request.
     """
     # a kernel with both, lanes and sensitivities, serves every request and is looked up first
     both = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"

@@ -18,7 +18,7 @@ from haptid.support.processes.c_compiler import is_available, run_c_compiler
 FLAGS = (
     "-std=gnu11",
     "-O3",
-    "-ffp-contract=off",
+    "-ffp-contract=off",  # no fused multiply-add: lanes, scalars and platforms agree bit for bit
     "-fno-math-errno",
     "-fno-sanitize=undefined",
     "-fvisibility=hidden",
@@ -30,7 +30,17 @@ FLAGS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """A platform to compile for: the compiler's name of it, the FMI 2.0 folder and the suffix of a shared library."""
+    """A platform to compile for.
+
+    Parameters
+    ----------
+    triple
+        The compiler's name of the platform.
+    fmi2_folder
+        Folder of the platform's binaries in an FMU after FMI 2.0.
+    suffix
+        Suffix of a shared library, with its dot.
+    """
 
     triple: str
     fmi2_folder: str

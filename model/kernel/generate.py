@@ -21,7 +21,7 @@ from haptid.model.kernel.tangent import tangent_columns, tangent_source
 from haptid.model.kernel.text import assignments
 
 DEFAULT_STEP = 5e-4
-"""Inner step [s]: the one of Tam, Kubica and Wang (2005), section IV."""
+"""Inner step [s], as in Tam, Kubica and Wang (2005), section IV."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

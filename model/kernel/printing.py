@@ -94,6 +94,7 @@ class CPrinter(C99CodePrinter):
         return repr(float(expr))
 
     def _print_Pow(self, expr: sp.Pow) -> str:
+        # real.h has no pow: whole powers become products, half powers roots
         base, power = expr.as_base_exp()
         if power == -1:
             return f"(1.0/{self.parenthesize(base, 1000)})"
@@ -111,7 +112,7 @@ class CPrinter(C99CodePrinter):
         raise NotImplementedError(msg)
 
     def _print_Mul(self, expr: sp.Mul) -> str:
-        """Divide by what does not change in a step as a factor 1/(...), which the compiler then divides out once."""
+        """Print divisors that consist of parameters as one factor 1/(...), which the compiler takes out of loops."""
         constant = [f for f in expr.args if self._constant(f) and f.is_Pow and f.exp.is_Number and f.exp < 0]
         if not constant or len(constant) == len(expr.args):
             return super()._print_Mul(expr)
@@ -136,6 +137,7 @@ class CPrinter(C99CodePrinter):
         return first
 
     def _real(self, expr: sp.Expr) -> str:
+        # hk_max, hk_min and hk_select take reals, which may be vectors: K makes one of a plain number
         text = self._print(expr)
         return f"K({text})" if expr.is_number else text
 
@@ -146,6 +148,7 @@ class CPrinter(C99CodePrinter):
         return f"hk_step({self._print(expr.args[0])})"
 
     def _print_Piecewise(self, expr: sp.Piecewise) -> str:
+        # from the last branch back: the last one holds where no earlier condition does
         text = self._real(expr.args[-1].expr)
         for branch in reversed(expr.args[:-1]):
             c = branch.cond

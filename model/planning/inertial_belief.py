@@ -53,7 +53,7 @@ class Measurement:
 
 
 def rows_of(coefficients: Sequence[Coefficient]) -> Array:
-    """Return the coefficients' linear maps from π, shape (n, n_pi)."""
+    """Return the rows A of n coefficients as linear maps of π, shape (n, n_pi)."""
     return np.array([coefficient.linear_map for coefficient in coefficients])
 
 

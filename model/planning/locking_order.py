@@ -56,10 +56,12 @@ class Stage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LockingOrder:
-    """Stages in order, and what the full model needs.
+    """Stages in order, and the parameters and combinations of the full model.
 
     Parameters
     ----------
+    stages
+        Configurations in the order of their tests.
     needed
         Standard parameters that the full model contains.
     full

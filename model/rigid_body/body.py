@@ -47,5 +47,5 @@ def coordinate(link: Link, rates: Rates, coordinates: Coordinates) -> Scalar:
 
 
 def ratio_of(ratio: Fraction, coordinates: Coordinates) -> Scalar:
-    """Return a ratio as a scalar; a whole one stays an int."""
+    """Return a ratio as a scalar; a whole number stays an int, which folds away where it is 0 or ±1."""
     return int(ratio) if ratio.denominator == 1 else coordinates.constant(ratio)

@@ -33,12 +33,12 @@ HANDLE_TORQUE = tuple(sp.Symbol(f"handle_torque_{axis}", real=True) for axis in 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForwardDynamics:
-    """The tape and what it defines.
+    """Definitions of the rigid-body dynamics, and expressions in their symbols.
 
     Parameters
     ----------
     definitions
-        (symbol, expression) in order, each using what stands before it.
+        Pairs (symbol, expression) in order, each expression of model symbols and earlier definitions.
     mass_matrix
         M, shape (n_q, n_q).
     bias

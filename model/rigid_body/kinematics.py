@@ -92,7 +92,7 @@ def geometry(link: Link) -> Geometry:
 
 
 def constant_vector(coordinates: Coordinates, vector: Vec) -> Vec:
-    """Return a rational vector over the coordinates' scalar; whole 0 and ±1 stay ints."""
+    """Convert a rational vector to the scalar of the coordinates; 0 and ±1 stay ints, which fold away."""
     x, y, z = (value if value in (0, 1, -1) else coordinates.constant(value) for value in vector)
     return x, y, z
 
@@ -133,7 +133,24 @@ Column = tuple[Vec, Vec]
 
 
 def own_column(link: Link, placed: Pose, coordinates: Coordinates, joint: int) -> Column:
-    """Return the velocity of a link relative to its parent per unit speed of a joint, (w, v) in the link's frame."""
+    """Return the contribution of a link's own motion to one column of its body Jacobian.
+
+    Parameters
+    ----------
+    link
+        Link with its motion.
+    placed
+        Pose of the link, over the scalar of ``coordinates``.
+    coordinates
+        Joint positions over a scalar.
+    joint
+        Number of the joint of the column.
+
+    Returns
+    -------
+    Column
+        (w, v) of the link relative to its parent per unit of joint speed, in the link's frame.
+    """
     ratio = link.moved_by.get(joint, Fraction(0))
     whole = int(ratio) if ratio.denominator == 1 else coordinates.constant(ratio)
     along = scale(whole, placed.axis)

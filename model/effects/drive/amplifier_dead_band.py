@@ -1,4 +1,4 @@
-"""An amplifier that answers no torque below a threshold: with a jump beyond it, or starting from zero."""
+"""An amplifier without torque below a threshold: discontinuous at the threshold, or continuous from zero."""
 
 from functools import partial
 

@@ -1,4 +1,4 @@
-"""Rotor and link joined by a spring with play: shared by the entries for tendons and backlash.
+"""Rotor and link joined by a spring with play: the common part of the effects of tendons and backlash.
 
 ρ·M·v̇_m = w − T, (1 − ρ)·M·v̇ = T − load, ṡ = v_m − v, T = (d(s) + T_d·ṡ)/e with d(s) = s outside the
 play ±b and 0 inside. The rotor turns freely, the link carries friction, spring and sensor.
