@@ -81,7 +81,7 @@ class Echelon:
 
     @property
     def columns(self) -> frozenset[int]:
-        """The columns in which some row is not zero."""
+        """The columns in which at least one row of the span is not zero."""
         return frozenset(column for row, _ in self._rows.values() for column in row)
 
     def reduced(self) -> dict[int, Row]:
@@ -107,7 +107,7 @@ class Echelon:
         return Echelon(dict(self._rows), self.rank)
 
     def spans(self, row: Mapping[int, Fraction]) -> bool:
-        """Tell whether the row is a combination of those added."""
+        """Return whether a row lies in the span of the added rows."""
         return not self.reduce(row)[0]
 
 

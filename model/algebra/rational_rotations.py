@@ -9,7 +9,7 @@ from haptid.model.algebra.vectors import IDENTITY, Mat, Scalar, Vec, add_matrice
 from haptid.model.device.device import Link, Vector
 
 DENOMINATOR = 10**8
-"""Angles are met to about the square of its inverse."""
+"""Largest denominator of the rational parameter t = tan(angle/2); the error of t is about its inverse squared."""
 
 
 def rational(x: float) -> Fraction | int:
@@ -51,6 +51,7 @@ def cos_sin(angle: float) -> tuple[Fraction | int, Fraction | int]:
     rest = angle - quarters * (math.pi / 2)
     t = Fraction(math.tan(rest / 2)).limit_denominator(DENOMINATOR) if abs(rest) > 1e-14 else Fraction(0)
     c, s = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
+    # a quarter turn as an exchange of cosine and sine keeps both exact
     for _ in range(quarters % 4):
         c, s = -s, c
     return _whole(c), _whole(s)

@@ -10,7 +10,7 @@ from haptid.support.errors import InputError
 from haptid.support.files.place import Place
 
 SHARPEST = 1e-12
-"""Smallest standard deviation relative to its value; the square of a much smaller one is zero."""
+"""Smallest standard deviation relative to its value; the square of a much smaller one underflows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,4 +115,4 @@ FREQUENCY = Range(1e-3, 1e9, "rad/s", infinite=True)
 RELATIVE = Range(1e-9, 1e3, "times the value")
 CENTROID_STD = Range(1e-12, 1e4, "m")
 TURNS = Range(-6, 6, "(whole turns of the link for one of the joint)")
-"""The equations are polynomials of this degree in cos q and sin q."""
+"""Whole turns of a link per turn of its joint: the equations are polynomials of this degree in cos q and sin q."""

@@ -129,6 +129,7 @@ def _downwards(joints: Sequence[Element]) -> tuple[Element, ...]:
     """Return the joints so that parents come first, in the file's order where that allows."""
     left, result = list(joints), []
     while left:
+        # a joint is ready where no remaining joint carries its parent; the checked tree always has one
         below = {_end(joint, "child") for joint in left}
         ready = next(joint for joint in left if _end(joint, "parent") not in below)
         result.append(ready)
@@ -186,6 +187,7 @@ def _inertial(inertial: Element | None) -> dict[str, Any]:
     tensor = np.zeros((3, 3))
     for key, (i, j) in pairs.items():
         tensor[i, j] = tensor[j, i] = number(inertia, f"i{key}")
+    # a URDF states the tensor in the axes of <inertial>, a device in the axes of the link
     tensor = R @ tensor @ R.T
     return {
         "mass": number(inertial.find("mass"), "value"),

@@ -26,7 +26,7 @@ t = TIME
 RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau"})
 SIDES = ("torque", "input", "output", "friction", "time", "random")
 LAST = 9
-"""Place of an effect that acts behind drive and encoder, or beside them."""
+"""Default of ``Effect.place``: behind all effects of the drive."""
 FORMULAS = (
     "torque", "input", "output", "acceleration", *SLOTS, "inertia_factor", "time_rate",
 )  # fmt: skip
@@ -455,5 +455,6 @@ def fade_in(amplitude: sp.Symbol, least: sp.Expr, full: sp.Expr, without: sp.Exp
     Below ``least`` the deviation is evaluated at ``least`` and scaled linearly, so that the effect vanishes exactly and
     has a derivative at 0.
     """
+    # the larger of the two is never 0, so that ``full`` is evaluated away from its singularity
     held = sp.Max(amplitude, least)
     return without + amplitude / held * (full.subs(amplitude, held) - without)

@@ -32,9 +32,9 @@ from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.rigid_body.locked_dynamics import Coefficient, LockedDynamics, locked_motion
 
 SPREAD = 5.0
-"""Bounds of an inertial coefficient lie this many standard deviations of its prior from its first guess."""
+"""Distance of the bounds of an inertial coefficient from its first guess, in standard deviations of its prior."""
 RATIO = 20.0
-"""A moment of inertia is known within this factor of its first guess."""
+"""Largest factor between a moment of inertia and its first guess, above and below."""
 
 
 def configuration_equations(
@@ -68,6 +68,7 @@ def configuration_equations(
     motion = locked_motion(device, free_joints, posture)
     if len(motion.joints) == 1 and {c.id for c in motion.coefficients} <= set(INERTIAL):
         return _single(device, motion)
+    # a single joint with other coefficients, as an inertia that varies with q, needs the general form
     return coupled_equations(device, motion, effects or {})
 
 

@@ -28,7 +28,7 @@ from haptid.model.joint.slots import Terms, with_effects
 INERTIAL = ("inertia", "gravity_cos", "gravity_sin")
 """Parameters of a locked joint that come from the rigid bodies."""
 NUMBERED = {s.name for s in (sym.q, sym.v, sym.z, sym.tau)}
-"""Standard symbols that a joint's number follows at once; it follows an underscore in all other names."""
+"""Standard symbols with the joint's number directly behind (``q3``); other names have an underscore between."""
 Effects = Mapping[int, Sequence[Effect]]
 """Effects by joint."""
 

@@ -26,7 +26,7 @@ from haptid.model.rigid_body.regressor import regressor
 
 Array = NDArray[np.float64]
 REACH = 0.9
-"""Share of the position limits that postures use."""
+"""Share of the range between the position limits that postures use, about its middle."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +149,7 @@ def candidate_postures(device: Device, number: int, seed: int) -> Array:
     """
     lower, upper = _limits(device)
     middle, half = (lower + upper) / 2, REACH * (upper - lower) / 2
-    # drawn by powers of 2, for which alone a Sobol sequence is balanced, then cut
+    # a Sobol sequence is balanced for powers of 2: the next larger power is drawn and then cut to the number
     points = qmc.Sobol(lower.size, seed=seed).random_base2(int(np.ceil(np.log2(number))))[:number]
     return np.asarray(middle + half * (2 * points - 1))
 

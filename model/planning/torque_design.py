@@ -31,7 +31,7 @@ from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
 AMPLITUDES = (0.15, 0.3, 0.5, 0.75, 1.0)
-"""Shares of the largest torque that keeps the joint within its limits."""
+"""Torque amplitudes of the grid, as shares of the largest torque that keeps the joint within its limits."""
 DURATION, RATE = 16.0, 200.0
 """Length of a run [s] and its sampling rate [1/s]."""
 
@@ -259,6 +259,7 @@ def _d_optimal(information: Sequence[Array], runs: int) -> list[int]:
     prior = np.eye(len(information[0]))
     chosen: list[int] = []
 
+    # a run stays in the pool after its choice: the same run twice is a valid design
     def worth(others: Array) -> int:
         return int(np.argmax([np.linalg.slogdet(others + one)[1] for one in information]))
 
@@ -270,7 +271,7 @@ def _d_optimal(information: Sequence[Array], runs: int) -> list[int]:
 
 
 def _expected_errors(runs: Sequence[CosineRun]) -> Array:
-    """Return expected standard errors in units of the first guesses, with a prior of 100 %."""
+    """Return expected standard errors in units of θ, with a prior standard deviation of one unit, shape (n,)."""
     total = np.eye(len(runs[0].information)) + sum(run.information for run in runs)
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(total))))
 

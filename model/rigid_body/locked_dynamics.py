@@ -72,7 +72,7 @@ class LockedDynamics:
     joints
         The n free joints, ascending.
     posture
-        Positions of all joints [rad], shape (n_q,); entries of free joints are 0.
+        Positions of all joints [rad] or [m], shape (n_q,); entries of free joints are 0.
     mass_matrix, christoffel_force, gravity_force
         M (n, n), C·q̇ (n,) and φ (n,).
     coefficients
