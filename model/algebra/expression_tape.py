@@ -1,7 +1,9 @@
-"""A tape: formulas recorded as single operations, with constants folded and repeats shared.
+"""An expression tape: formulas recorded as single operations, with constants folded and repeated operations shared.
 
-`Node` behaves as a scalar in the recursions; `Tape.definitions` hands back what the wanted results need, as a flat list
-of (symbol, expression) in order.
+1. A recursion over the links runs with `Node` as its scalar and `Tape` as its coordinates; each operation appends one
+   node, or finds the equal node again.
+2. `Tape.definitions` selects the nodes that the wanted results need and returns them as a flat list of
+   (symbol, expression) in order, which becomes the definitions of `Equations`.
 """
 
 from __future__ import annotations
@@ -18,13 +20,21 @@ from haptid.model.algebra.vectors import Scalar
 from haptid.model.device.device import Device
 
 Key = tuple[Any, ...]
-"""(kind, operands): numbers of nodes, a constant, a symbol."""
+"""(kind, operands): an operand is the number of a node, a constant or an expression."""
 FUNCTIONS = {"cos": sp.cos, "sin": sp.sin}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """The result of one operation; plain ints and Fractions are constants."""
+    """The result of one operation; plain ints and Fractions are constants.
+
+    Parameters
+    ----------
+    tape
+        The tape that holds the operation.
+    number
+        Position on the tape; operands have smaller numbers.
+    """
 
     tape: Tape
     number: int
@@ -55,7 +65,15 @@ class Node:
 
 
 class Tape:
-    """Records operations and serves as the coordinates of the recursions, with positions q<j> as symbols."""
+    """Record operations and serve as the `Coordinates` of the recursions, with positions q<j> as symbols.
+
+    Parameters
+    ----------
+    device
+        Device whose joints are the coordinates.
+    prefix
+        First letters of the names of definitions, ``rb0``, ``rb1``, ….
+    """
 
     def __init__(self, device: Device, prefix: str = "rb") -> None:
         self.device, self.prefix = device, prefix
@@ -71,7 +89,7 @@ class Tape:
         return int(value) if Fraction(value).denominator == 1 else value
 
     def cos_sin(self, moved_by: Mapping[int, Fraction]) -> tuple[Scalar, Scalar]:
-        """Return cosine and sine of Σ moved_by[j]·q_j; those of −q are written by those of q."""
+        """Return cosine and sine of Σ moved_by[j]·q_j; those of −q are written in those of q, to share the nodes."""
         terms = {j: ratio for j, ratio in moved_by.items() if ratio}
         if len(terms) == 1:
             ((j, ratio),) = terms.items()
@@ -90,11 +108,23 @@ class Tape:
         return value
 
     def sum(self, a: Scalar, b: Scalar) -> Scalar:
-        """Return a + b."""
+        """Return a + b in canonical form: signs out of the operands, operands by ascending number.
+
+        Parameters
+        ----------
+        a, b
+            Nodes or constants, at least one of them a node.
+
+        Returns
+        -------
+        Node or constant
+            The node of the sum; 0 where the operands cancel.
+        """
         if not isinstance(a, Node):
             a, b = b, a
         if not isinstance(b, Node):
             return a if b == 0 else self._node(("+c", a.number, Fraction(b)))
+        # signs are taken out of the operands: −a − b shares the node of a + b, and a + (−b) becomes a difference
         (factor_a, base_a), (factor_b, base_b) = self._signed(a), self._signed(b)
         if base_a == base_b:
             return self.product(Node(self, base_a), factor_a + factor_b)
@@ -107,7 +137,18 @@ class Tape:
         return self._node(("+", min(base_a, base_b), max(base_a, base_b)))
 
     def product(self, a: Scalar, b: Scalar) -> Scalar:
-        """Return a·b."""
+        """Return a·b in canonical form: constant factors outside, operands by ascending number.
+
+        Parameters
+        ----------
+        a, b
+            Nodes or constants, at least one of them a node.
+
+        Returns
+        -------
+        Node or constant
+            The node of the product; 0 for a factor 0.
+        """
         if not isinstance(a, Node):
             a, b = b, a
         if isinstance(b, Node):
@@ -138,9 +179,21 @@ class Tape:
     def definitions(
         self, wanted: Iterable[Scalar]
     ) -> tuple[tuple[tuple[sp.Symbol, sp.Expr], ...], tuple[sp.Expr, ...]]:
-        """Return the definitions that the wanted scalars need, and the scalars as expressions of them.
+        """Write out the part of the tape that the wanted scalars need.
 
-        A product that is used once, in a sum, is written into that sum; everything else has a name.
+        A product that is used once, in a sum, is written into that sum; every other operation becomes a definition.
+
+        Parameters
+        ----------
+        wanted
+            Nodes and constants.
+
+        Returns
+        -------
+        definitions
+            Pairs (symbol, expression), each expression of model symbols and earlier definitions.
+        results
+            The wanted scalars in their order, as expressions of model symbols and definitions.
         """
         wanted = tuple(wanted)
         uses = self._uses(node.number for node in wanted if isinstance(node, Node))
@@ -161,6 +214,7 @@ class Tape:
     def _uses(self, wanted: Iterable[int]) -> dict[int, set[str]]:
         """Return the needed numbers; value {"+"} where the only use is one sum."""
         uses: dict[int, list[str]] = {number: ["out"] for number in wanted}
+        # backwards: operands have smaller numbers, so that all uses of a node are known when the loop reaches it
         for number in range(len(self._keys) - 1, -1, -1):
             if number in uses:
                 kind = str(self._keys[number][0])

@@ -1,4 +1,4 @@
-"""Joint positions as numbers, one posture or many at once."""
+"""Joint positions as floating-point numbers: the `Coordinates` of one posture, or of many postures at once."""
 
 from __future__ import annotations
 
@@ -16,7 +16,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class Numbers:
-    """Coordinates at the positions q, shape (n_q,) or (n_q, n) for n postures at once."""
+    """Coordinates at given joint positions.
+
+    Parameters
+    ----------
+    q
+        Positions [rad] or [m], shape (n_q,), or (n_q, n) for n postures at once.
+    """
 
     q: Array
 

@@ -9,24 +9,49 @@ from haptid.model.algebra.vectors import IDENTITY, Mat, Scalar, Vec, add_matrice
 from haptid.model.device.device import Link, Vector
 
 DENOMINATOR = 10**8
-"""Angles are met to about the square of its inverse."""
+"""Largest denominator of the rational parameter t = tan(angle/2); the error of t is about its inverse squared."""
 
 
 def rational(x: float) -> Fraction | int:
-    """Return the decimal number that `x` prints as; an int where it is whole."""
+    """Convert a float to the rational number of its shortest decimal text, so that 0.1 becomes 1/10.
+
+    Parameters
+    ----------
+    x
+        Finite number.
+
+    Returns
+    -------
+    Fraction or int
+        The decimal number exactly; an int where it is whole.
+    """
     fraction = Fraction(repr(float(x)))
     return int(fraction) if fraction.denominator == 1 else fraction
 
 
 def cos_sin(angle: float) -> tuple[Fraction | int, Fraction | int]:
-    """Return rational (c, s) with c² + s² = 1 exactly, within 1e-15 of the angle's cosine and sine.
+    """Approximate cosine and sine of an angle by a rational point of the unit circle.
 
-    Quarter turns are exact; the rest is the rational point of the circle with t = tan(angle/2).
+    Parameters
+    ----------
+    angle
+        Angle [rad].
+
+    Returns
+    -------
+    tuple of (Fraction or int)
+        (c, s) with c² + s² = 1 exactly, within 1e-15 of cosine and sine of the angle.
+
+    Notes
+    -----
+    Quarter turns are split off and exact. The remaining angle has t = tan(angle/2), rounded to a rational number, and
+    c = (1 − t²)/(1 + t²), s = 2t/(1 + t²).
     """
     quarters = round(angle / (math.pi / 2))
     rest = angle - quarters * (math.pi / 2)
     t = Fraction(math.tan(rest / 2)).limit_denominator(DENOMINATOR) if abs(rest) > 1e-14 else Fraction(0)
     c, s = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
+    # a quarter turn as an exchange of cosine and sine keeps both exact
     for _ in range(quarters % 4):
         c, s = -s, c
     return _whole(c), _whole(s)
@@ -43,7 +68,24 @@ def _whole(x: Fraction) -> Fraction | int:
 
 
 def unit_vector(axis: Vector) -> Vec:
-    """Return a rational vector of exactly unit length along `axis` (stereographic projection)."""
+    """Approximate a unit vector by a rational vector of exactly unit length.
+
+    Parameters
+    ----------
+    axis
+        Unit vector, shape (3,).
+
+    Returns
+    -------
+    Vec
+        Rational unit vector along `axis`.
+
+    Notes
+    -----
+    Inverse stereographic projection: with rational coordinates (u, v) of the projected axis, the vector
+    (±(1 − u² − v²), 2u, 2v)/(1 + u² + v²) has length 1 exactly.
+    """
+    # projected along the largest component, the denominator 1 + |component| is far from 0
     largest = max(range(3), key=lambda i: abs(axis[i]))
     sign = 1 if axis[largest] > 0 else -1
     others = [i for i in range(3) if i != largest]
@@ -56,7 +98,20 @@ def unit_vector(axis: Vector) -> Vec:
 
 
 def axis_rotation(axis: Vec, c: Scalar, s: Scalar) -> Mat:
-    """Rodrigues: R = c·1 + s·[a]× + (1 − c)·a aᵀ for a unit axis a; a coordinate axis costs no products."""
+    """Return the rotation about an axis by Rodrigues' formula, R = c·1 + s·[a]× + (1 − c)·a aᵀ.
+
+    Parameters
+    ----------
+    axis
+        Unit vector a; a coordinate axis needs no products.
+    c, s
+        Cosine and sine of the angle, over any scalar.
+
+    Returns
+    -------
+    Mat
+        Rotation matrix R, shape (3, 3).
+    """
     x, y, z = axis
     if sum(1 for a in axis if a == 0) == 2:
         return _coordinate_rotation(axis, c, s)
@@ -84,7 +139,18 @@ def _coordinate_rotation(axis: Vec, c: Scalar, s: Scalar) -> Mat:
 
 
 def home_rotation(link: Link) -> Mat:
-    """Return R = Rz(yaw)·Ry(pitch)·Rx(roll) of the link's frame at home, exactly orthogonal."""
+    """Return the exactly orthogonal rotation of a link's frame at home.
+
+    Parameters
+    ----------
+    link
+        Link with fixed-axis roll, pitch, yaw [rad].
+
+    Returns
+    -------
+    Mat
+        R = Rz(yaw)·Ry(pitch)·Rx(roll) with rational entries, shape (3, 3), from link to parent coordinates.
+    """
     roll, pitch, yaw = (cos_sin(angle) for angle in link.rpy)
     turned = product(_coordinate_rotation((0, 1, 0), *pitch), _coordinate_rotation((1, 0, 0), *roll))
     return product(_coordinate_rotation((0, 0, 1), *yaw), turned)

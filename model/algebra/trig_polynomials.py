@@ -24,12 +24,12 @@ Monomial = tuple[int, ...]
 
 
 def position_symbol(joint: int) -> sp.Symbol:
-    """Return q_j."""
+    """Return the SymPy symbol q_j of a joint's position."""
     return sp.Symbol(f"q{joint}", real=True)
 
 
 def velocity_symbol(joint: int) -> sp.Symbol:
-    """Return q̇_j."""
+    """Return the SymPy symbol v_j of a joint's velocity q̇_j."""
     return sp.Symbol(f"v{joint}", real=True)
 
 
@@ -39,7 +39,7 @@ class TrigRing:
     Parameters
     ----------
     device
-        Tells which joints slide.
+        Device, which says which joints are prismatic.
     free
         Joints that stay symbols.
     posture
@@ -63,7 +63,18 @@ class TrigRing:
         return self.ring.ground_new(QQ(fraction.numerator, fraction.denominator))
 
     def cos_sin(self, moved_by: Mapping[int, Fraction]) -> tuple[Scalar, Scalar]:
-        """Return cosine and sine of Σ moved_by[j]·q_j by the addition theorems."""
+        """Return cosine and sine of Σ moved_by[j]·q_j by the addition theorems.
+
+        Parameters
+        ----------
+        moved_by
+            Joint → coefficient; whole numbers for free joints.
+
+        Returns
+        -------
+        tuple of Polynomial
+            (cos, sin) in canonical form.
+        """
         c, s = self.ring.one, self.ring.zero
         locked = sum((float(ratio) * self._locked[j] for j, ratio in moved_by.items() if j in self._locked), 0.0)
         if locked != 0.0:
@@ -84,7 +95,18 @@ class TrigRing:
         return total
 
     def tidy(self, value: Scalar) -> Scalar:
-        """Return the canonical form: s² → 1 − c² until every sine stands at most to the first power."""
+        """Return the canonical form of an element.
+
+        Parameters
+        ----------
+        value
+            Element of the ring; a plain int is returned unchanged.
+
+        Returns
+        -------
+        Polynomial
+            The element after s² → 1 − c² until every sine has at most the first power.
+        """
         if isinstance(value, int):
             return value
         while any(monomial[i] > 1 for monomial in value for i in self._sines):
@@ -100,6 +122,7 @@ class TrigRing:
                 continue
             lower = (*monomial[:i], monomial[i] - 2, *monomial[i + 1 :])
             _accumulate(result, lower, coefficient)
+            # the generator c_j stands directly before s_j in ``names``
             _accumulate(result, (*lower[: i - 1], lower[i - 1] + 2, *lower[i:]), -coefficient)
         return self.ring.from_dict({monomial: x for monomial, x in result.items() if x})
 
@@ -108,7 +131,20 @@ class TrigRing:
         return self.ring.ground_new(QQ(value)) if isinstance(value, int) else value
 
     def derivative(self, value: Polynomial, joint: int) -> Polynomial:
-        """Return ∂/∂q_j, with dc/dq = −s and ds/dq = c, in canonical form."""
+        """Differentiate an element with respect to a joint's position.
+
+        Parameters
+        ----------
+        value
+            Element of the ring.
+        joint
+            Number j of a free joint.
+
+        Returns
+        -------
+        Polynomial
+            ∂value/∂q_j = c·∂value/∂s − s·∂value/∂c in canonical form.
+        """
         if joint in self._slides:
             return value.diff(self._generator[f"q{joint}"])
         c, s = self._generator[f"c{joint}"], self._generator[f"s{joint}"]

@@ -1,6 +1,7 @@
 """Vectors and 3×3 matrices over any scalar: numbers, arrays, exact polynomials, tape nodes.
 
-Constant zeros and ones are plain ``int`` and fold away, so the same formula costs only what its geometry needs.
+Vectors are tuples of three scalars, matrices tuples of three rows. Constant 0 and ±1 are plain ``int`` and fold away:
+a formula needs no operations for zero offsets and coordinate axes.
 """
 
 from __future__ import annotations
@@ -16,7 +17,10 @@ IDENTITY: Mat = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
 
 
 def times(a: Scalar, b: Scalar) -> Scalar:
-    """Return a·b; a constant 0 or ±1 costs nothing."""
+    """Return a·b; a constant 0 or ±1 needs no multiplication.
+
+    Only a plain ``int`` counts as a constant.
+    """
     for x, y in ((a, b), (b, a)):
         if isinstance(x, int):
             if x == 0:

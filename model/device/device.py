@@ -1,5 +1,7 @@
 """A device as data: links that turn or slide with the joints, their first guesses, motors, drives and assumptions.
 
+Readers of TOML and URDF files make a `Device`; rigid-body equations, joints and plans are derived from it.
+
 Symbols
 -------
 n_q joints with positions q [rad] or [m]; a link follows its parent by the angle (or travel) Σ_j moved_by[j]·q_j,
@@ -32,7 +34,17 @@ LINK_UNITS = ("kg", "m", "m", "m", *("kg m^2",) * 6)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """A first guess with bounds and, where known, a prior standard deviation (None: flat between the bounds)."""
+    """A first guess of one parameter, in the parameter's unit.
+
+    Parameters
+    ----------
+    initial, lower, upper
+        First guess and bounds.
+    std
+        Standard deviation of a normal prior about ``initial``; None for a flat prior between the bounds.
+    fixed
+        Whether the parameter is known and not fitted.
+    """
 
     initial: float
     lower: float = -math.inf
@@ -41,7 +53,7 @@ class Guess:
     fixed: bool = False
 
     def __post_init__(self) -> None:
-        """Check order and sign."""
+        """Check that the first guess lies within the bounds and ``std`` is positive; ValueError where not."""
         if not self.lower <= self.initial <= self.upper:
             msg = f"initial {self.initial} lies outside [{self.lower}, {self.upper}]"
             raise ValueError(msg)
@@ -67,10 +79,14 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Link:
-    """A rigid link: where its frame sits in the parent's, how it moves there, and what it weighs.
+    """A rigid link: its frame in the parent's frame, its motion and its inertial parameters.
 
     Parameters
     ----------
+    name, title
+        Identifier, and words for a reader.
+    motion
+        ``revolute``, ``prismatic`` or ``fixed``.
     parent
         Name of a link above it in the file, or ``base``.
     origin, rpy
@@ -96,9 +112,21 @@ class Link:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motor:
-    """A rotor: inertia about its shaft [kg m²]; it turns by Σ ratio·q, one row of the coupling matrix.
+    """The rotor of a motor, which turns by Σ_j ratios[j]·q_j.
 
-    Only its spin counts: its mass belongs to the link that carries it, gyroscopic torques are neglected.
+    Parameters
+    ----------
+    name
+        Identifier.
+    inertia
+        Inertia about the shaft [kg m²].
+    ratios
+        Joint → turns of the motor for one of the joint: one row of the coupling matrix.
+
+    Notes
+    -----
+    Only the spin about the shaft has kinetic energy here: the rotor's mass belongs to the link that carries it, and
+    gyroscopic torques are neglected.
     """
 
     name: str
@@ -108,14 +136,20 @@ class Motor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Joint:
-    """A joint: drive, limits, and first guesses of what the rigid body does not give.
+    """A joint: drive, limits, and first guesses of the parameters that do not come from the links.
 
     Parameters
     ----------
+    name
+        Name for a reader.
+    transmission
+        ``direct`` or ``tendon``.
+    prismatic
+        Whether the joint slides.
     friction
         Id of the friction law, one of `model.friction.registry.laws`.
     parameters
-        Guesses by id: Kp, Ks, epos, and what the friction law has.
+        Guesses by id: of Kp, Ks, epos and the parameters of the friction law.
     position_limits
         Mechanical range [rad] or [m].
     torque_limit
@@ -135,7 +169,10 @@ class Joint:
 
     @property
     def planned_range(self) -> tuple[float, float]:
-        """Positions that a plan may ask for [rad] or [m]: the limits, and a turn where a side has none."""
+        """Range of positions that a plan may use [rad] or [m].
+
+        The position limits; 2π from the other limit where one side has none, ±π where neither side has one.
+        """
         lower, upper = self.position_limits
         if math.isinf(lower) and math.isinf(upper):
             return -math.pi, math.pi
@@ -146,7 +183,25 @@ class Joint:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Device:
-    """A tree of links with n_q joints, in SI units; links stand behind their parents."""
+    """A tree of links with n_q joints, in SI units.
+
+    Parameters
+    ----------
+    name, title
+        Identifier, and words for a reader.
+    gravity
+        Acceleration of gravity in the base frame [m/s²], shape (3,).
+    joints
+        The n_q joints; a joint's number is its place.
+    links
+        Links, each behind its parent.
+    motors
+        Rotors.
+    control_link, control_point
+        Link that carries the control point (the last link where empty), and the point in the link's frame [m].
+    assumptions
+        Sentences for reports.
+    """
 
     name: str
     title: str
@@ -159,7 +214,23 @@ class Device:
     assumptions: tuple[str, ...] = ()
 
     def link(self, name: str) -> Link:
-        """Return the link of this name; KeyError lists the known ones."""
+        """Return the link of this name.
+
+        Parameters
+        ----------
+        name
+            Name of a link.
+
+        Returns
+        -------
+        Link
+            The link.
+
+        Raises
+        ------
+        KeyError
+            Where there is no such link; the message lists the known names.
+        """
         for link in self.links:
             if link.name == name:
                 return link
@@ -167,23 +238,34 @@ class Device:
         raise KeyError(msg)
 
     def with_friction(self, laws: Mapping[int, str]) -> Device:
-        """Return the device with other friction laws, by joint; guesses of parameters that both laws have stay."""
+        """Return the device with other friction laws.
+
+        Parameters
+        ----------
+        laws
+            Id of the friction law by joint; other joints keep their law.
+
+        Returns
+        -------
+        Device
+            Copy; guesses stay and apply to the parameters that both laws have.
+        """
         joints = tuple(replace(joint, friction=laws.get(j, joint.friction)) for j, joint in enumerate(self.joints))
         return replace(self, joints=joints)
 
     @property
     def massive(self) -> tuple[Link, ...]:
-        """The links that have a mass."""
+        """The links with inertial parameters, in the order of π."""
         return tuple(link for link in self.links if link.inertial is not None)
 
     @property
     def tip(self) -> str:
-        """Link that carries the control point: the given one, else the last."""
+        """Name of the link that carries the control point: ``control_link``, else the last link."""
         return self.control_link or self.links[-1].name
 
     @property
     def digest(self) -> str:
-        """Sixteen hex digits that change with geometry, gravity, motors' ratios and names, not with guesses."""
+        """Sixteen hex digits of the SHA-256 of geometry, gravity, motors' ratios and names; guesses do not enter."""
         links = [
             (k.name, k.parent, k.motion, k.origin, k.rpy, k.axis, sorted(k.moved_by.items()), k.inertial is None)
             for k in self.links

@@ -1,4 +1,9 @@
-"""A device from its table of keys, checked: against the JSON Schema, then for what a schema cannot say."""
+"""Parse the table of a device file: a parsed TOML table in, a checked `Device` out.
+
+1. Check the table against the JSON Schema.
+2. Convert its entries to joints, links and motors, with the checks that a schema cannot express.
+3. Check that the control link exists and every joint moves a mass.
+"""
 
 from __future__ import annotations
 
@@ -17,17 +22,24 @@ Table = Mapping[str, Any]
 
 
 def parse_device(table: Table, where: str | Place) -> Device:
-    """Return the device that a parsed TOML table describes.
+    """Parse the table of a device.
 
     Parameters
     ----------
+    table
+        Parsed TOML table, or the same keys converted from another format.
     where
-        The file; as a `Place` it names lines too, or what the table's keys are called in the file that was converted.
+        The file, for messages; a `Place` also gives line numbers, or the names of the keys in the converted file.
+
+    Returns
+    -------
+    Device
+        The checked device.
 
     Raises
     ------
     InputError
-        Names the file and the key at fault.
+        Where the table is wrong; the message names the file and the key at fault.
     """
     place = where if isinstance(where, Place) else Place(file=where, words=key_words)
     check_content(table, place, "a device", ("haptid.model.device", "device.schema.json"))

@@ -1,4 +1,7 @@
-"""The entries of a device file as parts of a `Device`: joints, links, motors, with what a schema cannot say of them."""
+"""Convert the entries of a device file to parts of a `Device`: joints, links and motors.
+
+Tables that a JSON Schema has accepted come in; the checks here are those that a schema cannot express.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,25 @@ Raw = float | Mapping[str, float]
 
 
 def guess_of(value: Raw, place: Place) -> Guess:
-    """Return the guess that a number, ``{ initial, lower, upper, std }`` or ``{ fixed }`` states."""
+    """Convert one stated value to a guess.
+
+    Parameters
+    ----------
+    value
+        Number, ``{ initial, lower, upper, std }`` or ``{ fixed }``.
+    place
+        Place of the value, for messages.
+
+    Returns
+    -------
+    Guess
+        The guess.
+
+    Raises
+    ------
+    InputError
+        Where the first guess lies outside the bounds or ``std`` is not positive.
+    """
     try:
         if not isinstance(value, Mapping):
             return Guess(initial=float(value))
@@ -43,14 +64,50 @@ def _full_guess(
 
 
 def uncertainty_of(table: Table, place: Place) -> Uncertainty:
-    """Return the stated standard deviations of links' guesses."""
+    """Convert the ``[uncertainty]`` table to standard deviations of plain numbers.
+
+    Parameters
+    ----------
+    table
+        Table by the fields of `Uncertainty`; may be empty.
+    place
+        Place of the table, for messages.
+
+    Returns
+    -------
+    Uncertainty
+        Standard deviations, with defaults where nothing is stated.
+
+    Raises
+    ------
+    InputError
+        Where a number lies outside its range.
+    """
     for key, value in table.items():
         (ranges.CENTROID_STD if key == "centroid" else ranges.RELATIVE).check(value, place.at(key))
     return Uncertainty(**table)
 
 
 def joint_of(entry: Table, place: Place) -> Joint:
-    """Return one ``[[joints]]`` entry."""
+    """Convert one ``[[joints]]`` entry.
+
+    Parameters
+    ----------
+    entry
+        Table of the joint.
+    place
+        Place of the entry, for messages.
+
+    Returns
+    -------
+    Joint
+        The joint.
+
+    Raises
+    ------
+    InputError
+        Where limits are out of order or range, the friction law is unknown, or a parameter is wrong.
+    """
     lower, upper = entry.get("position_limits", (-math.pi, math.pi))
     if not lower < upper:
         where = str(place.at("position_limits"))
@@ -84,7 +141,31 @@ def _parameters(table: Table, law: FrictionLaw, place: Place) -> dict[str, Guess
 def link_of(
     entry: Table, place: Place, above: Sequence[str], joints: Sequence[Joint], uncertainty: Uncertainty
 ) -> Link:
-    """Return one ``[[links]]`` entry; ``above`` are the names of the links before it."""
+    """Convert one ``[[links]]`` entry.
+
+    Parameters
+    ----------
+    entry
+        Table of the link.
+    place
+        Place of the entry, for messages.
+    above
+        Names of the links before it in the file.
+    joints
+        All joints of the device.
+    uncertainty
+        Standard deviations of plain numbers.
+
+    Returns
+    -------
+    Link
+        The link.
+
+    Raises
+    ------
+    InputError
+        Where the name is taken, the parent does not stand above, or motion, geometry or inertia are impossible.
+    """
     if entry["name"] in (*above, BASE):
         raise InputError(str(place.at("name")), expected="a name of its own", got=repr(entry["name"]))
     parent = entry.get("parent", BASE)
@@ -109,7 +190,29 @@ def link_of(
 
 
 def motor_of(entry: Table, place: Place, n_joints: int, uncertainty: Uncertainty) -> Motor:
-    """Return one ``[[motors]]`` entry."""
+    """Convert one ``[[motors]]`` entry.
+
+    Parameters
+    ----------
+    entry
+        Table of the motor.
+    place
+        Place of the entry, for messages.
+    n_joints
+        Number of joints of the device.
+    uncertainty
+        Standard deviations of plain numbers.
+
+    Returns
+    -------
+    Motor
+        The motor.
+
+    Raises
+    ------
+    InputError
+        Where inertia or ratio lie outside their ranges, or a joint does not exist.
+    """
     at = place.at("inertia")
     guess = ranges.ROTOR.check_guess(guess_of(entry["inertia"], at), at, "leave a motor without inertia out")
     ratios = _ratios(entry["ratios"], place.at("ratios"), n_joints, ranges.GEAR)
@@ -123,6 +226,7 @@ def _ratios(table: Table, place: Place, n_joints: int, most: Range) -> dict[int,
         if joint >= n_joints:
             raise InputError(str(place.at(key)), expected=f"a joint number 0..{n_joints - 1}", got=key)
         most.check(value, place.at(key), "")
+        # by the decimal text: 0.1 becomes 1/10 instead of the binary fraction nearest to it
         ratios[joint] = Fraction(str(value))
     return ratios
 
@@ -141,7 +245,20 @@ def _check_motion(motion: str, moved_by: Mapping[int, Fraction], joints: Sequenc
 
 
 def check_moved(joints: Sequence[Joint], links: Sequence[Link], motors: Sequence[Motor], place: Place) -> None:
-    """Refuse a joint that moves no link, or nothing that has mass: its equation would divide by zero."""
+    """Check that every joint moves a link and a mass; without mass its equation would divide by zero.
+
+    Parameters
+    ----------
+    joints, links, motors
+        Parts of the device; links stand behind their parents.
+    place
+        Place of the device, for messages.
+
+    Raises
+    ------
+    InputError
+        At the first joint that moves no link, or neither a massive link nor a rotor.
+    """
     for j in range(len(joints)):
         moved = {link.name for link in links if link.moved_by.get(j)}
         if not moved:
@@ -155,7 +272,7 @@ def check_moved(joints: Sequence[Joint], links: Sequence[Link], motors: Sequence
 
 
 def vector_of(values: Sequence[float], each: Range, place: Place) -> Vector:
-    """Return three numbers within a range."""
+    """Return three numbers after a check of their range; InputError where one lies outside."""
     x, y, z = (each.check(value, place.at(i)) for i, value in enumerate(values))
     return x, y, z
 

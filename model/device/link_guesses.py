@@ -1,4 +1,7 @@
-"""First guesses of a link's inertial parameters, completed by stated uncertainty and checked to be physical."""
+"""First guesses of a link's inertial parameters: a ``[[links]]`` entry in, checked `Inertial` out.
+
+Plain numbers get standard deviations and bounds from the device's stated uncertainty.
+"""
 
 from __future__ import annotations
 
@@ -19,15 +22,21 @@ RANGES = {
     **dict.fromkeys(("I11", "I22", "I33"), MOMENT),
     **dict.fromkeys(("I12", "I13", "I23"), PRODUCT),
 }
-"""What the standard parameters of a link may be."""
+"""Possible ranges of the standard parameters of a link, by id."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Uncertainty:
-    """Standard deviations of guesses that are given as plain numbers.
+    """Standard deviations of first guesses that are given as plain numbers.
 
-    mass, inertia, rotor: relative; centroid: [m]. A product of inertia has `inertia` times the smallest principal
-    entry.
+    Parameters
+    ----------
+    mass, rotor
+        Relative standard deviations of masses and rotor inertias.
+    centroid
+        Standard deviation of each coordinate of the centroid [m].
+    inertia
+        Relative standard deviation of I11, I22 and I33; a product of inertia has `inertia` times the smallest of them.
     """
 
     mass: float = 0.3
@@ -36,7 +45,18 @@ class Uncertainty:
     rotor: float = 0.3
 
     def stds(self, values: Mapping[str, float]) -> dict[str, float]:
-        """Return the standard deviation of each of the ten standard parameters, from their first guesses."""
+        """Return the standard deviations of the ten standard parameters of a link.
+
+        Parameters
+        ----------
+        values
+            First guesses by the ids of `STANDARD` [kg, m, kg m²].
+
+        Returns
+        -------
+        dict of str to float
+            Standard deviations by the same ids, in the same units.
+        """
         products = self.inertia * min(values["I11"], values["I22"], values["I33"])
         return {
             "m": self.mass * values["m"],
@@ -46,12 +66,27 @@ class Uncertainty:
         }
 
     def rotor_guess(self, guess: Guess) -> Guess:
-        """Complete a rotor's guess."""
+        """Add standard deviation and bounds to a rotor's guess that has none."""
         return guess if guess.fixed else widen_guess(guess, self.rotor * guess.initial, positive=True)
 
 
 def widen_guess(guess: Guess, std: float, *, positive: bool) -> Guess:
-    """Give a bare guess a standard deviation and bounds: ±4 std, for positive quantities from 5 % up."""
+    """Add a standard deviation and bounds to a guess that has none.
+
+    Parameters
+    ----------
+    guess
+        First guess; a fixed guess, or one with a standard deviation, is returned unchanged.
+    std
+        Standard deviation, in the unit of the guess; 0 for none.
+    positive
+        Whether the quantity is positive: then the lower bound is at least 5 % of the first guess.
+
+    Returns
+    -------
+    Guess
+        The guess with bounds at ±4 std, or at its own bounds where these are narrower.
+    """
     if guess.fixed or guess.std is not None:
         return guess
     lower, upper = guess.initial - 4 * std, guess.initial + 4 * std
@@ -63,7 +98,29 @@ def widen_guess(guess: Guess, std: float, *, positive: bool) -> Guess:
 def inertial(
     entry: Mapping[str, Any], place: Place, uncertainty: Uncertainty, guess: Callable[[Any, Place], Guess]
 ) -> Inertial | None:
-    """Return the guesses of one ``[[links]]`` entry, or None where it has no mass."""
+    """Read the inertial parameters of one ``[[links]]`` entry.
+
+    Parameters
+    ----------
+    entry
+        Table of the link.
+    place
+        Place of the entry, for messages.
+    uncertainty
+        Standard deviations of plain numbers.
+    guess
+        Reader of one value, (value, place) → `Guess`.
+
+    Returns
+    -------
+    Inertial or None
+        First guesses in the order of `STANDARD`; None where the entry has no mass.
+
+    Raises
+    ------
+    InputError
+        Where a number lies outside its range or the inertia is not physical.
+    """
     if "mass" not in entry:
         return None
     places = {"m": place.at("mass"), **{key: place.at("centroid", i) for i, key in enumerate("xyz")}}
@@ -81,7 +138,25 @@ def inertial(
 
 
 def check_physical(values: Mapping[str, float], place: Place) -> None:
-    """Refuse an inertia that no distribution of mass can have (Traversaro et al. 2016)."""
+    """Check that a distribution of mass with this inertia exists (Traversaro et al. 2016).
+
+    Parameters
+    ----------
+    values
+        I11, I22, I33, I12, I13, I23 about the centroid [kg m²].
+    place
+        Place of the inertia, for messages.
+
+    Raises
+    ------
+    InputError
+        Where the principal moments violate the triangle inequality.
+
+    Notes
+    -----
+    The inequality holds exactly where ½·tr(I)·1 − I, the second moment of the mass, is positive semidefinite. Rounding
+    is allowed for by 1e-12 of the trace.
+    """
     tensor = np.array(
         [
             [values["I11"], values["I12"], values["I13"]],

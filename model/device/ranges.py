@@ -1,4 +1,4 @@
-"""The ranges of a device's numbers, in one table: what lies outside has a wrong unit, and no computation can use it."""
+"""The possible ranges of a device's numbers, in one table: a number outside has a wrong unit and is of no use."""
 
 from __future__ import annotations
 
@@ -10,12 +10,22 @@ from haptid.support.errors import InputError
 from haptid.support.files.place import Place
 
 SHARPEST = 1e-12
-"""Smallest standard deviation relative to its value; the square of a much smaller one is zero."""
+"""Smallest standard deviation relative to its value; the square of a much smaller one underflows."""
 
 
 @dataclass(frozen=True, slots=True)
 class Range:
-    """What a number may be, in its unit; infinity only where it says that there is no limit."""
+    """Possible range of a number.
+
+    Parameters
+    ----------
+    least, most
+        Smallest and largest value, in ``unit``.
+    unit
+        Unit, for messages.
+    infinite
+        Whether infinity is allowed too, as a limit that does not exist.
+    """
 
     least: float
     most: float
@@ -23,14 +33,54 @@ class Range:
     infinite: bool = False
 
     def check(self, value: float, place: Place, todo: str = "check its unit") -> float:
-        """Return the number, refused where it lies outside."""
+        """Return a number after a check of its range.
+
+        Parameters
+        ----------
+        value
+            Number in ``unit``.
+        place
+            Place of the number, for messages.
+        todo
+            Remedy, for messages.
+
+        Returns
+        -------
+        float
+            The number.
+
+        Raises
+        ------
+        InputError
+            Where the number lies outside the range.
+        """
         endless = self.infinite and math.isinf(value) and (value > 0 or self.least < 0)
         if not endless and not self.least <= value <= self.most:
             raise InputError(str(place), expected=self.words, got=f"{value:g}", todo=todo)
         return float(value)
 
     def check_guess(self, guess: Guess, place: Place, todo: str = "check its unit") -> Guess:
-        """Return the guess, refused where its value, a bound or its standard deviation lies outside."""
+        """Return a guess after a check of its value, bounds and standard deviation.
+
+        Parameters
+        ----------
+        guess
+            Guess in ``unit``.
+        place
+            Place of the guess, for messages.
+        todo
+            Remedy, for messages about the value.
+
+        Returns
+        -------
+        Guess
+            The guess.
+
+        Raises
+        ------
+        InputError
+            Where the value, a bound or the standard deviation lies outside its range.
+        """
         self.check(guess.initial, place, todo)
         for name in ("lower", "upper"):
             bound = getattr(guess, name)
@@ -65,4 +115,4 @@ FREQUENCY = Range(1e-3, 1e9, "rad/s", infinite=True)
 RELATIVE = Range(1e-9, 1e3, "times the value")
 CENTROID_STD = Range(1e-12, 1e4, "m")
 TURNS = Range(-6, 6, "(whole turns of the link for one of the joint)")
-"""The equations are polynomials of this degree in cos q and sin q."""
+"""Whole turns of a link per turn of its joint: the equations are polynomials of this degree in cos q and sin q."""

@@ -1,4 +1,7 @@
-"""Find and read device files: TOML or URDF by their ending, and those that come with the package."""
+"""Find and read device files: a name or path in, a checked `Device` out.
+
+The suffix chooses the reader, TOML or URDF; built-in devices are found by name.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from haptid.support.files.place import Place, key_lines
 
 
 def load_device(name: str | Path, folder: Path | None = None) -> Device:
-    """Return the device of a built-in name or of a TOML or URDF file.
+    """Load a built-in device, or a device from a TOML or URDF file.
 
     Parameters
     ----------
@@ -24,10 +27,15 @@ def load_device(name: str | Path, folder: Path | None = None) -> Device:
     folder
         Folder of the file that names the device, as of a campaign.
 
+    Returns
+    -------
+    Device
+        The checked device.
+
     Raises
     ------
     InputError
-        Names the file and the key at fault.
+        Where the file is missing or wrong; the message names the file and the key at fault.
     """
     path = _find(str(name), folder)
     if path.suffix == ".urdf":
@@ -47,6 +55,7 @@ def builtin_devices() -> tuple[str, ...]:
 
 
 def _find(name: str, folder: Path | None) -> Path:
+    # a user's file goes before a built-in device of the same name
     candidates = [*([folder / name] if folder else []), Path(name)]
     for path in candidates:
         if is_file(path):

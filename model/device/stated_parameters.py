@@ -1,7 +1,8 @@
-"""What a file states of a locked joint's parameters, checked in one place for devices and for campaigns.
+"""Checks of the parameters that a file states for a locked joint, in one place for devices and for campaigns.
 
 An entry is ``{ initial, lower, upper, prior = { mean, std } }`` or ``{ fixed }``; a device's ``std`` is a prior about
-``initial``. The checks are of sign, of size, of order, and of entries that contradict themselves or each other.
+``initial``. The checks are of sign, of size, of order, and of entries that contradict themselves or each other; the
+bounds of a fit follow from entry and default range.
 """
 
 from __future__ import annotations
@@ -19,25 +20,25 @@ ROWS: Mapping[str, Row] = {row.id: row for row in (*TABLE, *(row for law in laws
 MARGIN = 1e3
 """A stated number may lie beyond the default range of its parameter by this factor; a wrong unit lies further out."""
 SHARPEST = 1e-12
-"""Smallest standard deviation of a prior, relative to what it is about: the weight of a sharper one overflows."""
+"""Smallest standard deviation of a prior, relative to the prior's mean: the weight of a sharper prior overflows."""
 ORDERED = tuple(dict.fromkeys(pair for law in laws().values() for pair in law.orderings))
 """Pairs of which the first is never smaller, as stiction and Coulomb friction."""
 
 
 def check_parameters(stated: Mapping[str, Entry], where: Callable[[str], str]) -> None:
-    """Refuse what no fit and no simulation could use of the stated parameters of one joint.
+    """Check that fits and simulations can use the stated parameters of one joint.
 
     Parameters
     ----------
     stated
         Entries by the ids of `joint_parameters.TABLE`; their keys hold finite numbers, bounds may be infinite.
     where
-        Names the place of a parameter in the user's file, as ``campaign.toml, line 12, joint.4.parameters.Fs``.
+        Id → place of the parameter in the user's file, as ``campaign.toml, line 12, joint.4.parameters.Fs``.
 
     Raises
     ------
     InputError
-        With the first parameter at fault.
+        At the first parameter at fault.
     """
     for id, entry in stated.items():
         _check_entry(ROWS[id], entry, where(id))
@@ -47,15 +48,38 @@ def check_parameters(stated: Mapping[str, Entry], where: Callable[[str], str]) -
 
 
 def possible_range(id: str) -> tuple[float, float]:
-    """Return the range outside which no stated number of a parameter makes sense (0 excluded where it is positive)."""
+    """Return the range in which a stated number of a parameter must lie.
+
+    Parameters
+    ----------
+    id
+        Id of the parameter.
+
+    Returns
+    -------
+    tuple of float
+        Default bounds widened by the factor `MARGIN`, in the parameter's unit; the lower one of a positive parameter
+        stays positive.
+    """
     row = ROWS[id]
     return row.lower / MARGIN if row.lower > 0 else row.lower * MARGIN, row.upper * MARGIN
 
 
 def range_of(id: str, entry: Entry) -> tuple[float, float]:
-    """Return the bounds of a parameter: the stated ones, else the default ones, widened to hold what is stated.
+    """Return the bounds of a parameter for a fit.
 
-    A lower bound of 0 on a positive parameter counts as none.
+    Parameters
+    ----------
+    id
+        Id of the parameter.
+    entry
+        Stated entry of the parameter; may be empty.
+
+    Returns
+    -------
+    tuple of float
+        The stated bounds, else the default ones, widened to contain the stated value; the fixed value twice where it is
+        fixed. A lower bound of 0 on a positive parameter counts as none.
     """
     row, value = ROWS[id], stated_value(entry)
     if "fixed" in entry:
@@ -69,9 +93,21 @@ def range_of(id: str, entry: Entry) -> tuple[float, float]:
 
 
 def with_positive_bound(id: str, entry: Entry) -> dict[str, Any]:
-    """Return the entry, with a positive number for a lower bound of 0 on a parameter that is fitted as its logarithm.
+    """Replace a lower bound of 0 on a parameter that is fitted as its logarithm by a positive bound.
 
-    Such a bound says no more than that the parameter is positive.
+    A bound of 0 says only that the parameter is positive.
+
+    Parameters
+    ----------
+    id
+        Id of the parameter.
+    entry
+        Stated entry of the parameter.
+
+    Returns
+    -------
+    dict
+        Copy of the entry, with the lower bound of `range_of` where the stated one is 0.
     """
     if _is_only_positive(ROWS[id], entry):
         return {**entry, "lower": range_of(id, entry)[0]}
@@ -79,7 +115,18 @@ def with_positive_bound(id: str, entry: Entry) -> dict[str, Any]:
 
 
 def stated_value(entry: Entry) -> float | None:
-    """Return the value that an entry states: fixed, first guess or mean of the prior; None where it has bounds only."""
+    """Return the value that an entry states.
+
+    Parameters
+    ----------
+    entry
+        Stated entry of a parameter.
+
+    Returns
+    -------
+    float or None
+        The fixed value, else the first guess, else the mean of the prior; None where the entry has bounds only.
+    """
     for key in ("fixed", "initial"):
         if key in entry:
             return float(entry[key])

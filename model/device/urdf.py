@@ -1,8 +1,10 @@
-"""URDF in: the same device that a TOML file would give.
+"""Read a URDF file: the path of the file in, the same `Device` out that a TOML file would give.
 
-Joints are numbered in the order of the file, without fixed and mimicking ones; a mimicking joint becomes a passive
-link.
-The root link stands still. Friction and damping of the file, where given, become first guesses.
+1. Check the XML, its tree of links and its numbers (`read_urdf`).
+2. Order joints so that parents come first, and number the driven ones in the order of the file: fixed and mimicking
+   joints have no number, a mimicking joint becomes a passive link, the root link becomes the base.
+3. Convert links and joints to the table of a device file, friction and damping to first guesses.
+4. Parse the table (`parse_device`); messages name keys by their URDF names.
 """
 
 from __future__ import annotations
@@ -28,7 +30,7 @@ MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prism
 OF_THE_LINK = {"mass": "mass value", "centroid": "inertial origin", "inertia": "inertia", "name": "name"}
 OF_THE_JOINT = {"origin": "origin xyz", "rpy": "origin rpy", "axis": "axis xyz", "moved_by": "mimic"}
 OF_THE_DRIVE = {"position_limits": "limit", "torque_limit": "limit effort", "parameters": "dynamics"}
-"""What keys of a device's table are called in a URDF, below its link or joint."""
+"""URDF names of the keys of a device's table, below link or joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +44,23 @@ class _Robot:
 
 
 def load_urdf(path: Path) -> Device:
-    """Return the device of a URDF file; meshes are not needed."""
+    """Load a device from a URDF file; meshes are not read.
+
+    Parameters
+    ----------
+    path
+        URDF file.
+
+    Returns
+    -------
+    Device
+        The checked device; the control point is the origin of the last link.
+
+    Raises
+    ------
+    InputError
+        Where the file is malformed, has no moving joint, or describes no possible device.
+    """
     root = read_urdf(path)
     joints = list(root.iterfind("joint"))
     driven = tuple(joint for joint in joints if joint.get("type") != "fixed" and joint.find("mimic") is None)
@@ -67,7 +85,7 @@ def load_urdf(path: Path) -> Device:
 
 
 def _words(path: KeyPath, robot: _Robot) -> str:
-    """Return what a key of the table is called in the URDF: ``link upper, mass value``."""
+    """Return the URDF name of a key of the table, as ``link upper, mass value``."""
     if len(path) < 2 or not isinstance(path[1], int):
         return dotted(path)
     key = str(path[2]) if len(path) > 2 else ""
@@ -111,6 +129,7 @@ def _downwards(joints: Sequence[Element]) -> tuple[Element, ...]:
     """Return the joints so that parents come first, in the file's order where that allows."""
     left, result = list(joints), []
     while left:
+        # a joint is ready where no remaining joint carries its parent; the checked tree always has one
         below = {_end(joint, "child") for joint in left}
         ready = next(joint for joint in left if _end(joint, "parent") not in below)
         result.append(ready)
@@ -168,6 +187,7 @@ def _inertial(inertial: Element | None) -> dict[str, Any]:
     tensor = np.zeros((3, 3))
     for key, (i, j) in pairs.items():
         tensor[i, j] = tensor[j, i] = number(inertia, f"i{key}")
+    # a URDF states the tensor in the axes of <inertial>, a device in the axes of the link
     tensor = R @ tensor @ R.T
     return {
         "mass": number(inertial.find("mass"), "value"),
@@ -177,7 +197,18 @@ def _inertial(inertial: Element | None) -> dict[str, Any]:
 
 
 def rotation(rpy: Sequence[float]) -> NDArray[np.float64]:
-    """Return R = Rz(yaw)·Ry(pitch)·Rx(roll) of fixed-axis angles, shape (3, 3)."""
+    """Return the rotation of fixed-axis angles.
+
+    Parameters
+    ----------
+    rpy
+        Roll, pitch, yaw [rad], shape (3,).
+
+    Returns
+    -------
+    Array
+        R = Rz(yaw)·Ry(pitch)·Rx(roll), shape (3, 3).
+    """
     (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
     return np.array(
         [

@@ -1,4 +1,7 @@
-"""What a URDF must hold before anything is made of it: strict XML, a tree of links, numbers that mean something."""
+"""Checks of a URDF file before its conversion: strict XML, a tree of links, numbers of possible size.
+
+The path of a file comes in, the root element of the checked XML goes out.
+"""
 
 from __future__ import annotations
 
@@ -30,13 +33,23 @@ LARGEST = 1e12
 
 
 def read_urdf(path: Path) -> Element:
-    """Return the root of a URDF file.
+    """Read and check a URDF file.
+
+    Parameters
+    ----------
+    path
+        URDF file.
+
+    Returns
+    -------
+    Element
+        Root element ``<robot>``.
 
     Raises
     ------
     InputError
-        With the line of malformed XML, or the joint or link at fault: what is misspelt, missing or there twice, what
-        is no number, links that form no tree.
+        At the line of malformed XML, or at the joint or link at fault: misspelt, missing or doubled elements, text in
+        place of a number, links that form no tree.
     """
     root = _strict(path)
     if root.tag != "robot":
@@ -137,7 +150,7 @@ def _check_tree(path: Path, root: Element) -> None:
 
 
 def _check_reached(joint: Element, above: dict[str, Element], where: str) -> None:
-    """Refuse a joint that carries itself: climbing from it never comes to the root."""
+    """Check that the parents of a joint lead to the root instead of back to the joint."""
     climbing: Element | None = joint
     for _ in range(len(above) + 1):
         if climbing is None:

@@ -1,4 +1,4 @@
-"""What a URDF must say of its joints: type, axis, limits, friction, and which one a mimicking joint follows."""
+"""Checks of the joints of a URDF: type, axis, limits, friction, and the joint that a mimicking joint follows."""
 
 from __future__ import annotations
 
@@ -11,17 +11,44 @@ from haptid.support.suggestion import did_you_mean
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
 STICTION = 1.2
-"""Stiction over Coulomb friction, of which a URDF states one."""
+"""First guess of stiction over Coulomb friction; a URDF states a single number for both."""
 
 
 def number(element: Element | None, key: str, default: float = 0.0) -> float:
-    """Return an attribute that was checked to be a number, else the default that URDF gives it."""
+    """Return a numeric attribute of an element.
+
+    Parameters
+    ----------
+    element
+        Checked element; None where the file has none.
+    key
+        Name of the attribute.
+    default
+        Default of the URDF format.
+
+    Returns
+    -------
+    float
+        The number, or the default where element or attribute is missing.
+    """
     text = None if element is None else element.get(key)
     return default if text is None else float(text)
 
 
 def friction_guesses(joint: Element) -> dict[str, dict[str, float]]:
-    """Return first guesses of friction from ``<dynamics>``, where 0 says that nothing is known."""
+    """Convert ``<dynamics>`` of a joint to first guesses of friction.
+
+    Parameters
+    ----------
+    joint
+        Checked ``<joint>`` element.
+
+    Returns
+    -------
+    dict of str to dict of str to float
+        Entries ``{"initial": value}`` by parameter id of the default friction law; none for a value of 0, by which URDF
+        files state that friction is unknown.
+    """
     dynamics = joint.find("dynamics")
     damping, friction = number(dynamics, "damping"), number(dynamics, "friction")
     roles = law_named(DEFAULT).roles
@@ -31,13 +58,22 @@ def friction_guesses(joint: Element) -> dict[str, dict[str, float]]:
 
 
 def check_joint(joint: Element, joints: dict[str, Element], where: str) -> None:
-    """Refuse one joint; ``joints`` are all of the file by name.
+    """Check one joint of a URDF.
+
+    Parameters
+    ----------
+    joint
+        Element of the joint.
+    joints
+        Elements of all joints of the file, by name.
+    where
+        Place of the joint, for messages.
 
     Raises
     ------
     InputError
-        Where a limit that URDF demands is missing or leaves no motion or no effort, where a number cannot be, or where
-        the joint follows none that moves by itself.
+        Where type or axis are wrong, a required limit is missing or leaves no motion or no effort, friction is
+        impossible, or the joint mimics a joint that is not driven.
     """
     kind = joint.get("type", "")
     if kind not in TYPES:

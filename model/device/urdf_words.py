@@ -1,7 +1,7 @@
-"""The elements and attributes of a URDF that are read, and the misspelt ones: a misspelt limit would be no limit.
+"""Check of the names in a URDF file: a misspelt element is an error, because a misspelt limit would be no limit.
 
-Whatever else stands in a file (visual, collision, transmission, gazebo, ros2_control, sensor, an attribute of another
-program) is left alone, unless its name is nearly one of those that are read.
+Other elements (visual, collision, transmission, gazebo, ros2_control, sensor) and attributes of other programs are
+ignored, unless their names resemble a known name.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ CHILDREN = {
     "joint": ("origin", "parent", "child", "axis", "limit", "dynamics", "mimic"),
     "inertial": ("origin", "mass", "inertia"),
 }
-"""Elements that are read, by the one around them."""
+"""Elements that are read, by their parent element."""
 REPEATED = ("link", "joint")
 """Elements that may stand several times."""
 ATTRIBUTES = {
@@ -46,18 +46,31 @@ REQUIRED = {
     "mass": ("value",),
     "inertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
 }
-"""Attributes without which an element says nothing."""
+"""Required attributes, by element."""
 EXTENSIONS = (
     "visual", "collision", "material", "transmission", "gazebo", "sensor", "calibration", "safety_controller",
     "hardwareInterface", "ros2_control", "mujoco", "contact", "loop_joint", "actuator", "frame", "group", "plugin",
 )  # fmt: skip
-"""Elements that URDF, Gazebo and others have beside those that are read."""
+"""Known elements of URDF, Gazebo and other programs that are not read."""
 ALIKE = 0.6
 """Share of common letters from which a name is taken for a misspelling (``xzy`` for ``xyz`` has two thirds)."""
 
 
 def check_words(element: Element, where: str) -> None:
-    """Refuse misspelt names, a second element where one may stand, and missing attributes, of one element and below."""
+    """Check the names of an element and of the elements that are read below it.
+
+    Parameters
+    ----------
+    element
+        Element of a URDF.
+    where
+        Place of the element, for messages.
+
+    Raises
+    ------
+    InputError
+        Where a name is misspelt, a single element stands twice, or a required attribute is missing.
+    """
     _check_names(element, where)
     known = CHILDREN.get(_plain(element.tag), ())
     for child in element:
@@ -70,7 +83,7 @@ def check_words(element: Element, where: str) -> None:
 
 
 def check_depth(root: Element, where: str) -> None:
-    """Refuse an element within more others than any robot has."""
+    """Check that elements are nested at most `DEEPEST` deep; InputError where not."""
     level, depth = [root], 0
     while level:
         level, depth = [child for element in level for child in element], depth + 1

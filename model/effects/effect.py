@@ -1,4 +1,6 @@
-"""An effect of the catalogue: what it adds to the equation of a joint, as formulas in the standard symbols.
+"""An effect of the catalogue as data: formulas in the standard symbols that extend the equation of a joint.
+
+Files of the catalogue make an `Effect`; `model.joint.slots` puts its formulas into the equation of a joint.
 
 The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle of a friction law that has one), ``w``
 (torque that reaches the joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far),
@@ -24,7 +26,7 @@ t = TIME
 RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau"})
 SIDES = ("torque", "input", "output", "friction", "time", "random")
 LAST = 9
-"""Place of an effect that acts behind drive and encoder, or beside them."""
+"""Default of ``Effect.place``: behind all effects of the drive."""
 FORMULAS = (
     "torque", "input", "output", "acceleration", *SLOTS, "inertia_factor", "time_rate",
 )  # fmt: skip
@@ -34,7 +36,17 @@ VARIABLES = ("position", "velocity", "torque", "time", "reversal", "frequency", 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EffectState:
-    """A state that an effect brings along: ẋ = rhs, with the relaxation rate −∂rhs/∂x where it may be stiff."""
+    """A state of an effect, ẋ = rhs.
+
+    Parameters
+    ----------
+    state
+        Id, unit and start value.
+    rhs
+        Right-hand side, in the unit of the state per second.
+    rate
+        Relaxation rate −∂rhs/∂x [1/s], which the stepper integrates exactly; 0 where the state is not stiff.
+    """
 
     state: State
     rhs: sp.Expr
@@ -43,35 +55,35 @@ class EffectState:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """One entry of the catalogue, as data.
+    """One effect of the catalogue, as data.
 
     Parameters
     ----------
     id, title, formula
         Fixed id, name in words, formula as a reader writes it.
     variant
-        Tells forms of one effect apart (``soft`` and ``hard`` saturation); empty where there is one form.
+        Form of an effect that has several (``soft`` and ``hard`` saturation); empty where there is one form.
     lives_in
-        The variable in which the effect lives, one of `VARIABLES`.
+        The variable on which the effect mainly depends, one of `VARIABLES`.
     side
-        Where it enters, one of `SIDES`.
+        Part of the equation that the effect changes, one of `SIDES`.
     parameters
-        The first ``amplitudes`` of them are zero in the base model (``initial`` is a small typical size); the rest give
-        the effect its shape. Numbers are multiples of the joint's own scales, as ``relative`` says, until `at` is
-        called.
+        The first ``amplitudes`` of them are zero in the nominal model (``initial`` is a small typical size); the rest
+        are shape parameters. Numbers are multiples of the joint's own scales, by ``relative``, until `at` is called.
     amplitudes
-        How many parameters, from the first on, have to vanish for the effect to vanish.
+        Number of leading parameters that vanish together with the effect.
     relative, origin
         For a parameter's id, its scale and its zero in the symbols of `model.effects.scales`; 1 and 0 where absent.
     shapes
         Grid of parameters at which the signature is taken: tuples ``(id, values)``.
     derived
-        Further numbers that a reader wants: tuples ``(id, unit, expression of the parameters)``.
+        Further quantities for reports: tuples ``(id, unit, expression of the parameters)``.
     rivals
-        Ids of effects that are easily mistaken for this one.
+        Ids of effects with a similar signature.
     contenders
-        Effects of the same kind with as many free parameters, in the same order, that are no entries and stand for all
-        that are none: the name has to be told from each where the catalogue holds no other entry with that contender.
+        Effects of the same kind with as many free parameters, in the same order, that are not in the catalogue and
+        stand for all effects outside it: the effect has to be distinguished from each of them where no other catalogue
+        effect has that contender.
     torque
         Torque added to the right-hand side.
     input, output, acceleration
@@ -79,7 +91,7 @@ class Effect:
     friction_level, coulomb_level, kinetic_level, viscous_level
         Factors on g(v), on Fc and Fs alone, on Fc alone and on σ2.
     stribeck_velocity
-        Speed seen by the Stribeck curve.
+        Speed in the Stribeck curve.
     inertia_factor
         m(q) in M·m(q)·q̈ + ½·M·m'(q)·q̇².
     time_rate
@@ -87,12 +99,12 @@ class Effect:
     states
         Extra states.
     place
-        Place in the chain from command to reading, whatever the order in which effects are added: what the amplifier
-        does comes before what the motor does.
+        Place in the chain from command to reading, independent of the order in which effects are added: effects of the
+        amplifier come before those of the motor.
     edge, edges
-        Id of a fixed parameter that rounds off a jump, and the smaller values to which a fit takes it, one by one.
+        Id of a fixed parameter that rounds off a discontinuity, and the smaller values that a fit gives it one by one.
     joint
-        The joint in which it sits, where several move together.
+        The joint that has the effect, where several joints move together.
     """
 
     id: str
@@ -127,7 +139,14 @@ class Effect:
     joint: int | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be placed or would hide a standard symbol."""
+        """Check that the effect has a place in the equation and hides no standard symbol.
+
+        Raises
+        ------
+        ValueError
+            Where ``side`` or ``lives_in`` is unknown, a parameter has the name of a standard symbol, there is no
+            amplitude, or ``shapes``, ``relative`` or ``origin`` name an unknown parameter.
+        """
         names = {x.id for x in self.parameters}
         problems = [
             (self.side not in SIDES, f"side {self.side!r} is none of {SIDES}"),
@@ -148,12 +167,15 @@ class Effect:
 
     @property
     def own_names(self) -> tuple[str, ...]:
-        """Return the ids of its parameters and states."""
+        """Return the ids of the effect's parameters and states."""
         return (*(x.id for x in self.parameters), *(s.state.id for s in self.states))
 
     @property
     def friction_slots(self) -> frozenset[str]:
-        """What it asks of the joint's friction law: names of `model.friction.law.SLOTS`, `USE_OF_BRISTLE`."""
+        """Slots of the joint's friction law that the effect uses: of `model.friction.law.SLOTS` and `USE_OF_BRISTLE`.
+
+        `USE_OF_BRISTLE` is among them where a formula reads the bristle deflection z.
+        """
         filled = {name for name in SLOTS if getattr(self, name) is not None}
         formulas = (sp.sympify(e) for e in _expressions(self) if e is not None)
         return frozenset(filled | {USE_OF_BRISTLE} if any(z in e.free_symbols for e in formulas) else filled)
@@ -165,12 +187,15 @@ class Effect:
 
     @property
     def threshold(self) -> bool:
-        """Whether it jumps where the torque passes its first parameter: only torques sent beside it tell where."""
+        """Whether the torque path has a discontinuity where the torque passes the first parameter.
+
+        Only torques close to the parameter identify it.
+        """
         return self.input is not None and self.edge in {x.name for x in self.input.free_symbols}
 
     @property
     def polynomial(self) -> bool:
-        """Whether the effect is nothing but a torque polynomial in the position."""
+        """Whether the effect adds only a torque that is a polynomial in the position."""
         formulas = [e for e in _expressions(self) if e is not None]
         if self.torque is None or formulas != [self.torque]:
             return False
@@ -183,7 +208,21 @@ class Effect:
         return {x.id: 0.0 for x in self.parameters[: self.amplitudes]}
 
     def at(self, scales: Scales) -> Effect:
-        """Return the effect with parameters and shape grids in SI units, for a joint of these scales."""
+        """Convert parameters, shape grids and contenders to SI units for one joint.
+
+        A number x of the catalogue becomes ``origin + relative·x``.
+
+        Parameters
+        ----------
+        scales
+            Orders of magnitude of the joint in its tests.
+
+        Returns
+        -------
+        Effect
+            The effect in SI units, without ``relative`` and ``origin``; in the units of a prismatic joint where it
+            slides.
+        """
         values = scales.values()
         factor = {id: float(sp.sympify(e).subs(values)) for id, e in self.relative.items()}
         zero = {id: float(sp.sympify(e).subs(values)) for id, e in self.origin.items()}
@@ -205,18 +244,37 @@ class Effect:
 
     @property
     def sharper(self) -> Effect | None:
-        """Return the effect with its jump less rounded; None where it has none, or is as sharp as it gets."""
+        """Return the effect with its discontinuity rounded by the next smaller of ``edges``.
+
+        None where there is no discontinuity, or no smaller rounding is left.
+        """
         if not self.edges:
             return None
         return self._rounded_by(self.edges[0]).but(edges=self.edges[1:])
 
     @property
     def touches(self) -> bool:
-        """Whether its jump is a contact: bodies meet and part as the joint moves."""
+        """Whether the discontinuity is a contact of bodies (as opposed to a `threshold` of the torque)."""
         return bool(self.edge) and not self.threshold
 
     def sharper_by(self, times: float) -> Effect:
-        """Return the effect with its jump rounded that many times less, whatever a fit can follow."""
+        """Return the effect with its discontinuity rounded less, independent of ``edges``.
+
+        Parameters
+        ----------
+        times
+            Factor by which the rounding parameter ``edge`` becomes smaller.
+
+        Returns
+        -------
+        Effect
+            The effect with the smaller rounding; ``edges`` stay.
+
+        Raises
+        ------
+        ValueError
+            Where the effect has no discontinuity.
+        """
         (now,) = (x.initial for x in self.parameters if x.id == self.edge)
         return self._rounded_by(now / times)
 
@@ -224,7 +282,20 @@ class Effect:
         return self.but(parameters=tuple(x.but(initial=edge) if x.id == self.edge else x for x in self.parameters))
 
     def row(self, x: Quantity, *, prismatic: bool) -> Quantity:
-        """Place one of the parameters in a joint's table, in the units of a sliding joint where it slides."""
+        """Return one of the effect's parameters as a row of a joint's parameter table.
+
+        Parameters
+        ----------
+        x
+            Parameter of the effect.
+        prismatic
+            Whether the joint slides, which chooses the units.
+
+        Returns
+        -------
+        Quantity
+            The parameter with the unit of the joint and, where ``x`` has none, the structured name ``<effect>.<id>``.
+        """
         unit = sliding(x.unit) if prismatic else x.unit
         return x.but(unit=unit, structured=x.structured or f"{self.id}.{x.id}")
 
@@ -234,14 +305,45 @@ class Effect:
 
 
 def in_time(effect: Effect, now: sp.Expr) -> Effect:
-    """Return the effect with ``now`` for the time in all its formulas."""
+    """Substitute another expression for the time t in all formulas of an effect.
+
+    Parameters
+    ----------
+    effect
+        Effect in the standard symbols.
+    now
+        Expression of the time [s], as rate·t for another clock.
+
+    Returns
+    -------
+    Effect
+        The effect on that clock.
+    """
     formulas = {name: e.xreplace({t: now}) for name in FORMULAS if (e := getattr(effect, name)) is not None}
     states = (replace(s, rhs=s.rhs.xreplace({t: now}), rate=s.rate.xreplace({t: now})) for s in effect.states)
     return effect.but(states=tuple(states), **formulas)
 
 
 def relabel(effect: Effect, names: Mapping[str, str]) -> Effect:
-    """Return the same effect with other ids of parameters and states, by the old ones."""
+    """Rename the parameters and states of an effect.
+
+    Parameters
+    ----------
+    effect
+        Effect to rename.
+    names
+        New id by old id, of every parameter and state.
+
+    Returns
+    -------
+    Effect
+        The same effect under the new ids.
+
+    Raises
+    ------
+    KeyError
+        Where a parameter or state has no new id.
+    """
     symbols = {sp.Symbol(a, real=True): sp.Symbol(b, real=True) for a, b in names.items()}
 
     def put(expression: sp.Expr) -> sp.Expr:
@@ -264,7 +366,18 @@ def relabel(effect: Effect, names: Mapping[str, str]) -> Effect:
 
 
 def match_parameters(one: Effect, other: Effect) -> dict[str, str] | None:
-    """Return the parameters of ``other`` by those of ``one`` where both are the same equations under other names."""
+    """Match the parameters of two effects that are the same equations under other names.
+
+    Parameters
+    ----------
+    one, other
+        Effects; their parameters and states are compared in the order in which they stand.
+
+    Returns
+    -------
+    dict of str to str or None
+        Id in ``other`` by id in ``one``; None where the formulas differ.
+    """
     if (one.side, len(one.parameters), len(one.states)) != (other.side, len(other.parameters), len(other.states)):
         return None
     ids = {p.id: q.id for p, q in zip(one.parameters, other.parameters, strict=True)}
@@ -283,21 +396,65 @@ def _expressions(effect: Effect) -> list[sp.Expr | None]:
 def parameter(
     id: str, unit: str, description: str, initial: float, lower: float, upper: float, **more: Any
 ) -> Quantity:
-    """Write one row of an effect's parameter table."""
+    """Make one parameter of an effect.
+
+    Parameters
+    ----------
+    id, unit, description
+        Name of the symbol, SI unit for a revolute joint, words for a reader.
+    initial, lower, upper
+        Typical size and bounds, as multiples of the scale that the effect's ``relative`` names.
+    **more
+        Further fields of `Quantity`.
+
+    Returns
+    -------
+    Quantity
+        The parameter.
+    """
     return Quantity(id=id, unit=unit, description=description, initial=initial, lower=lower, upper=upper, **more)
 
 
 def reference(id: str, unit: str, description: str) -> Quantity:
-    """Write a fixed scale that a formula refers to; its value is 1 times the scale named in ``relative``."""
+    """Make a fixed parameter for a scale that a formula refers to; its value is 1 times the scale in ``relative``.
+
+    Parameters
+    ----------
+    id, unit, description
+        Name of the symbol, SI unit for a revolute joint, words for a reader.
+
+    Returns
+    -------
+    Quantity
+        The fixed parameter.
+    """
     return Quantity(id=id, unit=unit, description=description, initial=1.0, lower=0.0, upper=1e12, fixed=True)
 
 
 def fade_in(amplitude: sp.Symbol, least: sp.Expr, full: sp.Expr, without: sp.Expr) -> sp.Expr:
-    """Blend from ``without`` at amplitude 0 to ``full`` at ``least`` and beyond.
+    """Blend linearly from ``without`` at amplitude 0 to ``full`` at amplitude ``least``; beyond it ``full`` holds.
 
-    ``full`` is an expression of the amplitude that is singular at 0 (a time constant, a compliance). Below ``least``
-    its deviation is taken at ``least`` and scaled linearly, so that the effect vanishes exactly and has a derivative
-    at 0.
+    Parameters
+    ----------
+    amplitude
+        Symbol of the amplitude, not negative.
+    least
+        Smallest amplitude at which ``full`` is used unchanged, in the unit of the amplitude.
+    full
+        Expression of the amplitude that is singular at 0 (a time constant, a compliance).
+    without
+        Expression without the effect.
+
+    Returns
+    -------
+    sympy.Expr
+        without + a/h·(full(h) − without) with h = max(a, least).
+
+    Notes
+    -----
+    Below ``least`` the deviation is evaluated at ``least`` and scaled linearly, so that the effect vanishes exactly and
+    has a derivative at 0.
     """
+    # the larger of the two is never 0, so that ``full`` is evaluated away from its singularity
     held = sp.Max(amplitude, least)
     return without + amplitude / held * (full.subs(amplitude, held) - without)

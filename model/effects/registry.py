@@ -1,4 +1,7 @@
-"""The catalogue of effects: one file per entry, found by looking into the folders beside this one."""
+"""The catalogue of effects: one file per effect, found in the folders beside this one; none is registered by hand.
+
+Python files come in, `Effect` by key goes out.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,18 @@ from haptid.support.errors import InputError
 
 @cache
 def catalogue() -> dict[str, Effect]:
-    """Return every built-in entry by its key (``id``, or ``id:variant``), in alphabetical order of the files."""
+    """Return every built-in catalogue effect.
+
+    Returns
+    -------
+    dict of str to Effect
+        Effects by key (``id``, or ``id:variant``), in alphabetical order of the file names, whatever their folder.
+
+    Raises
+    ------
+    InputError
+        Where two effects have the same key.
+    """
     here = Path(__file__).parent
     files = sorted(here.glob("*/*.py"), key=lambda p: p.stem)
     names = (f"{__package__}.{p.parent.name}.{p.stem}" for p in files if not p.stem.startswith("_"))
@@ -23,12 +37,22 @@ def catalogue() -> dict[str, Effect]:
 
 
 def load_folder(path: Path) -> dict[str, Effect]:
-    """Return the entries of a user's folder: every ``.py`` file that defines ``EFFECT`` or ``EFFECTS``.
+    """Load the effects of a user's folder.
+
+    Parameters
+    ----------
+    path
+        Folder of ``.py`` files; those that define ``EFFECT`` or ``EFFECTS`` are effects, others are ignored.
+
+    Returns
+    -------
+    dict of str to Effect
+        Effects by key.
 
     Raises
     ------
     InputError
-        Where the folder is missing, a file does not run, or none of them defines an entry.
+        Where the folder is missing, a file does not run, no file defines an effect, or two effects have the same key.
     """
     if not path.is_dir():
         raise InputError(str(path), expected="a folder with one Python file per effect", got="no such folder")
@@ -39,12 +63,46 @@ def load_folder(path: Path) -> dict[str, Effect]:
 
 
 def with_folder(path: Path | None) -> dict[str, Effect]:
-    """Return the built-in entries and those of a user's folder; the user's win where keys agree."""
+    """Return the built-in effects together with those of a user's folder.
+
+    Parameters
+    ----------
+    path
+        Folder as for `load_folder`; None for the built-in effects alone.
+
+    Returns
+    -------
+    dict of str to Effect
+        Effects by key; a user's effect replaces the built-in one of the same key.
+
+    Raises
+    ------
+    InputError
+        As `load_folder`.
+    """
     return {**catalogue(), **(load_folder(path) if path is not None else {})}
 
 
 def named(ids: Iterable[str], entries: dict[str, Effect] | None = None) -> tuple[Effect, ...]:
-    """Return the entries with these keys; an id without variant stands for the first of its variants."""
+    """Return the effects with given keys.
+
+    Parameters
+    ----------
+    ids
+        Keys; an id without variant stands for the first of its variants.
+    entries
+        Effects by key among which to look; the built-in catalogue where None.
+
+    Returns
+    -------
+    tuple of Effect
+        One effect for each key, in the same order.
+
+    Raises
+    ------
+    InputError
+        Where a key is unknown; the message lists the known ones.
+    """
     known = catalogue() if entries is None else entries
     found = []
     for name in ids:

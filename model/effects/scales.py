@@ -1,4 +1,7 @@
-"""Orders of magnitude of a joint in its tests: the units in which the catalogue states sizes."""
+"""Orders of magnitude of a joint in its tests: the units in which the catalogue states the sizes of effects.
+
+An effect refers to a scale by its symbol (``TORQUE``, ``POSITION``, …); `Scales.values` gives the numbers of one joint.
+"""
 
 from __future__ import annotations
 
@@ -43,7 +46,7 @@ class Scales:
     prismatic: bool = False
 
     def values(self) -> dict[sp.Symbol, float]:
-        """Return the number behind every scale symbol."""
+        """Return the numerical value of every scale symbol, in the units of `Scales`."""
         numbers = asdict(self)
         del numbers["prismatic"]
         return {sp.Symbol(f"scale_{name}", real=True): value for name, value in numbers.items()}

@@ -1,4 +1,8 @@
-"""Equations of motion as data: the one thing that kernel, FMU, parameter tables and reports are generated from."""
+"""Equations of motion as data: the single source of kernel, FMU, parameter tables and reports.
+
+SymPy expressions of states, inputs and parameters come in, an immutable `Equations` goes out. All symbols are real and
+bear the id of their quantity, so that a symbol made anywhere from the same id is the same symbol.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,21 @@ TIME = sp.Symbol("t", real=True)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class State:
-    """A state: symbol, unit, and the value it starts from (a number or an input-free expression of parameters)."""
+    """A state of the equations.
+
+    Parameters
+    ----------
+    id
+        Name of the symbol (``q``, ``v``, ``z``).
+    unit, description
+        SI unit and words for a reader.
+    start
+        Value at the start of a run, in ``unit``.
+    nominal
+        Typical magnitude, in ``unit``.
+    structured
+        Structured name of the FMU variable.
+    """
 
     id: str
     unit: str
@@ -33,7 +51,17 @@ class State:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Input:
-    """An input that runs linearly inside a step: value at its start, and a slope (0 for a zero-order hold)."""
+    """An input that runs linearly inside a step: value at the step's start, and a slope (0 for a zero-order hold).
+
+    Parameters
+    ----------
+    id
+        Name of the symbol (``tau``).
+    unit, description
+        SI unit and words for a reader.
+    structured
+        Structured name of the FMU variable.
+    """
 
     id: str
     unit: str
@@ -48,7 +76,19 @@ class Input:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Output:
-    """An output: an expression of time, states, inputs and parameters."""
+    """An output: an expression of time, states, inputs, parameters and definitions.
+
+    Parameters
+    ----------
+    id
+        Name in the arrays of outputs (``y``).
+    unit, description
+        SI unit and words for a reader.
+    expression
+        Formula, in ``unit``.
+    structured
+        Structured name of the FMU variable.
+    """
 
     id: str
     unit: str
@@ -71,8 +111,8 @@ class Equations:
     states, inputs, outputs, parameters
         In the order of the arrays x (n_x,), u (n_u,), y (n_y,), p (n_p,).
     definitions
-        Intermediate quantities, each an expression of what stands before it, for use in rhs, rates, outputs and
-        mass_matrix.
+        Intermediate quantities, each an expression of states, inputs, parameters and earlier definitions, for use in
+        rhs, rates, outputs and mass_matrix.
     rhs
         f, shape (n_x,). Where ``mass_matrix`` is given, the entries of the velocities hold h instead.
     rates
@@ -83,7 +123,7 @@ class Equations:
     orderings
         Pairs (a, b) of parameter ids with a ≥ b required, as (Fs, Fc).
     effects
-        Ids of the effects that were added to the base model.
+        Ids of the effects that were added to the nominal model.
     friction
         The friction law of each joint, in the order of ``joints``; empty where there is none.
     """
@@ -105,7 +145,14 @@ class Equations:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        """Check lengths, names and that nothing undefined is used."""
+        """Check lengths, names and that every formula uses defined symbols only.
+
+        Raises
+        ------
+        ValueError
+            Where the numbers of states, right-hand sides and rates differ, two quantities share a name, or a formula
+            uses an undefined symbol.
+        """
         n = len(self.states)
         if len(self.rhs) != n or len(self.rates) != n:
             msg = f"{self.name}: {n} states, but {len(self.rhs)} right-hand sides and {len(self.rates)} rates"
@@ -116,6 +163,7 @@ class Equations:
             msg = f"{self.name}: two quantities share a name"
             raise ValueError(msg)
         for symbol, expression in self.definitions:
+            # a definition becomes known only after its own check: it may use earlier definitions, not itself
             self._check(known, symbol.name, expression)
             known.add(symbol)
         for state, f, a in zip(self.states, self.rhs, self.rates, strict=True):
@@ -131,7 +179,23 @@ class Equations:
             raise ValueError(msg)
 
     def parameter(self, id: str) -> Quantity:
-        """Return the parameter with this id; KeyError lists the known ones."""
+        """Return the parameter with this id.
+
+        Parameters
+        ----------
+        id
+            Id of the parameter, as ``sigma0``.
+
+        Returns
+        -------
+        Quantity
+            The row of the parameter table.
+
+        Raises
+        ------
+        KeyError
+            Where there is no such parameter; the message lists the known ids.
+        """
         for quantity in self.parameters:
             if quantity.id == id:
                 return quantity
@@ -139,16 +203,39 @@ class Equations:
         raise KeyError(msg)
 
     def with_parameters(self, changes: dict[str, dict[str, Any]]) -> Equations:
-        """Return a copy in which the named parameters have changed fields, e.g. ``{"Kp": {"fixed": True}}``."""
+        """Return a copy in which the named parameters have changed fields.
+
+        Parameters
+        ----------
+        changes
+            Changed fields of `Quantity` by parameter id, e.g. ``{"Kp": {"fixed": True}}``.
+
+        Returns
+        -------
+        Equations
+            The same formulas with the changed parameter table.
+
+        Raises
+        ------
+        KeyError
+            Where an id is no parameter of the equations.
+        """
         for id in changes:
             self.parameter(id)
         return replace(self, parameters=tuple(q.but(**changes.get(q.id, {})) for q in self.parameters))
 
     def without_definitions(self) -> Equations:
-        """Return the same equations with the definitions put in where they are used, so that derivatives see them."""
+        """Substitute the definitions into all formulas, so that derivatives of the formulas are total derivatives.
+
+        Returns
+        -------
+        Equations
+            Equivalent equations without definitions; the same object where there are none.
+        """
         if not self.definitions:
             return self
         inside: dict[sp.Symbol, sp.Expr] = {}
+        # in order: each definition is expanded by those before it, so that one substitution is enough afterwards
         for symbol, expression in self.definitions:
             inside[symbol] = sp.sympify(expression).xreplace(inside)
 
@@ -166,7 +253,7 @@ class Equations:
 
     @property
     def digest(self) -> str:
-        """Sixteen hex digits that change with any formula (not with first guesses or bounds)."""
+        """Sixteen hex digits of the SHA-256 of ids and formulas; first guesses, bounds and units do not enter."""
         text = repr(
             (
                 self.name,

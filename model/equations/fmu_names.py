@@ -7,9 +7,9 @@ states bring the rest of their name with them (``friction.Fc``, ``spring.Ks``), 
 from __future__ import annotations
 
 JOINT = "joint{number}"
-"""What belongs to one joint."""
+"""Prefix of the variables of one joint."""
 POSITION, VELOCITY, TORQUE, READING = "position", "velocity", "torque", "reading"
-"""State, its rate, the command, and what the encoder reads."""
+"""Position, velocity, commanded torque and encoder reading of a joint."""
 SPEED, ACTUATOR_TORQUE = "speed", "actuator.torque"
 """Outputs of the whole device."""
 CONTROLLER = "controller.{part}"
@@ -29,10 +29,23 @@ SENSITIVITY_SWITCH, INNER_STEP = "sensitivity.enabled", "inner_step"
 
 
 def of_joint(number: int, part: str) -> str:
-    """Return the name of what belongs to a joint, as ``joint4.position``."""
+    """Return the structured name of a joint's variable.
+
+    Parameters
+    ----------
+    number
+        Number of the joint.
+    part
+        Name below the joint; an empty one gives the prefix with its dot.
+
+    Returns
+    -------
+    str
+        Structured name, as ``joint4.position``.
+    """
     return f"{JOINT.format(number=number)}.{part}"
 
 
 def is_of_joint(name: str) -> bool:
-    """Whether a name says to which joint it belongs."""
+    """Return whether a structured name begins with the prefix of a joint."""
     return name.startswith(JOINT.format(number=""))

@@ -1,4 +1,7 @@
-"""Rows of the parameter table of a joint, and those of its body, drive and spring; friction laws bring their own."""
+"""The parameter table of a joint: rows of body, drive and spring; friction laws have rows of their own.
+
+`Row` holds defaults for revolute and prismatic joints; `quantities` converts rows to `Quantity`.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,25 @@ from haptid.model.equations.quantity import Quantity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One row of the parameter table: unit for a revolute and for a prismatic joint, default range, structured name."""
+    """One row of the parameter table of a joint, for revolute and prismatic joints.
+
+    Parameters
+    ----------
+    id
+        Name of the parameter.
+    unit, prismatic_unit
+        SI unit for a revolute and for a prismatic joint.
+    description
+        Words for a reader.
+    initial, lower, upper
+        Default first guess and range, in either unit.
+    structured
+        FMI structured name below the joint.
+    scale
+        ``log`` or ``linear``, as in `Quantity`.
+    fixed
+        Whether the parameter is known by default.
+    """
 
     id: str
     unit: str
@@ -94,7 +115,20 @@ TABLE = (
 
 
 def quantities(rows: Iterable[Row], *, prismatic: bool = False) -> tuple[Quantity, ...]:
-    """Return rows of the table as parameters with default ranges, in the units of a joint that turns or slides."""
+    """Return rows of the table as parameters with default ranges.
+
+    Parameters
+    ----------
+    rows
+        Rows of `TABLE` or of a friction law.
+    prismatic
+        Whether the joint slides, which chooses the units.
+
+    Returns
+    -------
+    tuple of Quantity
+        One parameter for each row, in the same order.
+    """
     return tuple(
         Quantity(
             id=row.id,
@@ -112,5 +146,16 @@ def quantities(rows: Iterable[Row], *, prismatic: bool = False) -> tuple[Quantit
 
 
 def sliding(unit: str) -> str:
-    """Return a revolute joint's unit for a joint that slides: torque becomes force, angle becomes length."""
+    """Convert a revolute joint's unit to the prismatic joint's: torque becomes force, angle becomes length.
+
+    Parameters
+    ----------
+    unit
+        SI unit of a revolute joint, as ``N m s/rad``.
+
+    Returns
+    -------
+    str
+        SI unit of a prismatic joint, as ``N s/m``.
+    """
     return unit.replace("kg m^2", "kg").replace("N m", "N").replace("rad", "m")

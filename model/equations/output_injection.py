@@ -1,7 +1,7 @@
-"""Output injection: the equations of an observer that the measured position pulls, for homotopy in the gain L.
+"""Output injection: extend equations by an observer that follows the measured position, for homotopy in the gain L.
 
-q̇ = v + 2L·(y_meas − y),  v̇ = f_v + L²·(y_meas − y);  both error poles of a double integrator lie at −L.
-L = 0 gives the model back.
+q̇ = v + 2L·(y_meas − y),  v̇ = f_v + L²·(y_meas − y);  the error of a double integrator then has the characteristic
+polynomial s² + 2L·s + L², with both poles at −L. L = 0 gives the free simulation. `Equations` come in and go out.
 """
 
 from __future__ import annotations
@@ -17,7 +17,24 @@ GAIN = "observer_gain"
 
 
 def with_observer(equations: Equations) -> Equations:
-    """Return ``equations`` with the measured positions and the gain L [1/s] as further inputs, in that order."""
+    """Add output injection of the measured positions to equations.
+
+    Parameters
+    ----------
+    equations
+        Explicit equations of n joints, whose first n outputs are the positions.
+
+    Returns
+    -------
+    Equations
+        The observer; its inputs are those of ``equations``, then the n measured positions [rad] or [m], then the gain
+        L [1/s].
+
+    Raises
+    ------
+    ValueError
+        Where the equations are implicit in the accelerations.
+    """
     n = len(equations.joints)
     gain = Input(
         id=GAIN, unit="1/s", description="observer gain L; 0 simulates freely", structured=OBSERVER.format(part="gain")
@@ -32,6 +49,7 @@ def with_observer(equations: Equations) -> Equations:
         for o in equations.outputs[:n]
     )
     L = gain.symbol
+    # outputs behind the n positions (velocities, handle pose) have no measured counterpart
     error = [m.symbol - o.expression for m, o in zip(measured, equations.outputs, strict=False)]
     rhs = list(equations.rhs)
     for i in range(n):

@@ -1,4 +1,7 @@
-"""A physical quantity with its unit, range and prior: the row of every parameter table."""
+"""A physical quantity with its unit, range and prior: the row of every parameter table.
+
+Readers of devices, effects and friction laws make a `Quantity`; fits, samplers, FMUs and reports read it.
+"""
 
 from __future__ import annotations
 
@@ -11,13 +14,25 @@ import sympy as sp
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Normal:
-    """Normal prior N(mean, std²), in the quantity's own unit."""
+    """Normal prior N(mean, std²).
+
+    Parameters
+    ----------
+    mean, std
+        Mean and standard deviation, in the unit of the quantity.
+    """
 
     mean: float
     std: float
 
     def __post_init__(self) -> None:
-        """Refuse a prior without width."""
+        """Check that both numbers are finite and the width is positive.
+
+        Raises
+        ------
+        ValueError
+            Where one of them is not.
+        """
         if not (math.isfinite(self.mean) and math.isfinite(self.std) and self.std > 0):
             msg = f"a normal prior needs a finite mean and a positive std, got {self.mean}, {self.std}"
             raise ValueError(msg)
@@ -25,7 +40,7 @@ class Normal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """A parameter: identity, unit, first guess and what is known of it.
+    """A parameter: identity, unit, first guess, bounds and prior.
 
     Parameters
     ----------
@@ -33,8 +48,10 @@ class Quantity:
         Name in files and reports (``sigma0``); `symbol` is the SymPy symbol of the same name.
     unit
         SI unit as in ``N m s/rad``; ``1`` where there is none.
+    description
+        Words for a reader.
     initial, lower, upper
-        First guess and bounds.
+        First guess and bounds, in ``unit``.
     prior
         Normal prior, or None for a flat one between the bounds.
     fixed
@@ -57,7 +74,14 @@ class Quantity:
     structured: str = ""
 
     def __post_init__(self) -> None:
-        """Check that the first guess lies within the bounds."""
+        """Check that the first guess lies within the bounds and the scale suits them.
+
+        Raises
+        ------
+        ValueError
+            Where the first guess lies outside the bounds, the scale is unknown, or a fitted parameter on a logarithmic
+            scale may be zero or negative.
+        """
         if not self.lower <= self.initial <= self.upper:
             msg = f"{self.id}: initial {self.initial} lies outside [{self.lower}, {self.upper}]"
             raise ValueError(msg)
@@ -71,5 +95,16 @@ class Quantity:
         return sp.Symbol(self.id, real=True)
 
     def but(self, **changes: Any) -> Quantity:
-        """Return a copy with ``changes``."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Quantity
+            The copy, checked as any other.
+        """
         return replace(self, **changes)

@@ -16,7 +16,22 @@ from haptid.model.friction.shared import BRISTLE, BRISTLE_SHARE, COULOMB, STIFFN
 
 
 def dahl(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
-    """Write Dahl friction at joint speed ``v``."""
+    """Write Dahl friction.
+
+    Parameters
+    ----------
+    v
+        Speed of the joint [rad/s].
+    p
+        Parameters by id.
+    levels
+        Factors that effects set.
+
+    Returns
+    -------
+    Friction
+        Torque σ0·z + σ2·v, ż, and the relaxation rate σ0·|v|/Fc, which is −∂ż/∂z exactly.
+    """
     z = BRISTLE.symbol
     rate = p["sigma0"] * sp.Abs(v) / (levels.friction * levels.coulomb * p["Fc"])
     force = p["sigma0"] * z + p["sigma2"] * levels.viscous * v

@@ -1,8 +1,7 @@
-"""What a friction law is: one file beside this one that defines ``LAW``, found by `model.friction.registry`.
+"""A friction law as data and formulas: each file beside this one may define a ``LAW``, which the registry finds.
 
-All that depends on the law asks it: equations, kernel and FMUs for parameters, states and torque; fits for first
-guesses, orderings and passivity; effects for the slots that they may fill; warnings and scales for what a parameter
-stands for.
+A `FrictionLaw` gives equations, kernel and FMUs the parameters, states and torque; fits the first guesses, orderings
+and passivity; effects the slots that they may fill; warnings and scales the role of each parameter.
 """
 
 from __future__ import annotations
@@ -18,14 +17,14 @@ from haptid.model.equations.joint_parameters import Row
 Values = Mapping[str, float]
 Symbols = Mapping[str, sp.Expr]
 SLOTS = ("friction_level", "coulomb_level", "kinetic_level", "viscous_level", "stribeck_velocity")
-"""What effects may fill in a law, as `model.effects.effect.Effect` names it."""
+"""Slots of a law that effects may fill, by the names of `model.effects.effect.Effect`."""
 USE_OF_BRISTLE = "bristle"
 """Slot of a law whose state is one bristle deflection z, which an effect's formulas may read."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """What effects put into a law: factors, and the speed that the Stribeck curve sees.
+    """The contribution of effects to a law: factors, and the speed in the Stribeck curve.
 
     Parameters
     ----------
@@ -36,7 +35,7 @@ class Levels:
     viscous
         Factor on the viscous friction.
     stribeck_velocity
-        Speed seen by the Stribeck curve; the joint's where None.
+        Speed in the Stribeck curve [rad/s]; the joint's where None.
     """
 
     friction: sp.Expr = sp.S.One
@@ -48,10 +47,17 @@ class Levels:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friction:
-    """A law written out: torque [N m], rates of change of its states, and their relaxation rates aᵢ [1/s].
+    """A friction law written out in the symbols of its states.
 
-    aᵢ estimates −∂ẋᵢ/∂xᵢ from above: the stepper integrates it exactly, and is stable at any step where it is not less
-    than half of the true one.
+    Parameters
+    ----------
+    force
+        Friction torque [N m].
+    rhs
+        Rates of change of the states, in their units per second.
+    rates
+        Relaxation rates aᵢ [1/s], estimates of −∂ẋᵢ/∂xᵢ from above. The stepper integrates aᵢ exactly, and is stable at
+        any step where aᵢ is at least half of the true rate.
     """
 
     force: sp.Expr
@@ -61,9 +67,18 @@ class Friction:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Roles:
-    """Ids of the parameters that stand for what every joint has; ``stribeck_velocity`` is empty where none does.
+    """Ids of the parameters of a law by their physical role.
 
-    A law without stiction names its Coulomb friction twice.
+    Parameters
+    ----------
+    stiffness
+        Stiffness in presliding.
+    coulomb, stiction
+        Levels of dry friction; the same id twice in a law without stiction.
+    viscous
+        Viscous friction.
+    stribeck_velocity
+        Stribeck velocity; empty in a law without one.
     """
 
     stiffness: str
@@ -75,14 +90,14 @@ class Roles:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sliding:
-    """What the data of a joint say before any fit: friction in sliding, and scales.
+    """Estimates from the data of a joint before any fit: friction in gross sliding, and scales.
 
     Parameters
     ----------
     coulomb, viscous
         Plateau [N m] and slope [N m s/rad] of friction over speed.
     inertia
-        [kg m²].
+        Inertia of the joint [kg m²].
     travel, speed
         Range of positions [rad] and largest speed [rad/s].
     """
@@ -103,7 +118,7 @@ class FrictionLaw:
     id, title
         Name in files (``lugre``), name in words.
     formulas
-        As a reader writes them: the torque first, as a sum, then the rates and what they use.
+        Formulas as a reader writes them: first the torque, as a sum, then the rates and their auxiliary functions.
     parameters
         Rows of the parameter table.
     states
@@ -113,9 +128,9 @@ class FrictionLaw:
     damping
         Parameters by id → estimate of ∂torque/∂v from above [N m s/rad], by which the speed relaxes.
     roles
-        What the parameters stand for.
+        Parameters by their physical role.
     slots
-        Those of `SLOTS` that the law has, and `USE_OF_BRISTLE` where its state is ``z``.
+        The slots of `SLOTS` that the law has, and `USE_OF_BRISTLE` where its state is ``z``.
     guess
         First guesses of all parameters from the data.
     nominal
@@ -123,11 +138,12 @@ class FrictionLaw:
     presliding_length
         Values by id → displacement after which the joint slides.
     without_presliding, without_sliding
-        Ids that data leave open which never enter presliding, never leave it.
+        Ids of the parameters that are not identifiable from data without presliding, and from data without gross
+        sliding.
     orderings
         Pairs (a, b) of ids with a ≥ b.
     passivity
-        Expression of the parameters that must not be negative, on request; None where the law asks for nothing.
+        Expression of the parameters that must not be negative, on request; None where no condition is needed.
     level
         (v, parameters by id) → level of dry friction at speed v in the form in which ``write`` holds it, for pages that
         give it a letter; None where there is none.
@@ -152,7 +168,7 @@ class FrictionLaw:
     level: Callable[[sp.Expr, Symbols], sp.Expr] | None = None
 
     def __post_init__(self) -> None:
-        """Refuse a law whose parts do not fit together."""
+        """Check that roles, orderings and slots name existing parameters and slots; ValueError where not."""
         ids = {row.id for row in self.parameters}
         named = {
             self.roles.stiffness, self.roles.coulomb, self.roles.stiction, self.roles.viscous,
@@ -173,5 +189,23 @@ class FrictionLaw:
         return tuple(row.id for row in self.parameters)
 
     def values(self, of: Values, tail: str = "") -> dict[str, float]:
-        """Return the law's own values by plain id among ``of``, whose ids end in ``tail``."""
+        """Select the law's parameters among the values of a device.
+
+        Parameters
+        ----------
+        of
+            Values by id.
+        tail
+            End of the ids in ``of``, as ``_3`` of joint 3.
+
+        Returns
+        -------
+        dict of str to float
+            Values by plain id.
+
+        Raises
+        ------
+        KeyError
+            Where a parameter of the law is missing.
+        """
         return {id: float(of[id + tail]) for id in self.ids}

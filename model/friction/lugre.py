@@ -48,7 +48,22 @@ BRISTLE_DAMPING = Row(
 
 
 def lugre(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
-    """Write LuGre friction at joint speed ``v``."""
+    """Write LuGre friction.
+
+    Parameters
+    ----------
+    v
+        Speed of the joint [rad/s].
+    p
+        Parameters by id.
+    levels
+        Factors and Stribeck speed that effects set.
+
+    Returns
+    -------
+    Friction
+        Torque σ0·z + σ1·ż + σ2·v, ż, and the relaxation rate σ0·|v|/g(v), which is −∂ż/∂z exactly.
+    """
     z = BRISTLE.symbol
     rate = p["sigma0"] * sp.Abs(v) / stribeck(v, p, levels)
     bristle = v - rate * z
@@ -57,7 +72,10 @@ def lugre(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
 
 
 def _guess(s: Sliding) -> dict[str, float]:
-    """Guess bristle and Stribeck curve in proportion to what is seen in sliding, the bristle's damping ratio as 1/8."""
+    """Guess bristle and Stribeck curve in proportion to friction in gross sliding, with a bristle damping ratio of 1/8.
+
+    σ1 = 2·ζ·√(σ0·M) with ζ = 1/8.
+    """
     stiffness = s.coulomb / (BRISTLE_SHARE * s.travel)
     return {
         "sigma0": stiffness,

@@ -8,7 +8,7 @@ with the Stribeck curve s(v) = Fc + (Fs − Fc)·exp(−(v/vs)²). In presliding
 (nonlocal hysteresis), in sliding its torque follows s(v) within s/C. The springs get one shape number: all limits are
 s/N, and kᵢ falls by the factor ``spread`` from one to the next, with Σ kᵢ = σ0.
 
-The change from stick to slip is written without a jump, so that sensitivities see it. With rᵢ = Fᵢ·sgn(v)·N/s(v), the
+The transition from stick to slip is continuous, so that sensitivities contain it. With rᵢ = Fᵢ·sgn(v)·N/s(v), the
 share that slips is βᵢ = clip((rᵢ − 1 + ε)/ε, 0, 1), or while Fᵢ·v > 0 the memory mᵢ of having slipped:
 
     Ḟᵢ = (1 − gᵢ)·kᵢ·v + gᵢ·C·(sgn(v)/N − Fᵢ/s(v)),   gᵢ = βᵢ + (1 − βᵢ)·mᵢ·[Fᵢ·v > 0],
@@ -75,13 +75,39 @@ SLIPS = tuple(
 
 
 def stiffnesses(p: Symbols) -> list[sp.Expr]:
-    """Return kᵢ [N m/rad], the stiffest element first."""
+    """Write the stiffnesses of the elements.
+
+    Parameters
+    ----------
+    p
+        Parameters by id.
+
+    Returns
+    -------
+    list of sympy.Expr
+        kᵢ = σ0·spread^(N−i)/Σⱼ spread^(N−j) [N m/rad] for i = 1 … N, the stiffest element first.
+    """
     shares = [p["spread"] ** (ELEMENTS - 1 - i) for i in range(ELEMENTS)]
     return [p["sigma0"] * share / sp.Add(*shares) for share in shares]
 
 
 def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
-    """Write generalised Maxwell-slip friction at joint speed ``v``."""
+    """Write generalised Maxwell-slip friction.
+
+    Parameters
+    ----------
+    v
+        Speed of the joint [rad/s].
+    p
+        Parameters by id.
+    levels
+        Factors and Stribeck speed that effects set.
+
+    Returns
+    -------
+    Friction
+        Torque Σ Fᵢ + σ2·v; states are the N forces Fᵢ [N m], then the N memories mᵢ.
+    """
     s, way = stribeck(v, p, levels), sp.sign(v)
     limit, one = s / ELEMENTS, sp.S.One
     rhs, rates, remembered, recalls = [], [], [], []
@@ -92,6 +118,7 @@ def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
         before, turned = m * sp.Heaviside(F * v), sp.Heaviside(-F * v)
         slips = share + (1 - share) * before
         rhs.append((1 - slips) * stiffness * v + slips * p["C"] * (way / ELEMENTS - F / s))
+        # the slope of βᵢ over Fᵢ is at most 1/(ε·limit), reached within the transition from stick to slip
         rates.append(p["C"] / s + (1 - before) * stiffness * sp.Abs(v) / (EDGE * limit))
         remembered.append(MEMORY * (share * (1 - m) - turned * m))
         recalls.append(MEMORY * (share + turned))

@@ -1,4 +1,4 @@
-"""The friction laws by name: one file per law, found by looking into this folder."""
+"""The friction laws by name: one file per law, found in this folder; no law is registered by hand."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
 DEFAULT = "lugre"
-"""The law of a joint of which nothing is said."""
+"""Friction law of a joint whose device file names none."""
 
 
 @cache
@@ -23,12 +23,24 @@ def laws() -> dict[str, FrictionLaw]:
 
 
 def law_named(id: str, where: str = "friction") -> FrictionLaw:
-    """Return the law of this id.
+    """Return the friction law with this id.
+
+    Parameters
+    ----------
+    id
+        Id of the law, as ``lugre``.
+    where
+        Place that names the law, for messages.
+
+    Returns
+    -------
+    FrictionLaw
+        The law.
 
     Raises
     ------
     InputError
-        At ``where``, with the laws that exist.
+        Where there is no such law; the message lists the existing ones.
     """
     known = laws()
     if id not in known:

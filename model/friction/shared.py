@@ -1,4 +1,4 @@
-"""What several friction laws have in common: rows of their parameter tables, and the Stribeck curve."""
+"""Common parts of several friction laws: rows of their parameter tables, and the Stribeck curve."""
 
 from __future__ import annotations
 
@@ -64,7 +64,22 @@ BRISTLE_SHARE = 0.01
 
 
 def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
-    """Return g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²) [N m] at the levels that effects set."""
+    """Write the Stribeck curve g(v) = Fc + (Fs − Fc)·exp(−(v/vs)²).
+
+    Parameters
+    ----------
+    v
+        Speed of the joint [rad/s].
+    p
+        Parameters ``Fc``, ``Fs`` and ``vs`` by id.
+    levels
+        Factors and speed that effects set; none where None.
+
+    Returns
+    -------
+    sympy.Expr
+        Level of dry friction [N m].
+    """
     a = levels or Levels()
     coulomb, stiction = p["Fc"] * a.coulomb * a.kinetic, p["Fs"] * a.coulomb
     seen = v if a.stribeck_velocity is None else a.stribeck_velocity

@@ -1,4 +1,7 @@
-"""Whether a joint can have the inertia and gravity that its links give it: each number may be, their product not."""
+"""Check of the inertia and gravity that a joint's links imply.
+
+Mass and length may each lie within their ranges and still imply an inertia that no joint has.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,25 @@ from haptid.support.errors import InputError
 
 
 def checked_coefficients(device: Device, motion: LockedDynamics) -> tuple[Coefficient, ...]:
-    """Return the coefficients of a single free joint.
+    """Return the coefficients of a single free joint after a check of their size.
+
+    Parameters
+    ----------
+    device
+        Device, which the messages name.
+    motion
+        Equation of motion of exactly one free joint.
+
+    Returns
+    -------
+    tuple of Coefficient
+        The coefficients of ``motion``.
 
     Raises
     ------
     InputError
-        Where the joint has no inertia, or the first guesses give it one, or a gravity torque, that no joint has.
+        Where the joint has no inertia, or the first guesses imply an inertia or gravity torque outside its possible
+        range.
     """
     (joint,) = motion.joints
     where = f"device {device.name}, joint {joint} ({device.joints[joint].name})"

@@ -1,8 +1,8 @@
-"""From a device, its free joints and a posture to the equations that are simulated and fitted.
+"""The equations that are simulated and fitted, from a device, its free joints and a lock posture.
 
-One free joint: the equation of `locked_joint` with the coefficients of the locked motion as parameters. Several:
-M(q)·v̇ = Kp·τ − C·v − φ − spring − friction, solved for v̇ by Cramer's rule, with ids that end in the joint's number
-(``sigma0_0``, ``Ks_1``).
+`Device` comes in, `Equations` goes out. One free joint has the equation of `locked_joint` with the coefficients of the
+locked motion as parameters. Several free joints have M(q)·v̇ = Kp·τ − C·v − φ − spring − friction, solved for v̇ by
+Cramer's rule, with ids that end in the joint's number (``sigma0_0``, ``Ks_1``).
 """
 
 from __future__ import annotations
@@ -32,23 +32,43 @@ from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.rigid_body.locked_dynamics import Coefficient, LockedDynamics, locked_motion
 
 SPREAD = 5.0
-"""Bounds of an inertial coefficient lie this many standard deviations of its prior from its first guess."""
+"""Distance of the bounds of an inertial coefficient from its first guess, in standard deviations of its prior."""
 RATIO = 20.0
-"""A moment of inertia is known within this factor of its first guess."""
+"""Largest factor between a moment of inertia and its first guess, above and below."""
 
 
 def configuration_equations(
     device: Device, free_joints: Sequence[int], posture: Sequence[float] | None = None, effects: Effects | None = None
 ) -> Equations:
-    """Return the equations of `free_joints` with all others locked at `posture` [rad] or [m] (default all 0).
-
-    ``effects`` are added where several joints are free, by joint (`model.joint.joint_in_device.joint_part`).
+    """Build the equations of the free joints with all others locked.
 
     First guesses, bounds and priors are the device's: of the inertial coefficients those that its link guesses imply.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    free_joints
+        Numbers of the free joints.
+    posture
+        Positions of the locked joints [rad] or [m], shape (n_q,); entries of free joints are ignored. All 0 where None.
+    effects
+        Effects by joint; added where several joints are free (`model.joint.joint_in_device.joint_part`).
+
+    Returns
+    -------
+    Equations
+        Explicit equations with the position readings as outputs.
+
+    Raises
+    ------
+    InputError
+        Where a single free joint has an impossible inertia (`checked_coefficients`).
     """
     motion = locked_motion(device, free_joints, posture)
     if len(motion.joints) == 1 and {c.id for c in motion.coefficients} <= set(INERTIAL):
         return _single(device, motion)
+    # a single joint with other coefficients, as an inertia that varies with q, needs the general form
     return coupled_equations(device, motion, effects or {})
 
 
@@ -62,9 +82,24 @@ def _single(device: Device, motion: LockedDynamics) -> Equations:
 
 
 def inertial_quantity(c: Coefficient, *, structured: str = "") -> Quantity:
-    """Return a coefficient as a parameter: a moment of inertia is positive, others lie within `SPREAD` of the guess."""
+    """Return an inertial coefficient as a parameter with bounds and prior.
+
+    Parameters
+    ----------
+    c
+        Coefficient of a locked motion.
+    structured
+        Structured name; ``coupling.<id>`` where empty.
+
+    Returns
+    -------
+    Quantity
+        A moment of inertia (the constant part of a diagonal entry of M) is positive, on a logarithmic scale, within a
+        factor `RATIO` of its first guess; any other coefficient lies within `SPREAD` prior standard deviations. A
+        coefficient without uncertainty is fixed.
+    """
     positive = c.initial > 0 and (c.id == "inertia" or (c.id[0] == "M" and c.id[1:].endswith("_1") and _diagonal(c.id)))
-    width = SPREAD * c.prior_std + 1e-12
+    width = SPREAD * c.prior_std + 1e-12  # keeps lower < upper where the prior has no width
     return Quantity(
         id=c.id,
         unit=c.unit,
@@ -87,7 +122,26 @@ def _diagonal(id: str) -> bool:
 
 
 def coupled_equations(device: Device, motion: LockedDynamics, effects: Effects) -> Equations:
-    """Return the equations of several free joints, solved for the accelerations, with ``effects`` by joint."""
+    """Build the equations of several free joints, solved for the accelerations.
+
+    Parameters
+    ----------
+    device
+        Device with drives, springs and friction laws.
+    motion
+        Equation of motion of the free joints.
+    effects
+        Effects by joint.
+
+    Returns
+    -------
+    Equations
+        v̇ = adj(M)·h/det(M) with h = torques − C·v − φ, and the parameters of all free joints.
+
+    Notes
+    -----
+    The relaxation rate of a velocity is the joint's damping times the diagonal entry of M⁻¹.
+    """
     joints = motion.joints
     parts = {j: joint_part(device, j, effects.get(j, ())) for j in joints}
     M = sp.Matrix(motion.mass_matrix) + sp.diag(*(part.inertia for part in parts.values()))

@@ -1,4 +1,8 @@
-"""What each joint brings to the equations of a device: parameters, states, inputs, outputs, friction, net torque."""
+"""The part of one joint in the equations of several: parameters, states, inputs, outputs, friction and net torque.
+
+`Device`, joint and effects come in, a `JointPart` goes out; `coupled_joints` and `whole_device` assemble the parts of
+all joints to `Equations`. Symbols of the single joint get the joint's number (``q3``, ``sigma0_3``).
+"""
 
 from __future__ import annotations
 
@@ -24,31 +28,33 @@ from haptid.model.joint.slots import Terms, with_effects
 INERTIAL = ("inertia", "gravity_cos", "gravity_sin")
 """Parameters of a locked joint that come from the rigid bodies."""
 NUMBERED = {s.name for s in (sym.q, sym.v, sym.z, sym.tau)}
-"""Standard symbols that a joint's number follows at once; it follows an underscore in all other names."""
+"""Standard symbols with the joint's number directly behind (``q3``); other names have an underscore between."""
 Effects = Mapping[int, Sequence[Effect]]
 """Effects by joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointPart:
-    """What one of several joints brings to M(q)·v̇ = torque − C·v − φ, in symbols that bear its number.
+    """The part of one joint in M(q)·v̇ = torque − C·v − φ of several joints, in symbols with the joint's number.
 
     Parameters
     ----------
     torque
-        Kp·τ − Ks·(q − epos) − friction, and what effects add.
+        Kp·τ − Ks·(q − epos) − friction, and the torques of effects [N m].
     inertia
-        Added to the joint's diagonal entry of M.
-    friction, friction_rhs, friction_rates, damping
-        States of the friction law, how they change, their relaxation rates, and the joint's damping.
+        Inertia that effects add to the joint's diagonal entry of M [kg m²].
+    friction, friction_rhs, friction_rates
+        States of the friction law, their rates of change and their relaxation rates [1/s].
     orderings
         Pairs (a, b) of parameter ids with a ≥ b.
+    damping
+        Estimate of ∂torque/∂v from above [N m s/rad].
     motor, reading
-        Motor-side torque, and the position that is read.
+        Motor-side torque [N m], and position reading [rad].
     states, rhs, rates
-        What effects' states are, how they change, and their relaxation rates.
+        States of effects, their rates of change and their relaxation rates [1/s].
     quantities
-        Parameters.
+        Parameters of drive, spring, friction and effects.
     """
 
     torque: sp.Expr
@@ -67,10 +73,31 @@ class JointPart:
 
 
 def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> JointPart:
-    """Return the part of one joint, with ``effects``: those of which `of_the_test_alone` says nothing.
+    """Build the part of one joint in the equations of several joints.
 
-    An effect that changes a joint's own acceleration, q̈ = α·(torque − load)/(M·m) + β, is M·m/α for M, and M·m·β/α more
-    torque, with M the joint's inertia in the test that found it.
+    Parameters
+    ----------
+    device
+        Device with the joint.
+    joint
+        Number of the joint.
+    effects
+        Effects of the joint, all of a kind for which `of_the_test_alone` gives no reason against.
+
+    Returns
+    -------
+    JointPart
+        Torque, inertia, friction, states and parameters in symbols with the joint's number.
+
+    Raises
+    ------
+    InputError
+        Where an effect needs a slot that the joint's friction law lacks.
+
+    Notes
+    -----
+    An effect that changes the acceleration of the single joint, q̈ = α·(torque − load)/(M·m) + β, replaces M by M·m/α
+    and adds the torque M·m·β/α, with M the inertia of the joint in the test that found the effect.
     """
     slides, law = device.joints[joint].prismatic, law_named(device.joints[joint].friction)
     p = {row.id: sp.Symbol(row.id, real=True) for row in parameter_rows(law.id)}
@@ -80,6 +107,7 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
     torque += terms.w + terms.torque - p["Ks"] * (sym.q - p["epos"]) - friction.force
     own = [e.row(x, prismatic=slides) for e in effects for x in e.parameters]
     formulas = (torque, inertia, *(s.rhs for s in terms.states), *(s.rate for s in terms.states))
+    # here M comes from the links: the inertia of the single-joint test is a parameter only where a formula uses it
     if any(p["inertia"] in sp.sympify(e).free_symbols for e in formulas):
         own.append(_tested(slides))
     suffix, prefix = f"_{joint}", of_joint(joint, "")
@@ -102,7 +130,18 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
 
 
 def of_the_test_alone(effect: Effect) -> str:
-    """Say why an effect belongs to the test of one joint and to no device whose joints move together; '' if it does."""
+    """Give the reason why an effect holds only in the test of a single joint.
+
+    Parameters
+    ----------
+    effect
+        Effect of the catalogue.
+
+    Returns
+    -------
+    str
+        The reason, for a reader; empty where the effect also holds when several joints move.
+    """
     if effect.random:
         return "random: it stands beside the equations"
     if effect.time_rate is not None:
@@ -114,7 +153,7 @@ def of_the_test_alone(effect: Effect) -> str:
 
 
 def _own_motion(terms: Terms, inertia: sp.Symbol) -> tuple[sp.Expr, sp.Expr]:
-    """Return inertia and torque on top of the joint's own."""
+    """Return the additional inertia M·(m/α − 1), and the torque M·m·β/α − ½·M·m'(q)·q̇², of the joint's effects."""
     m, share, rest = terms.inertia_factor, sp.diff(terms.a, sym.a), terms.a.subs(sym.a, 0)
     christoffel = inertia * sp.diff(m, sym.q) * sym.v**2 / 2
     return inertia * (m / share - 1), inertia * m * rest / share - christoffel
@@ -157,7 +196,24 @@ def _tested(slides: bool) -> Quantity:
 
 
 def joint_quantities(device: Device, joint: int, *, suffix: str = "", prefix: str = "") -> tuple[Quantity, ...]:
-    """Return drive, spring and friction parameters of one joint: the device's guesses, else the table's defaults."""
+    """Return the drive, spring and friction parameters of one joint.
+
+    Parameters
+    ----------
+    device
+        Device with first guesses.
+    joint
+        Number of the joint.
+    suffix
+        End of each id, as ``_3``.
+    prefix
+        Start of each structured name, as ``joint3.``.
+
+    Returns
+    -------
+    tuple of Quantity
+        Parameters in the order of `parameter_rows`, with the device's guesses, else the table's defaults.
+    """
     given, slides = device.joints[joint].parameters, device.joints[joint].prismatic
     law = law_named(device.joints[joint].friction)
     rows = [row for row in parameter_rows(law.id) if row.id not in INERTIAL]
@@ -166,7 +222,7 @@ def joint_quantities(device: Device, joint: int, *, suffix: str = "", prefix: st
 
 
 def _default(row: Row, given: Mapping[str, Guess], law: FrictionLaw) -> Guess:
-    """Return the table's first guess, in the order (stiction above Coulomb friction) that the law asks for."""
+    """Return the table's first guess, moved to the device's guesses where an ordering as Fs ≥ Fc requires it."""
     initial = row.initial
     for larger, smaller in law.orderings:
         if row.id == larger and smaller in given:
@@ -193,7 +249,21 @@ def _quantity(row: Row, guess: Guess, slides: bool, suffix: str, prefix: str) ->
 
 
 def joint_states(device: Device, parts: Mapping[int, JointPart]) -> tuple[State, ...]:
-    """Return positions, velocities and states of friction, joint by joint within each, then those of effects."""
+    """Return the states of several joints.
+
+    Parameters
+    ----------
+    device
+        Device with the joints.
+    parts
+        Parts by joint, in the order of the joints.
+
+    Returns
+    -------
+    tuple of State
+        All positions, all velocities, then all states of friction laws, then all states of effects; each group in the
+        order of the joints.
+    """
     units = {j: "m" if device.joints[j].prismatic else "rad" for j in parts}
     return (
         *(_state(f"q{j}", units[j], f"position of joint {j}", of_joint(j, POSITION)) for j in parts),
@@ -208,7 +278,7 @@ def _state(id: str, unit: str, description: str, structured: str) -> State:
 
 
 def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
-    """Return the commanded torques (forces)."""
+    """Return the commanded torques [N m] or forces [N] of the joints as inputs ``tau<j>``."""
     result = []
     for j in joints:
         what, unit = ("force", "N") if device.joints[j].prismatic else ("torque", "N m")
@@ -218,7 +288,7 @@ def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
 
 
 def joint_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Output, ...]:
-    """Return the position readings."""
+    """Return the position readings [rad] or [m] of the joints as outputs ``y<j>``."""
     return tuple(
         Output(
             id=f"y{j}",
@@ -232,7 +302,20 @@ def joint_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Outpu
 
 
 def joint_rows(parts: Mapping[int, JointPart], motion: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Return the right-hand sides in the order of `joint_states`; ``motion`` holds those of the velocities."""
+    """Return the right-hand sides of several joints.
+
+    Parameters
+    ----------
+    parts
+        Parts by joint, in the order of the joints.
+    motion
+        Right-hand sides of the velocities, shape (n,): accelerations, or h of M·v̇ = h.
+
+    Returns
+    -------
+    tuple of sympy.Expr
+        Right-hand sides in the order of `joint_states`.
+    """
     return (
         *(velocity_symbol(j) for j in parts),
         *motion,
@@ -242,7 +325,20 @@ def joint_rows(parts: Mapping[int, JointPart], motion: Sequence[sp.Expr]) -> tup
 
 
 def joint_rates(parts: Mapping[int, JointPart], damping: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-    """Return the relaxation rates in the order of `joint_states`; ``damping`` holds those of the velocities."""
+    """Return the relaxation rates of several joints.
+
+    Parameters
+    ----------
+    parts
+        Parts by joint, in the order of the joints.
+    damping
+        Relaxation rates of the velocities [1/s], shape (n,).
+
+    Returns
+    -------
+    tuple of sympy.Expr
+        Relaxation rates [1/s] in the order of `joint_states`; 0 for the positions.
+    """
     return (
         *(sp.S.Zero for _ in parts),
         *damping,
@@ -252,7 +348,7 @@ def joint_rates(parts: Mapping[int, JointPart], damping: Sequence[sp.Expr]) -> t
 
 
 def names_of(effects: Effects) -> tuple[str, ...]:
-    """Return ``joint3_cogging`` for every effect."""
+    """Return a name such as ``joint3_cogging`` for every effect, by ascending joint."""
     return tuple(f"joint{j}_{e.id}" for j, some in sorted(effects.items()) for e in some)
 
 

@@ -1,7 +1,7 @@
 """The equation of one free joint, all others locked, with any effects added.
 
 Kp·τ = M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + friction (Tam, Kubica, Wang 2005, Fig. 3, where friction is
-LuGre's σ0·z + σ1·ż + σ2·q̇)
+LuGre's σ0·z + σ1·ż + σ2·q̇). Parameters, effects and the id of a friction law come in, `Equations` goes out.
 """
 
 from __future__ import annotations
@@ -38,22 +38,37 @@ def joint_equations(
     prismatic: bool = False,
     friction: str = DEFAULT,
 ) -> Equations:
-    """Return the equations of joint ``joint``.
+    """Build the equations of a single free joint.
 
     Parameters
     ----------
+    joint
+        Number of the joint, for names.
     parameters
         The parameters of the locked joint, by default all of `parameter_table.joint_parameters`. ``gravity_cos`` and
         ``gravity_sin`` may be left out where gravity does no work.
     effects
-        Deterministic effects to add, in order along the torque path. Random ones do not enter the equation.
+        Effects to add, in any order: ``Effect.place`` sorts them along the torque path. Random effects do not enter the
+        equation.
+    prismatic
+        Whether the joint slides: then gravity is a constant force, and units are those of forces and lengths.
     friction
         Id of the friction law.
+
+    Returns
+    -------
+    Equations
+        States q, v, those of the friction law, those of the effects; input ``tau``, output ``y``.
 
     Raises
     ------
     InputError
-        Where there is no such law, or an effect asks for what it lacks.
+        Where there is no such law, or an effect needs a slot that the law lacks.
+
+    Notes
+    -----
+    q̈ = (w + torque − gravity − Ks·(q − epos) − friction − ½·M·m'(q)·q̇²)/(M·m(q)), changed by the effects' formulas for
+    the acceleration; all rates of change are multiplied by the factor of the machine's clock.
     """
     law = law_named(friction)
     quantities = tuple(

@@ -1,4 +1,11 @@
-"""The slots of a joint's equation that effects fill, in the standard symbols."""
+"""The slots of a joint's equation that effects fill, in the standard symbols.
+
+Effects and a friction law come in, `Terms` goes out; `locked_joint` and `joint_in_device` assemble equations from it:
+
+1. Check that the friction law has every slot that an effect uses.
+2. Sort the effects by their place between command and reading.
+3. Add one effect at a time: torque path, reading and acceleration are composed, torques are summed, factors multiplied.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +22,25 @@ from haptid.support.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Terms:
-    """The slots that effects fill, before the equation is assembled; fields as in `model.effects.effect.Effect`."""
+    """The slots that effects fill, before the equation is assembled.
+
+    Parameters
+    ----------
+    w, y, a
+        Torque that reaches the joint, reading, and acceleration in terms of the rigid joint's acceleration ``a``.
+    torque
+        Torque added to the right-hand side [N m].
+    friction_level, coulomb_level, kinetic_level, viscous_level
+        Factors for the friction law, as in `model.effects.effect.Effect`.
+    stribeck_velocity
+        Speed in the Stribeck curve [rad/s].
+    inertia_factor
+        Factor m(q) on the inertia.
+    time_rate
+        Factor between the machine's and the data's clock.
+    states
+        States of all effects.
+    """
 
     w: sp.Expr
     y: sp.Expr
@@ -31,12 +56,25 @@ class Terms:
     states: tuple[EffectState, ...] = ()
 
     def friction(self, law: FrictionLaw, p: Symbols) -> Friction:
-        """Return friction after ``law`` with the parameters ``p``, by id, at the levels that effects set."""
+        """Write out a friction law at the levels that effects set.
+
+        Parameters
+        ----------
+        law
+            Friction law of the joint.
+        p
+            Parameters of the joint by id.
+
+        Returns
+        -------
+        Friction
+            Torque, rates of change of the law's states and their relaxation rates.
+        """
         return law.write(sym.v, p, self.levels)
 
     @property
     def levels(self) -> Levels:
-        """What effects put into the friction law."""
+        """Factors and Stribeck speed for the friction law."""
         return Levels(
             friction=self.friction_level,
             coulomb=self.coulomb_level,
@@ -47,9 +85,10 @@ class Terms:
 
 
 def _add(terms: Terms, effect: Effect) -> Terms:
-    """Fill the slots of one effect; each sees the paths as built so far."""
+    """Add the formulas of one effect; its w, y and a are the torque path, reading and acceleration built so far."""
     one = sp.S.One
     known = {sym.w: terms.w, sym.y: terms.y}
+    # torque, levels and states depend on the torque path before the effect itself
     states = tuple(replace(s, rhs=s.rhs.subs(sym.w, terms.w)) for s in effect.states)
     return replace(
         terms,
@@ -69,16 +108,31 @@ def _add(terms: Terms, effect: Effect) -> Terms:
 
 
 def with_effects(effects: Sequence[Effect], kp: sp.Symbol, law: FrictionLaw) -> Terms:
-    """Fill all slots; where the positions' clock is off, every other effect lives by the machine's own time.
+    """Fill the slots of a joint's equation with effects.
+
+    Parameters
+    ----------
+    effects
+        Deterministic effects of the joint, in any order.
+    kp
+        Symbol of the plant gain; the torque path starts as kp·tau.
+    law
+        Friction law of the joint.
+
+    Returns
+    -------
+    Terms
+        All slots in the standard symbols.
 
     Raises
     ------
     InputError
-        Where an effect asks for a slot that the friction law of the joint lacks: it would have no influence.
+        Where an effect needs a slot that the friction law of the joint lacks: the effect would have no influence.
     """
     for effect in effects:
         check_slots(effect, law)
     terms = Terms(w=kp * sym.tau, y=sym.q)
+    # t is the time of the data; where the clocks differ, all other effects depend on the machine's time rate·t
     rate = sp.prod(effect.time_rate for effect in effects if effect.time_rate is not None)
     for effect in sorted(effects, key=lambda effect: effect.place):
         terms = _add(terms, effect if effect.time_rate is not None else sym.in_time(effect, rate * sym.t))
@@ -86,7 +140,20 @@ def with_effects(effects: Sequence[Effect], kp: sp.Symbol, law: FrictionLaw) -> 
 
 
 def check_slots(effect: Effect, law: FrictionLaw) -> None:
-    """Refuse an effect that asks for what the friction law lacks."""
+    """Check that a friction law has all slots that an effect uses.
+
+    Parameters
+    ----------
+    effect
+        Effect to add.
+    law
+        Friction law of the joint.
+
+    Raises
+    ------
+    InputError
+        Where a slot is missing; the message names it.
+    """
     missing = sorted(effect.friction_slots - law.slots)
     if missing:
         where, expected = f"effect {effect.key}", f"a friction law with {', '.join(missing)}"

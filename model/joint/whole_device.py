@@ -1,4 +1,7 @@
-"""The equations of the whole device: all joints free, friction, springs, gains, handle force in, handle pose out."""
+"""The equations of the whole device with all joints free: handle force as an input, handle pose as an output.
+
+`Device` and effects by joint come in, implicit `Equations` with a mass matrix go out.
+"""
 
 from __future__ import annotations
 
@@ -25,11 +28,27 @@ from haptid.model.rigid_body.forward_dynamics import HANDLE_FORCE, HANDLE_TORQUE
 
 
 def full_equations(device: Device, effects: Effects | None = None) -> Equations:
-    """Return M(q)·v̇ = Kp·τ − C·v − φ − springs − friction + Jᵀ·(handle force, handle torque) of all joints.
+    """Build M(q)·v̇ = Kp·τ − C·v − φ − springs − friction + Jᵀ·(handle force, handle torque) of all joints.
 
-    Outputs: positions, velocities, torques at the joints Kp·τ, control point in the base frame [m], orientation of the
-    handle as a unit quaternion. Parameters: mass, centroid and inertia of each link, rotors, then those of each joint.
-    ``effects`` by joint are added as in `model.joint.joint_in_device.joint_part`.
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    effects
+        Effects by joint, added as in `model.joint.joint_in_device.joint_part`.
+
+    Returns
+    -------
+    Equations
+        Implicit equations. Inputs: commands, then force [N] and torque [N m] on the handle in the base frame. Outputs:
+        positions, velocities, torques at the joints Kp·τ, control point in the base frame [m], orientation of the
+        handle as a unit quaternion. Parameters: mass, centroid and inertia of each link, rotors, then those of each
+        joint.
+
+    Raises
+    ------
+    InputError
+        Where an effect needs a slot that its joint's friction law lacks.
     """
     joints = tuple(range(len(device.joints)))
     parts = {j: joint_part(device, j, (effects or {}).get(j, ())) for j in joints}

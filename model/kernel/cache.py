@@ -1,4 +1,7 @@
-"""Compiled kernels found again on disk by the digest of their equations: neither SymPy nor the compiler runs twice."""
+"""A disk cache of compiled kernels: neither SymPy nor the compiler runs twice for the same equations.
+
+`Equations` come in, `CompiledKernel` goes out. A record is keyed by the digest of the equations and of the generator.
+"""
 
 from __future__ import annotations
 
@@ -15,12 +18,15 @@ from haptid.support.files.cache import cache_folder, is_sealed, machine, seal
 from haptid.support.files.files import write_json
 
 SUBSTEPS = 8
-"""Most sub-steps of a step: a trial that asks for more has contacts that are rigid at the pace of the readings."""
+"""Largest number of sub-steps of an inner step; a trial that needs more has contacts too stiff for the sampling."""
 
 
 @cache
 def generator() -> str:
-    """Return a digest of the generator's code and of the machine: a kernel of another one is not taken."""
+    """Return sixteen hex digits that change with the generator's files, the machine and `SUBSTEPS`.
+
+    Records of another digest are ignored.
+    """
     found = hashlib.sha256(f"{machine()} {SUBSTEPS}".encode())
     for part in sorted(resources.files("haptid.model.kernel").iterdir(), key=lambda p: p.name):
         if part.name.endswith((".py", ".c", ".h")):
@@ -29,10 +35,23 @@ def generator() -> str:
 
 
 def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> CompiledKernel:
-    """Return the kernel of ``equations``, from disk where it was compiled before; it runs ``many`` sets if asked.
+    """Return the compiled kernel of equations, from disk where it was compiled before.
 
-    One of many sets may do without sensitivities (``tangent``); one that has both serves all.
+    Parameters
+    ----------
+    equations
+        Equations of the kernel.
+    many
+        Whether the kernel has to simulate many parameter sets side by side.
+    tangent
+        Whether the kernel needs sensitivities; a kernel that is not for many sets always has them.
+
+    Returns
+    -------
+    CompiledKernel
+        The kernel; it may have lanes or sensitivities beyond the request.
     """
+    # a kernel with both, lanes and sensitivities, serves every request and is looked up first
     both = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"
     own = both.with_name(f"{both.stem}-{'one' if not many else 'flat'}.json")
     known = _load_record(equations, both) or (None if many and tangent else _load_record(equations, own))
@@ -49,7 +68,7 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
 
 
 def _load_record(equations: Equations, record: Path) -> CompiledKernel | None:
-    """Return the kernel that a record tells of, None where it or its library is gone."""
+    """Return the kernel of a record, None where the record or its library is missing."""
     if not is_sealed(record):
         return None
     known = json.loads(record.read_text(encoding="utf-8"))

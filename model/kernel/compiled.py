@@ -1,4 +1,8 @@
-"""A compiled kernel, called through ctypes: simulations, sensitivities, many parameter sets at once."""
+"""A compiled kernel, called through ctypes: simulations, sensitivities, many parameter sets at once.
+
+`Equations` come in; NumPy arrays of times, inputs, parameters and initial states become arrays of outputs and their
+sensitivities. Sizes: n_t rows, n_x states, n_u inputs, n_p parameters, n_y outputs, n_c sensitivity columns.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ from haptid.model.kernel.pieces import MOST_STEPS, pieces
 
 Array = NDArray[np.float64]
 LANES = 4
-"""Parameter sets side by side in `CompiledKernel.simulate_many`."""
+"""Number of parameter sets side by side in one SIMD vector of `CompiledKernel.simulate_many`."""
 _double, _long, _int = ctypes.c_double, ctypes.c_long, ctypes.c_int
 _p = ctypes.c_void_p
 
@@ -56,7 +60,7 @@ def _shaped(name: str, values: Any, shape: tuple[int, ...]) -> Array:
 
 
 def _in_threads(run: Callable[[int], None], tasks: Iterable[int], threads: int) -> None:
-    """Run the tasks; where Ctrl-C comes, those that have not begun are dropped."""
+    """Run the tasks in threads; at an error or Ctrl-C, cancel the tasks that have not begun."""
     with ThreadPoolExecutor(threads) as pool:
         futures = [pool.submit(run, task) for task in tasks]
         try:
@@ -69,7 +73,15 @@ def _in_threads(run: Callable[[int], None], tasks: Iterable[int], threads: int) 
 
 @dataclass(frozen=True, slots=True)
 class CompiledKernel:
-    """A kernel ready to run. All methods are pure: same arguments, same bits."""
+    """A kernel ready to run; all methods are pure, the same arguments give the same bits.
+
+    Parameters
+    ----------
+    kernel
+        Generated source, or the record of it, with equations and columns.
+    path
+        Shared library.
+    """
 
     kernel: Kernel
     path: Path
@@ -78,16 +90,30 @@ class CompiledKernel:
     def of(
         cls, equations: Equations, *, many: bool = True, substeps: int | None = None, **options: Any
     ) -> CompiledKernel:
-        """Generate and compile ``equations``, with `simulate_many` where ``many``; cached by its source.
+        """Generate and compile the kernel of equations; the library is cached by its source.
 
-        A step is cut into at most ``substeps``, the kernel's own number where None.
+        Parameters
+        ----------
+        equations
+            Equations of the kernel.
+        many
+            Whether the kernel has `simulate_many`.
+        substeps
+            Largest number of sub-steps of an inner step; the kernel's default where None.
+        **options
+            Further arguments of `generate`.
+
+        Returns
+        -------
+        CompiledKernel
+            The kernel.
         """
         kernel = generate(equations, **options)
         return cls(kernel, compile_kernel(kernel.source, lanes=LANES if many else 0, substeps=substeps))
 
     @property
     def equations(self) -> Equations:
-        """The equations this was generated from."""
+        """The equations from which the kernel was generated."""
         return self.kernel.equations
 
     @property
@@ -101,27 +127,71 @@ class CompiledKernel:
         return times, _shaped("u", u, (times.size, nu)), _shaped("p", p, (np_,)), _shaped("x0", x0, (nx,))
 
     def linear_bits(self, linear: bool | tuple[bool, ...]) -> int:
-        """Bit j is set where input j runs linearly between rows."""
+        """Encode which inputs run linearly between rows.
+
+        Parameters
+        ----------
+        linear
+            One flag for all inputs, or one flag per input; False for a zero-order hold.
+
+        Returns
+        -------
+        int
+            Number in which bit j is set where input j is linear.
+        """
         flags = (linear,) * self._sizes[1] if isinstance(linear, bool) else linear
         return sum(1 << j for j, flag in enumerate(flags) if flag)
 
     def simulate(
         self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
     ) -> Array:
-        """Return outputs y (n_t, n_y) at times t (n_t,) for inputs u (n_t, n_u), parameters p (n_p,), start x0 (n_x,).
+        """Simulate the outputs at given times.
 
-        Rows after the state has left the finite numbers are NaN.
+        Parameters
+        ----------
+        t
+            Times of the rows [s], shape (n_t,).
+        u
+            Inputs at the rows, shape (n_t, n_u).
+        p
+            Parameters, shape (n_p,).
+        x0
+            State at the first row, shape (n_x,).
+        linear
+            Whether inputs run linearly between rows, as in `linear_bits`.
+        step
+            Longest inner step [s]; the kernel's own where None.
+
+        Returns
+        -------
+        Array
+            Outputs, shape (n_t, n_y); rows after the state has become infinite or NaN are NaN.
+
+        Raises
+        ------
+        ValueError
+            Where an array has the wrong shape.
         """
         return self.simulate_through(t, u, p, x0, linear=linear, step=step)[0]
 
     def simulate_through(
         self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
     ) -> tuple[Array, Array]:
-        """As `simulate`, with the state (n_x,) at the last row: going on from there has the same bits."""
+        """Simulate as `simulate` does, and return the final state too.
+
+        Returns
+        -------
+        y : Array
+            Outputs, shape (n_t, n_y).
+        state : Array
+            State at the last row, shape (n_x,); a simulation that continues from it has the same bits as one without
+            interruption.
+        """
         times, inputs, parameters, start = self._prepared(t, u, p, x0)
         y, state, h = np.full((times.size, self._sizes[3]), np.nan), start.copy(), step or self.kernel.step
         for rows in pieces(times, h):
             size = rows.stop - rows.start
+            # the state is read and written in place: each piece starts from the final state of the one before
             done = _load(self.path).hk_simulate(
                 size,
                 times[rows].ctypes.data,
@@ -140,7 +210,21 @@ class CompiledKernel:
     def simulate_tangent(
         self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
     ) -> tuple[Array, Array]:
-        """As `simulate`, with dy (n_t, n_y, n_c), the derivatives along ``kernel.columns``."""
+        """Simulate the outputs with their first-order sensitivities; arguments as for `simulate`.
+
+        Returns
+        -------
+        y : Array
+            Outputs, shape (n_t, n_y).
+        dy : Array
+            Derivatives of the outputs with respect to ``kernel.columns`` (parameters, then initial states), shape
+            (n_t, n_y, n_c).
+
+        Raises
+        ------
+        ValueError
+            Where the kernel has no sensitivities, or an array has the wrong shape.
+        """
         times, inputs, parameters, start = self._prepared(t, u, p, x0)
         columns = len(self.kernel.columns)
         if not columns:
@@ -149,6 +233,7 @@ class CompiledKernel:
         y = np.full((times.size, self._sizes[3]), np.nan)
         dy = np.full((times.size, self._sizes[3], columns), np.nan)
         state, h = start.copy(), step or self.kernel.step
+        # ∂x₀/∂p = 0 and ∂x₀/∂x₀ = 1
         slopes = np.hstack((np.zeros((state.size, columns - state.size)), np.eye(state.size)))
         for rows in pieces(times, h):
             size = rows.stop - rows.start
@@ -181,10 +266,33 @@ class CompiledKernel:
         step: float | None = None,
         threads: int = 1,
     ) -> Array:
-        """Return outputs (n_sets, n_t, n_y) for parameter sets p (n_sets, n_p) and initial states x0 (n_sets, n_x).
+        """Simulate many parameter sets side by side, in SIMD lanes and in threads.
 
-        A set that blew up is NaN throughout. Sets run side by side in SIMD lanes and in ``threads``; every set has
-        the same bits as `simulate` gives it.
+        Parameters
+        ----------
+        t
+            Times of the rows [s], shape (n_t,).
+        u
+            Inputs at the rows, common to all sets, shape (n_t, n_u).
+        p
+            Parameters of each set, shape (n_sets, n_p).
+        x0
+            State of each set at the first row, shape (n_sets, n_x).
+        linear, step
+            As for `simulate`.
+        threads
+            Number of threads.
+
+        Returns
+        -------
+        Array
+            Outputs, shape (n_sets, n_t, n_y), with the same bits as `simulate` gives for each set; a set whose state
+            became infinite or NaN is NaN throughout.
+
+        Raises
+        ------
+        ValueError
+            Where an array has the wrong shape.
         """
         nx, nu, np_, ny = self._sizes
         times, parameters = _array(t), _array(p)
@@ -194,6 +302,7 @@ class CompiledKernel:
         y = np.full((sets, times.size, ny), np.nan)
         done = np.zeros(sets, dtype=np.int8)
         bits, h, library = self.linear_bits(linear), step or self.kernel.step, _load(self.path)
+        # a call has at most about MOST_STEPS inner steps of LANES sets, so that Ctrl-C is noticed between calls
         by_call = int(LANES * MOST_STEPS / (times.size + np.ptp(times) / h)) // LANES * LANES
         chunk = max(LANES, min(by_call, -(-sets // threads)))
 
@@ -223,9 +332,32 @@ class CompiledKernel:
     def advance(
         self, x: Any, t: float, dt: float, u: Any, p: Any, *, slope: Any = None, step: float | None = None
     ) -> Array:
-        """Return the state (n_x,) a time dt after x at t, for inputs u (n_u,) with ``slope`` (n_u,) per second.
+        """Integrate the state over one time step.
 
-        NaN throughout where the state left the finite numbers.
+        Parameters
+        ----------
+        x
+            State at t, shape (n_x,).
+        t, dt
+            Start and length of the step [s].
+        u
+            Inputs at t, shape (n_u,).
+        p
+            Parameters, shape (n_p,).
+        slope
+            Rates of change of the inputs, per second, shape (n_u,); 0 where None.
+        step
+            Longest inner step [s]; the kernel's own where None.
+
+        Returns
+        -------
+        Array
+            State at t + dt, shape (n_x,); NaN throughout where the state became infinite or NaN.
+
+        Raises
+        ------
+        ValueError
+            Where an array has the wrong shape.
         """
         nx, nu, np_, _ = self._sizes
         state, u, p = _shaped("x", x, (nx,)).copy(), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
@@ -236,7 +368,7 @@ class CompiledKernel:
         return state if finite else np.full(nx, np.nan)
 
     def derivatives(self, t: float, x: Any, u: Any, p: Any) -> Array:
-        """ẋ (n_x,) at one point."""
+        """Return the rates of change ẋ, shape (n_x,), at time t [s], state x, inputs u and parameters p."""
         nx, nu, np_, _ = self._sizes
         x, u, p = _shaped("x", x, (nx,)), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
         f = np.empty(nx)
@@ -244,7 +376,7 @@ class CompiledKernel:
         return f
 
     def output(self, t: float, x: Any, u: Any, p: Any) -> Array:
-        """Return outputs (n_y,) at one point."""
+        """Return the outputs y, shape (n_y,), at time t [s], state x, inputs u and parameters p."""
         nx, nu, np_, ny = self._sizes
         x, u, p = _shaped("x", x, (nx,)), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
         y = np.empty(ny)

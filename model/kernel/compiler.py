@@ -1,4 +1,7 @@
-"""Compilation by the C compiler inside the ``ziglang`` package: offline, for this machine or any other."""
+"""Compilation by the C compiler inside the ``ziglang`` package: offline, for this machine or any other.
+
+C source comes in, the path of a shared library in the cache goes out.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from haptid.support.processes.c_compiler import is_available, run_c_compiler
 FLAGS = (
     "-std=gnu11",
     "-O3",
-    "-ffp-contract=off",
+    "-ffp-contract=off",  # no fused multiply-add: lanes, scalars and platforms agree bit for bit
     "-fno-math-errno",
     "-fno-sanitize=undefined",
     "-fvisibility=hidden",
@@ -27,7 +30,17 @@ FLAGS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """A platform to compile for: the compiler's name of it, the FMI 2.0 folder and the suffix of a shared library."""
+    """A platform to compile for.
+
+    Parameters
+    ----------
+    triple
+        The compiler's name of the platform.
+    fmi2_folder
+        Folder of the platform's binaries in an FMU after FMI 2.0.
+    suffix
+        Suffix of a shared library, with its dot.
+    """
 
     triple: str
     fmi2_folder: str
@@ -47,6 +60,13 @@ def compile_shared(
         The names to compile.
     triple
         Compiler's name of the target platform; this machine, with all its instructions, where None.
+    flags
+        Further flags of the compiler, after `FLAGS`.
+
+    Returns
+    -------
+    Path
+        Shared library, keyed by sources, platform, flags and version of the compiler.
     """
     made_by = importlib.metadata.version("ziglang") if is_available() else ""
     made_for = triple or machine()
@@ -59,6 +79,7 @@ def compile_shared(
     if is_sealed(library):
         return library
     target = ["-target", triple] if triple else ["-march=native"]
+    # built in a folder beside the library and then renamed: no other process sees a library that is half written
     with writing_to_cache(), tempfile.TemporaryDirectory(dir=library.parent) as name:
         folder = Path(name)
         for source, text in sources.items():
@@ -75,10 +96,18 @@ def compile_kernel(source: str, *, lanes: int, substeps: int | None = None) -> P
 
     Parameters
     ----------
+    source
+        C source of a kernel, as from `generate`.
     lanes
-        Parameter sets side by side, beside the scalar form; 0 for that alone.
+        Number of parameter sets side by side in the vectorised form, which is added to the scalar form; 0 for the
+        scalar form alone.
     substeps
-        Most sub-steps of an inner step; the kernel's own number where None.
+        Largest number of sub-steps of an inner step; the kernel's default where None.
+
+    Returns
+    -------
+    Path
+        Shared library.
     """
     flags = () if substeps is None else (f"-DHK_MAX_SUBSTEPS={substeps}",)
     if lanes == 0:

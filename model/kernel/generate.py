@@ -1,4 +1,10 @@
-"""C source of a kernel, generated from `Equations`: functions of the physics, then the fixed stepper."""
+"""Generate the C source of a kernel: `Equations` in, `Kernel` out.
+
+1. Substitute the definitions into explicit equations, whose derivatives are needed.
+2. Print relaxation rates, coupling, right-hand sides and outputs as C functions; with ``tangent`` also their
+   sensitivities.
+3. Include the fixed stepper once for the plain and once for the tangent form, then the interface.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +21,25 @@ from haptid.model.kernel.tangent import tangent_columns, tangent_source
 from haptid.model.kernel.text import assignments
 
 DEFAULT_STEP = 5e-4
-"""Inner step [s]: the one of Tam, Kubica and Wang (2005), section IV."""
+"""Inner step [s], as in Tam, Kubica and Wang (2005), section IV."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kernel:
-    """Generated C source with the names of its arrays.
+    """Generated C source of a kernel.
 
-    ``columns`` are the tangent's directions: the parameters, then the initial states; empty where there is no tangent.
+    Parameters
+    ----------
+    equations
+        Equations in the form that was printed.
+    source
+        C source.
+    digest
+        Sixteen hex digits of step and source.
+    columns
+        Directions of the sensitivities: parameters, then initial states; empty where there are no sensitivities.
+    step
+        Longest inner step [s].
     """
 
     equations: Equations
@@ -33,12 +50,23 @@ class Kernel:
 
 
 def template(name: str) -> str:
-    """Return the text of a fixed part of the kernel."""
+    """Return the text of a fixed part of the kernel, by its file name."""
     return resources.files("haptid.model.kernel").joinpath(name).read_text(encoding="utf-8")
 
 
 def coupling(equations: Equations) -> sp.Expr:
-    """Σ |Jᵢⱼ·Jⱼᵢ| over pairs of states plus Σ (Jᵢᵢ + aᵢ)²: the square of the stiffness that the rates leave [1/s²]."""
+    """Return the squared stiffness that remains beside the relaxation rates.
+
+    Parameters
+    ----------
+    equations
+        Equations with the Jacobian J = ∂f/∂x and relaxation rates a.
+
+    Returns
+    -------
+    sympy.Expr
+        Σ_{i<j} |Jᵢⱼ·Jⱼᵢ| + Σᵢ (Jᵢᵢ + aᵢ)² [1/s²]; 0 for implicit equations.
+    """
     if equations.mass_matrix is not None:
         return sp.S.Zero
     J = [slopes(f, [s.symbol for s in equations.states]) for f in equations.rhs]
@@ -116,7 +144,7 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
     Returns
     -------
     Kernel
-        One self-contained C99 source; with ``HK_LANES`` defined it is its vectorised form.
+        One self-contained C source; with ``HK_LANES`` defined it compiles to its vectorised form.
     """
     e = equations if equations.mass_matrix is not None else equations.without_definitions()
     tangent = tangent and e.mass_matrix is None

@@ -1,4 +1,7 @@
-"""Long simulations in pieces: no call into compiled code takes so long that Ctrl-C or SIGTERM would not be heard."""
+"""Long simulations in pieces: Python handles Ctrl-C and SIGTERM only between calls into compiled code.
+
+Times of the rows come in, slices of rows go out.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +23,20 @@ def pieces(t: NDArray[np.float64], step: float, most: int = MOST_STEPS) -> list[
         Times of the rows [s], shape (n_t,).
     step
         Longest inner step [s].
+    most
+        Largest number of inner steps of a piece.
+
+    Returns
+    -------
+    list of slice
+        Slices of rows in order; two neighbours share one row.
     """
     if t.size < 3 or t.size + (t[-1] - t[0]) / step <= most:
         return [slice(0, t.size)]
     taken = np.cumsum(np.maximum(np.ceil(np.diff(t) / step), 1.0))
     cuts, done = [0], 0.0
     while taken[-1] - done > most:
-        # the last row within reach, and at least one further
+        # the last row within the limit; at least one row further, where a single pause exceeds the limit
         row = max(int(np.searchsorted(taken, done + most, side="right")), cuts[-1] + 1)
         if row >= t.size - 1:
             break

@@ -17,7 +17,7 @@ _C |= {"Direction": "hk_sign"}
 
 
 class Direction(sp.Function):
-    """The sign of a real number, as it stands in what is printed: its derivative is taken as 0."""
+    """The sign of a real number, with derivative 0."""
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
         """Return 0."""
@@ -27,9 +27,9 @@ class Direction(sp.Function):
 class Magnitude(sp.Function):
     """The magnitude of a real number, whose derivative is its sign.
 
-    SymPy takes what it divides by for possibly 0, the quotient then for possibly not real, and differentiates its
-    ``Abs`` by real and imaginary part; and that function asks of a long product what can be known of its sign, which
-    takes minutes where several joints move.
+    SymPy's ``Abs`` has two disadvantages. A divisor may be 0 for SymPy, so that a quotient may not be real and the
+    derivative is taken by real and imaginary part. And ``Abs`` examines the sign of long products, which takes minutes
+    where several joints move.
     """
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
@@ -38,7 +38,20 @@ class Magnitude(sp.Function):
 
 
 def slopes(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> list[sp.Expr]:
-    """Return ∂expression/∂symbol for each symbol, almost everywhere, all being real: that of a step is taken as 0."""
+    """Differentiate an expression of real symbols almost everywhere.
+
+    Parameters
+    ----------
+    expression
+        Expression of real symbols.
+    symbols
+        Symbols to differentiate by.
+
+    Returns
+    -------
+    list of sympy.Expr
+        ∂expression/∂symbol for each symbol; the derivative of a step is 0 instead of a Dirac delta.
+    """
     real = of_reals(expression)
     free = real.free_symbols
     flat = ((DiracDelta, lambda *_: sp.S.Zero),)
@@ -46,12 +59,12 @@ def slopes(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> list[sp.Expr]:
 
 
 def of_reals(expression: sp.Expr) -> sp.Expr:
-    """Return the expression with `Magnitude` and `Direction` for SymPy's ``Abs`` and ``sign``."""
+    """Replace SymPy's ``Abs`` and ``sign`` by `Magnitude` and `Direction`, whose derivatives stay real and short."""
     return _exchange_functions(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
 
 
 def _exchange_functions(expression: sp.Expr, pairs: Iterable[tuple[Any, Any]]) -> sp.Expr:
-    """Exchange functions; where there is none of a kind, nothing is rebuilt."""
+    """Replace each old function by its new one; an expression without the old function stays as it is."""
     for old, new in pairs:
         if expression.has(old):
             expression = expression.replace(old, new)
@@ -81,6 +94,7 @@ class CPrinter(C99CodePrinter):
         return repr(float(expr))
 
     def _print_Pow(self, expr: sp.Pow) -> str:
+        # real.h has no pow: whole powers become products, half powers roots
         base, power = expr.as_base_exp()
         if power == -1:
             return f"(1.0/{self.parenthesize(base, 1000)})"
@@ -98,7 +112,7 @@ class CPrinter(C99CodePrinter):
         raise NotImplementedError(msg)
 
     def _print_Mul(self, expr: sp.Mul) -> str:
-        """Divide by what does not change in a step as a factor 1/(...), which the compiler then divides out once."""
+        """Print divisors that consist of parameters as one factor 1/(...), which the compiler takes out of loops."""
         constant = [f for f in expr.args if self._constant(f) and f.is_Pow and f.exp.is_Number and f.exp < 0]
         if not constant or len(constant) == len(expr.args):
             return super()._print_Mul(expr)
@@ -123,6 +137,7 @@ class CPrinter(C99CodePrinter):
         return first
 
     def _real(self, expr: sp.Expr) -> str:
+        # hk_max, hk_min and hk_select take reals, which may be vectors: K makes one of a plain number
         text = self._print(expr)
         return f"K({text})" if expr.is_number else text
 
@@ -133,6 +148,7 @@ class CPrinter(C99CodePrinter):
         return f"hk_step({self._print(expr.args[0])})"
 
     def _print_Piecewise(self, expr: sp.Piecewise) -> str:
+        # from the last branch back: the last one holds where no earlier condition does
         text = self._real(expr.args[-1].expr)
         for branch in reversed(expr.args[:-1]):
             c = branch.cond
@@ -164,7 +180,18 @@ class UnsupportedFunctionError(ValueError):
 
 
 def check_functions(expressions: Any) -> None:
-    """Refuse functions that ``real.h`` lacks, by name."""
+    """Check that ``real.h`` has all functions of some expressions.
+
+    Parameters
+    ----------
+    expressions
+        Expressions to print.
+
+    Raises
+    ------
+    UnsupportedFunctionError
+        Where a function is missing; the message names it.
+    """
     for expression in expressions:
         for call in sp.sympify(expression).atoms(sp.Function):
             name = type(call).__name__

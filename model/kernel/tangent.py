@@ -12,7 +12,18 @@ from haptid.model.kernel.text import assignments
 
 
 def tangent_columns(equations: Equations) -> tuple[str, ...]:
-    """Return the directions of the sensitivities: parameters, then initial states; none for implicit equations."""
+    """Return the names of the sensitivity columns.
+
+    Parameters
+    ----------
+    equations
+        Equations of the kernel.
+
+    Returns
+    -------
+    tuple of str
+        Ids of the parameters, then ``<state>_0`` of the initial states; empty for implicit equations.
+    """
     if equations.mass_matrix is not None:
         return ()
     return (*(x.id for x in equations.parameters), *(f"{s.id}_0" for s in equations.states))
@@ -41,7 +52,18 @@ def _tangent_function(e: Equations, head: str, target: str, expressions: Sequenc
 
 
 def tangent_source(e: Equations) -> str:
-    """Return the C functions that evaluate right-hand side and outputs with their sensitivities."""
+    """Print the C functions that evaluate right-hand sides and outputs with their sensitivities.
+
+    Parameters
+    ----------
+    e
+        Explicit equations without definitions.
+
+    Returns
+    -------
+    str
+        C source of ``hk_eval_tangent`` and ``hk_out_tangent``; column 0 holds values, the others J·S + ∂/∂p.
+    """
     width = "1 + HK_NC"
     arguments = f"(real t, real X[HK_NX][{width}], const real *u, const real *p, real"
     return "\n".join(

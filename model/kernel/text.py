@@ -11,7 +11,20 @@ from haptid.model.kernel.printing import CPrinter, check_functions
 
 
 def symbol_names(equations: Equations, state: str) -> dict[str, str]:
-    """Return the text of every symbol: ``state`` with the state's number, ``u[i]``, ``p[i]``, ``t``."""
+    """Return the C text of every symbol.
+
+    Parameters
+    ----------
+    equations
+        Equations with the symbols.
+    state
+        Format of a state with its number in braces, as ``x[{}]``.
+
+    Returns
+    -------
+    dict of str to str
+        Id → ``t``, the formatted state, ``u[i]`` or ``p[i]``.
+    """
     names = {TIME.name: "t"}
     names.update({x.id: state.format(i) for i, x in enumerate(equations.states)})
     names.update({x.id: f"u[{i}]" for i, x in enumerate(equations.inputs)})
@@ -22,9 +35,23 @@ def symbol_names(equations: Equations, state: str) -> dict[str, str]:
 def select_definitions(
     definitions: Sequence[tuple[sp.Symbol, sp.Expr]], expressions: Iterable[sp.Expr]
 ) -> list[tuple[sp.Symbol, sp.Expr]]:
-    """Return those of the definitions that the expressions use, directly or through others, in order."""
+    """Select the definitions that expressions use, directly or through other definitions.
+
+    Parameters
+    ----------
+    definitions
+        Pairs (symbol, expression), each expression of earlier definitions.
+    expressions
+        Expressions to print.
+
+    Returns
+    -------
+    list of (sympy.Symbol, sympy.Expr)
+        The used definitions in their order.
+    """
     wanted: set[sp.Symbol] = set().union(*(sp.sympify(e).free_symbols for e in expressions), set())
     kept = []
+    # backwards: a definition uses only earlier ones, so that all uses are known when the loop reaches it
     for symbol, expression in reversed(definitions):
         if symbol in wanted:
             wanted |= expression.free_symbols
@@ -35,9 +62,32 @@ def select_definitions(
 def assignments(
     equations: Equations, targets: Sequence[str], expressions: Sequence[sp.Expr], state: str = "x[{}]"
 ) -> str:
-    """Write assignments ``target = expression;`` with common subexpressions taken out."""
+    """Print assignments ``target = expression;`` with common subexpressions taken out.
+
+    Parameters
+    ----------
+    equations
+        Equations with symbols and definitions.
+    targets
+        C text of the left-hand sides, with ``real`` where a variable is declared.
+    expressions
+        Right-hand sides.
+    state
+        Format of a state, as in `symbol_names`.
+
+    Returns
+    -------
+    str
+        C statements, one a line: used definitions, common subexpressions, assignments.
+
+    Raises
+    ------
+    UnsupportedFunctionError
+        Where an expression uses a function that ``real.h`` lacks.
+    """
     check_functions(expressions)
     printer = CPrinter(symbol_names(equations, state))
+    # HK_NEUTRAL (−0.0 in every lane) makes a vector of a plain number and leaves every bit of x + (−0.0) as it is
     lines = [
         f"real {printer.doprint(s)} = HK_NEUTRAL + {printer.doprint(e)};"
         for s, e in select_definitions(equations.definitions, expressions)

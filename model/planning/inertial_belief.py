@@ -1,6 +1,7 @@
-"""What is known of the inertial parameters: a Gaussian over π that measured coefficients narrow, test by test.
+"""A Gaussian belief over the inertial parameters π, updated by measured coefficients test by test.
 
-Coefficients are linear in π, so the update is exact: with rows A, values y and covariance R,
+`LinkBelief` and a fit's coefficients come in, the updated `LinkBelief` goes out. Coefficients are linear in π, so that
+the Kalman update is exact: with rows A, values y and covariance R,
 K = P Aᵀ (A P Aᵀ + R)⁻¹,  π ← π + K (y − A π),  P ← (1 − K A) P (1 − K A)ᵀ + K R Kᵀ (Joseph's form).
 """
 
@@ -21,14 +22,24 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Measurement:
-    """Coefficients of one configuration as fitted: values (n,) and covariance (n, n)."""
+    """Fitted coefficients of one configuration.
+
+    Parameters
+    ----------
+    coefficients
+        The n coefficients.
+    values
+        Fitted values in the units of the coefficients, shape (n,).
+    covariance
+        Covariance of the fitted values, shape (n, n).
+    """
 
     coefficients: tuple[Coefficient, ...]
     values: Array
     covariance: Array
 
     def __post_init__(self) -> None:
-        """Check shapes."""
+        """Check that the shapes of values and covariance agree with the coefficients; ValueError where not."""
         n = len(self.coefficients)
         if self.values.shape != (n,) or self.covariance.shape != (n, n):
             got = f"{self.values.shape}, {self.covariance.shape}"
@@ -42,36 +53,79 @@ class Measurement:
 
 
 def rows_of(coefficients: Sequence[Coefficient]) -> Array:
-    """Return the coefficients' linear maps from π, shape (n, n_pi)."""
+    """Return the rows A of n coefficients as linear maps of π, shape (n, n_pi)."""
     return np.array([coefficient.linear_map for coefficient in coefficients])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkBelief:
-    """Mean (n_pi,) and covariance (n_pi, n_pi) of π."""
+    """Gaussian belief over the inertial parameters π.
+
+    Parameters
+    ----------
+    mean
+        Mean in the order of `pi_ids`, shape (n_pi,).
+    covariance
+        Covariance, shape (n_pi, n_pi).
+    """
 
     mean: Array
     covariance: Array
 
     @classmethod
     def from_device(cls, device: Device) -> LinkBelief:
-        """Return the device's first guesses with their stated uncertainty."""
+        """Return the belief of a device's first guesses with their stated uncertainty (`pi_prior`)."""
         mean, covariance = pi_prior(device)
         return cls(mean=mean, covariance=covariance)
 
     def predict(self, coefficients: Sequence[Coefficient]) -> tuple[Array, Array]:
-        """Return mean (n,) and covariance (n, n) of coefficients: the next configuration's first guess and prior."""
+        """Predict coefficients: first guess and prior of the next configuration.
+
+        Parameters
+        ----------
+        coefficients
+            The n coefficients of a configuration, with rows A.
+
+        Returns
+        -------
+        mean : Array
+            A·mean, in the units of the coefficients, shape (n,).
+        covariance : Array
+            A·P·Aᵀ, shape (n, n).
+        """
         A = rows_of(coefficients)
         return A @ self.mean, A @ self.covariance @ A.T
 
     def update(self, coefficients: Sequence[Coefficient], values: Array, covariance: Array) -> LinkBelief:
-        """Return the belief after coefficients were measured: values (n,), covariance (n, n)."""
+        """Update the belief by measured coefficients.
+
+        Parameters
+        ----------
+        coefficients
+            The n measured coefficients.
+        values
+            Measured values in the units of the coefficients, shape (n,).
+        covariance
+            Covariance R of the values, shape (n, n).
+
+        Returns
+        -------
+        LinkBelief
+            Belief after the update.
+
+        Raises
+        ------
+        ValueError
+            Where the shapes do not agree.
+        """
         measured = Measurement(
             coefficients=tuple(coefficients), values=np.asarray(values), covariance=np.asarray(covariance)
         )
         A, P = measured.rows, self.covariance
         innovation = A @ P @ A.T + measured.covariance
+        # least squares instead of an inverse: A P Aᵀ + R is singular where a coefficient has no uncertainty at all
         K = np.linalg.lstsq(innovation, A @ P, rcond=1e-14)[0].T
+        # Joseph's form stays positive semidefinite in spite of rounding in K
         keep = np.eye(self.mean.size) - K @ A
         updated = keep @ P @ keep.T + K @ measured.covariance @ K.T
         return LinkBelief(mean=self.mean + K @ (measured.values - A @ self.mean), covariance=(updated + updated.T) / 2)

@@ -1,9 +1,13 @@
-"""Lock postures as design variables: where to lock the others, so that the full model's torque becomes known.
+"""Lock postures as design variables: choose the postures that reduce the torque error of the full model most.
 
-After tests with coefficient rows A and standard deviations σ the covariance of π is P = (P₀⁻¹ + Σ Aᵀ A/σ²)⁻¹. The
-design minimises the expected relative variance of the full model's torque over random motions, tr(W P) with
-W = mean of Yᵀ Y / rms(τ)² (V-optimality; Fedorov 1972), greedily over configurations and Sobol postures, then by
-exchange.
+`Device` and configurations come in, a `PosturePlan` goes out. After tests with coefficient rows A and standard
+deviations σ the covariance of π is P = (P₀⁻¹ + Σ Aᵀ A/σ²)⁻¹. The design minimises the expected relative variance of the
+full model's torque over random motions, tr(W P) with W = mean of Yᵀ Y / rms(τ)² (V-optimality; Fedorov 1972):
+
+1. Form a pool of tests, each a configuration at one of the Sobol postures.
+2. Start from P after the tests with all locked joints at home.
+3. Add greedily the test that reduces tr(W P) most.
+4. Exchange one test at a time for the best one given the others, in at most two sweeps.
 """
 
 from __future__ import annotations
@@ -22,12 +26,20 @@ from haptid.model.rigid_body.regressor import regressor
 
 Array = NDArray[np.float64]
 REACH = 0.9
-"""Share of the position limits that postures use."""
+"""Share of the range between the position limits that postures use, about its middle."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Test:
-    """One configuration at one posture, with the standard deviations its fit is expected to give."""
+    """One configuration at one lock posture.
+
+    Parameters
+    ----------
+    dynamics
+        Equation of motion with its n coefficients.
+    std
+        Expected standard deviations of the fitted coefficients, in their units, shape (n,).
+    """
 
     dynamics: LockedDynamics
     std: Array
@@ -62,17 +74,44 @@ class PosturePlan:
 
 
 def torque_weight(device: Device, samples: int = 400, seed: int = 0) -> Array:
-    """Return W, shape (n_pi, n_pi): mean of Yᵀ Y / rms(τ)² over random states within the limits."""
+    """Compute the weight of the inertial parameters in the relative torque error of the full model.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    samples, seed
+        Number and seed of the random states within the limits.
+
+    Returns
+    -------
+    Array
+        W, shape (n_pi, n_pi): Σ over joints of mean(Yᵀ Y)/mean(τ²), with τ = Y·π at the first guesses.
+    """
     pi, _ = pi_prior(device)
     q, v, a = random_motion(device, samples, seed)
     W = np.zeros((pi.size, pi.size))
     for Y in regressor(device, q, v, a):
-        W += Y.T @ Y / samples / max(float(np.mean((Y @ pi) ** 2)), 1e-30)
+        W += Y.T @ Y / samples / max(float(np.mean((Y @ pi) ** 2)), 1e-30)  # a joint may need no torque at all
     return W
 
 
 def random_motion(device: Device, samples: int, seed: int) -> tuple[Array, Array, Array]:
-    """Return positions within the limits, speeds and accelerations of motions at about 4 rad/s, each (n_q, samples)."""
+    """Draw states of random harmonic motions within `REACH` of the position limits.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    samples, seed
+        Number and seed of the states.
+
+    Returns
+    -------
+    q, v, a : Array
+        Positions [rad], speeds [rad/s] and accelerations [rad/s²], or in m for a prismatic joint, each of shape
+        (n_q, samples), at frequencies from 1 to 7 rad/s and random phase.
+    """
     rng = np.random.default_rng(seed)
     lower, upper = _limits(device)
     middle, half = (lower + upper) / 2, REACH * (upper - lower) / 2
@@ -92,15 +131,44 @@ def _limits(device: Device) -> tuple[Array, Array]:
 
 
 def candidate_postures(device: Device, number: int, seed: int) -> Array:
-    """Return Sobol postures within the limits, shape (number, n_q)."""
+    """Draw postures from a Sobol sequence within `REACH` of the position limits.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    number
+        Number of postures.
+    seed
+        Seed of the scrambled sequence.
+
+    Returns
+    -------
+    Array
+        Positions [rad] or [m], shape (number, n_q).
+    """
     lower, upper = _limits(device)
     middle, half = (lower + upper) / 2, REACH * (upper - lower) / 2
+    # a Sobol sequence is balanced for powers of 2: the next larger power is drawn and then cut to the number
     points = qmc.Sobol(lower.size, seed=seed).random_base2(int(np.ceil(np.log2(number))))[:number]
     return np.asarray(middle + half * (2 * points - 1))
 
 
 def expected_std(dynamics: LockedDynamics, relative: float) -> Array:
-    """Return σ of every coefficient: `relative` times the larger of its first guess and its prior's width."""
+    """Return the expected standard deviations of fitted coefficients.
+
+    Parameters
+    ----------
+    dynamics
+        Equation of motion with n coefficients.
+    relative
+        Relative accuracy of a fit.
+
+    Returns
+    -------
+    Array
+        `relative` times the larger of first guess and prior standard deviation, in the coefficients' units, shape (n,).
+    """
     return np.array([relative * max(abs(c.initial), c.prior_std) for c in dynamics.coefficients])
 
 
@@ -113,7 +181,28 @@ def plan_postures(
     candidates: int = 48,
     seed: int = 0,
 ) -> PosturePlan:
-    """Choose up to `extra` tests at other postures, for coefficients fitted to `relative` accuracy."""
+    """Choose tests at other lock postures in addition to those at home.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    configurations
+        Free joints of each configuration.
+    extra
+        Number of tests to choose; none where every configuration frees all joints.
+    relative
+        Relative accuracy that the fits of coefficients are assumed to reach.
+    candidates
+        Number of postures per configuration in the pool.
+    seed
+        Seed of postures and random motions.
+
+    Returns
+    -------
+    PosturePlan
+        Tests at home, chosen tests and the expected torque errors.
+    """
     postures = candidate_postures(device, candidates, seed)
     pool = [
         _test(device, free, posture, relative)
@@ -158,7 +247,7 @@ def _test(device: Device, free: tuple[int, ...], posture: Array, relative: float
 
 
 def _gain(P: Array, W: Array, rows: Array) -> float:
-    """tr(W P) − tr(W P⁺) for the update by whitened rows."""
+    """tr(W P) − tr(W P⁺) for the update P⁺ by whitened rows, by the matrix inversion lemma."""
     PA = P @ rows.T
     return float(np.trace(np.linalg.solve(np.eye(len(rows)) + rows @ PA, PA.T @ W @ PA)))
 

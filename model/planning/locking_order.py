@@ -1,8 +1,15 @@
-"""The order in which joints are locked, derived: fewest new unknowns first, then the extra tests that the model needs.
+"""Derive the locking order of a device: fewest new unknowns first, then the additional tests that the full model needs.
 
-Tam, Kubica & Wang (2005), Fig. 2 and Table I, worked this out by hand for one device. Here the unknowns of a
-configuration are the standard parameters that its equation contains with the locked joints at any posture; a stage's
-new unknowns are those that no earlier stage contains.
+`Device` comes in, `LockingOrder` goes out. The unknowns of a configuration are the standard parameters that its
+equation contains with the locked joints at any posture; the new unknowns of a stage are those that no earlier stage
+contains.
+
+1. Derive the full model's rows over π: their span gives the base parameters.
+2. Append single joints greedily by the number of their new unknowns.
+3. For 2, 3, … free joints, append the configuration with most new unknowns while parameters or combinations of the full
+   model are missing and a configuration adds some.
+
+Tam, Kubica & Wang (2005), Fig. 2 and Table I, give the order of one device, derived by hand.
 """
 
 from __future__ import annotations
@@ -49,10 +56,12 @@ class Stage:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LockingOrder:
-    """Stages in order, and what the full model needs.
+    """Stages in order, and the parameters and combinations of the full model.
 
     Parameters
     ----------
+    stages
+        Configurations in the order of their tests.
     needed
         Standard parameters that the full model contains.
     full
@@ -69,7 +78,18 @@ class LockingOrder:
 
 
 def locking_order(device: Device) -> LockingOrder:
-    """Derive the order: single joints greedily, then extra multi-joint tests while they bring something new."""
+    """Derive the locking order of a device.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+
+    Returns
+    -------
+    LockingOrder
+        One stage per single joint, then stages of several free joints while they add unknowns or combinations.
+    """
     lagrangian = full_lagrangian(device)
     joints = tuple(range(len(device.joints)))
     everything = rows(equation_forms(lagrangian, joints))
@@ -77,6 +97,7 @@ def locking_order(device: Device) -> LockingOrder:
     builder = _Builder(device, lagrangian)
     left = list(joints)
     while left:
+        # fewest new unknowns, then fewest unknowns in all, then the highest number
         chosen = min(left, key=lambda j: (len(builder.new((j,))), len(builder.contains((j,))), -j))
         builder.add((chosen,))
         left.remove(chosen)
@@ -92,7 +113,7 @@ def locking_order(device: Device) -> LockingOrder:
 
 
 class _Builder:
-    """Stages so far, with the spans they determine."""
+    """The stages so far, with the spans that they determine at home (`home`) and over all postures (`any`)."""
 
     def __init__(self, device: Device, lagrangian: Lagrangian) -> None:
         self.device, self.lagrangian = device, lagrangian
@@ -115,11 +136,11 @@ class _Builder:
         return self._contains[free]
 
     def new(self, free: tuple[int, ...]) -> frozenset[str]:
-        """Return those that no stage so far contains."""
+        """Return the standard parameters of a configuration that no stage so far contains."""
         return self.contains(free) - self.known
 
     def gain(self, free: tuple[int, ...]) -> int:
-        """Return the number of combinations that a configuration would add."""
+        """Return the number of identifiable combinations that a configuration would add, over all postures."""
         trial = self.any.copy()
         return sum(trial.add(row) is None for row in self.rows(free))
 
@@ -144,7 +165,17 @@ class _Builder:
         self.known |= stage.contains
 
     def extend(self, size: int, needed: frozenset[str], full: Echelon) -> None:
-        """Add tests of `size` joints while something of the full model is missing and they bring some of it."""
+        """Append stages of several free joints while the full model needs them and they add unknowns or combinations.
+
+        Parameters
+        ----------
+        size
+            Number of free joints.
+        needed
+            Standard parameters that the full model contains.
+        full
+            Span of the full model's rows.
+        """
         while needed - self.known or self.any.rank < full.rank:
             tests = combinations(range(len(self.device.joints)), size)
             best = max(tests, key=self._worth)

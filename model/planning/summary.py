@@ -1,4 +1,4 @@
-"""The locking plan as plain data: what `locking_plan.json` holds and every page or table is made from."""
+"""The locking plan as JSON-ready data: the content of `locking_plan.json` and the source of pages and tables."""
 
 from __future__ import annotations
 
@@ -18,7 +18,20 @@ Data = dict[str, Any]
 
 
 def plan_summary(device: Device, order: LockingOrder) -> Data:
-    """Return the plan of a device as JSON-ready data, schema ``locking_plan/1``."""
+    """Summarise the locking order of a device.
+
+    Parameters
+    ----------
+    device
+        Device of the plan.
+    order
+        Locking order of the device.
+
+    Returns
+    -------
+    dict
+        JSON-ready data of schema ``locking_plan/1``: stages, base parameters and what is not identifiable.
+    """
     joints = tuple(range(len(device.joints)))
     names = pi_ids(device)
     found = base_parameters(order.full)
@@ -48,7 +61,20 @@ def plan_summary(device: Device, order: LockingOrder) -> Data:
 
 
 def design_summary(excitations: Sequence[ExcitationPlan | str], postures: PosturePlan) -> Data:
-    """Return proposed runs and lock postures as JSON-ready data; a joint without runs has its reason instead."""
+    """Summarise the proposed runs and lock postures.
+
+    Parameters
+    ----------
+    excitations
+        Plan of each joint, or the reason why the joint has no plan.
+    postures
+        Proposed lock postures.
+
+    Returns
+    -------
+    dict
+        JSON-ready data with the keys ``excitation`` and ``postures``.
+    """
     return {
         "excitation": [
             {"joint": joint, "reason": one} if isinstance(one, str) else _excitation(one)

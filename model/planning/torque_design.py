@@ -1,8 +1,13 @@
-"""Torque amplitudes and frequencies as design variables: which cosine runs tell a locked joint's parameters best.
+"""Torque amplitudes and frequencies as design variables: choose the cosine runs that identify a locked joint best.
 
-The Fisher information of a run is F = Σ_t (∂y/∂θ)ᵀ(∂y/∂θ)/σ² from the kernel's exact sensitivities at the first
-guesses, with θ in units of its first guess; expected covariance of a set of runs: (F₀ + Σ F)⁻¹ with a weak prior F₀.
-Runs are chosen D-optimally, one at a time from a grid, then by exchange (Fedorov 1972).
+`Device` and joint come in, an `ExcitationPlan` goes out. The Fisher information of a run is F = Σ_t (∂y/∂θ)ᵀ(∂y/∂θ)/σ²
+from the kernel's exact sensitivities at the first guesses, with θ in units of its first guess. The expected covariance
+of a set of runs is (F₀ + Σ F)⁻¹ with the weak prior F₀ = 1, a standard deviation of 100 %.
+
+1. Find the largest torque that keeps the joint within its limits.
+2. Simulate every run of a grid of amplitudes and frequencies with its sensitivities.
+3. Choose runs D-optimally, one at a time: the largest log det(F₀ + Σ F).
+4. Exchange one run at a time for the best one given the others, in two sweeps (Fedorov 1972).
 """
 
 from __future__ import annotations
@@ -26,17 +31,27 @@ from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
 AMPLITUDES = (0.15, 0.3, 0.5, 0.75, 1.0)
-"""Shares of the largest torque that keeps the joint within its limits."""
+"""Torque amplitudes of the grid, as shares of the largest torque that keeps the joint within its limits."""
 DURATION, RATE = 16.0, 200.0
 """Length of a run [s] and its sampling rate [1/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CosineRun:
-    """τ = amplitude·cos(ω t): amplitude [N m], ω [rad/s], information (n, n), and what the motion is like.
+    """One run with τ = amplitude·cos(ω t), in N and m for a prismatic joint.
 
-    `travel` is the peak-to-peak motion [rad]; `presliding` the share of samples within one bristle length of a
-    reversal.
+    Parameters
+    ----------
+    amplitude
+        Torque amplitude [N m].
+    omega
+        Angular frequency ω [rad/s].
+    information
+        Fisher information of the n free parameters in units of their first guesses, shape (n, n).
+    travel
+        Peak-to-peak motion [rad].
+    presliding
+        Share of samples within one presliding length of the last reversal.
     """
 
     amplitude: float
@@ -48,10 +63,22 @@ class CosineRun:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExcitationPlan:
-    """Chosen runs of one joint, the standard errors expected of them and of the plain set, and warnings.
+    """Chosen runs of one joint in comparison with a plain set of runs.
 
-    The plain set is as many runs of the middle amplitude at evenly spaced frequencies. Standard errors have the
-    parameters' units.
+    Parameters
+    ----------
+    joint
+        Number of the joint.
+    parameters
+        The n free parameters.
+    plain
+        As many runs as chosen, of the middle amplitude at evenly spaced frequencies.
+    chosen
+        D-optimal runs.
+    std_plain, std_chosen
+        Expected standard errors of either set, in the parameters' units, shape (n,).
+    warnings
+        Sentences on parameters that the chosen runs leave open.
     """
 
     joint: int
@@ -64,7 +91,25 @@ class ExcitationPlan:
 
 
 def locked_quantities(device: Device, joint: int) -> tuple[Quantity, ...]:
-    """Return the locked joint's parameters with the device's first guesses, locked joints at home."""
+    """Return the parameters of a locked joint with the device's first guesses.
+
+    Parameters
+    ----------
+    device
+        Device with the joint.
+    joint
+        Number of the free joint; the others are locked at home.
+
+    Returns
+    -------
+    tuple of Quantity
+        Inertia and gravity as implied by the links, then drive, spring and friction.
+
+    Raises
+    ------
+    InputError
+        Where the links imply an impossible inertia or gravity (`checked_coefficients`).
+    """
     coefficients = checked_coefficients(device, locked_motion(device, (joint,)))
     rigid = {c.id: c.initial for c in coefficients}
     slides, friction = device.joints[joint].prismatic, device.joints[joint].friction
@@ -77,7 +122,31 @@ def locked_quantities(device: Device, joint: int) -> tuple[Quantity, ...]:
 
 
 def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float = 2e-4) -> ExcitationPlan:
-    """Choose `runs` cosine runs for a locked joint, measured with white noise of standard deviation `noise` [rad]."""
+    """Choose D-optimal cosine runs for a locked joint.
+
+    Parameters
+    ----------
+    device
+        Device with first guesses.
+    joint
+        Number of the free joint; the others are locked at home.
+    runs
+        Number of runs to choose.
+    noise
+        Standard deviation of the white noise of the position [rad] or [m].
+
+    Returns
+    -------
+    ExcitationPlan
+        Chosen runs, the plain set and the expected standard errors of both.
+
+    Raises
+    ------
+    InputError
+        Where the links imply an impossible inertia or gravity.
+    NumericalError
+        Where no torque keeps the joint within its limits.
+    """
     quantities = locked_quantities(device, joint)
     slides, friction = device.joints[joint].prismatic, device.joints[joint].friction
     kernel = CompiledKernel.of(joint_equations(0, parameters=quantities, prismatic=slides, friction=friction))
@@ -107,7 +176,7 @@ def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float =
 
 
 def _unit(quantity: Quantity) -> float:
-    """Return what one unit of θ is: the first guess, or 0.1 for a position or torque that starts at 0."""
+    """Return the unit of θ: the first guess, or where it is 0, 0.1 for a position and 1e-3 for any other parameter."""
     fallback = 0.1 if quantity.unit in ("rad", "m") else 1e-3
     return abs(quantity.initial) or fallback
 
@@ -129,6 +198,7 @@ def _largest_torque(device: Device, joint: int, kernel: CompiledKernel, quantiti
     lower, upper = device.joints[joint].planned_range
     room = 0.8 * min(abs(lower), abs(upper))
     value = _values(quantities)
+    # the search goes down from four times the larger of two torques: the spring's at the limit, and twice the stiction
     start = max(value.get("Ks", 0.0) * room, 2 * value[law_named(device.joints[joint].friction).roles.stiction])
     torque = min(device.joints[joint].torque_limit, 4 * start)
     frequencies = _frequencies(device, joint, quantities)
@@ -189,6 +259,7 @@ def _d_optimal(information: Sequence[Array], runs: int) -> list[int]:
     prior = np.eye(len(information[0]))
     chosen: list[int] = []
 
+    # a run stays in the pool after its choice: the same run twice is a valid design
     def worth(others: Array) -> int:
         return int(np.argmax([np.linalg.slogdet(others + one)[1] for one in information]))
 
@@ -200,7 +271,7 @@ def _d_optimal(information: Sequence[Array], runs: int) -> list[int]:
 
 
 def _expected_errors(runs: Sequence[CosineRun]) -> Array:
-    """Return expected standard errors in units of the first guesses, with a prior of 100 %."""
+    """Return expected standard errors in units of θ, with a prior standard deviation of one unit, shape (n,)."""
     total = np.eye(len(runs[0].information)) + sum(run.information for run in runs)
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(total))))
 

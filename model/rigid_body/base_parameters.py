@@ -1,9 +1,14 @@
-"""Base parameters: the combinations of inertial parameters that equations of motion can tell, exactly and numerically.
+"""Base parameters: the identifiable combinations of inertial parameters, exactly and numerically.
 
-A set of equations, linear in π, determines the span of its rows: one row per entry of M or φ and trigonometric
-monomial.
-The reduced row echelon form of these rows gives the base parameters in closed form, β_k = π_k + Σ (rational) π_c
-(Gautier & Khalil 1990; Khalil & Dombre 2002, section 9.4).
+A `Lagrangian` comes in, the base parameters of a set of equations of motion go out:
+
+1. `equation_forms` selects the entries of M and φ of the free joints, linear in π.
+2. `rows` splits each entry into one row over π per trigonometric monomial.
+3. `span` brings the rows into echelon form; its rank is the number of base parameters.
+4. `base_parameters` reads them off the reduced row echelon form, β_k = π_k + Σ (rational)·π_c (Gautier & Khalil 1990;
+   Khalil & Dombre 2002, section 9.4).
+
+`numeric_rank` computes the rank a second time, in floating point, by Newton-Euler.
 """
 
 from __future__ import annotations
@@ -25,13 +30,32 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BaseParameter:
-    """One combination: factors by index into `pi_ids`, the leading one 1."""
+    """One identifiable combination of inertial parameters, Σ factors[k]·π_k.
+
+    Parameters
+    ----------
+    leading
+        Index into `pi_ids` of the parameter with factor 1, which no other base parameter contains.
+    factors
+        Index into `pi_ids` → factor.
+    """
 
     leading: int
     factors: Row
 
     def text(self, ids: tuple[str, ...]) -> str:
-        """Return it as a formula: link5_L33 + link6_L22 − …."""
+        """Write the combination as a formula.
+
+        Parameters
+        ----------
+        ids
+            Names of π, shape (n_pi,), as from `pi_ids`.
+
+        Returns
+        -------
+        str
+            Formula such as ``link5_L33 + link6_L22``.
+        """
         parts: list[str] = []
         for k, factor in sorted(self.factors.items()):
             sign = "- " if factor < 0 else "+ " if parts else ""
@@ -41,24 +65,59 @@ class BaseParameter:
 
 
 def full_lagrangian(device: Device) -> Lagrangian:
-    """Return the Lagrangian with every joint as a symbol."""
+    """Derive the Lagrangian of a device with all joints free, as `derive` does."""
     return derive(device, tuple(range(len(device.joints))), (0.0,) * len(device.joints))
 
 
 def equation_forms(lagrangian: Lagrangian, free: tuple[int, ...]) -> list[LinearForm]:
-    """Return M_ij and φ_i of the free joints; all other joints stay symbols: any posture at all."""
+    """Select the entries of the equation of motion that belong to the free joints.
+
+    Parameters
+    ----------
+    lagrangian
+        Lagrangian in which all joints are symbols.
+    free
+        Numbers of the free joints; the locked joints stay symbols, so that the entries hold at every lock posture.
+
+    Returns
+    -------
+    list of LinearForm
+        M_ij for i ≤ j, then φ_i.
+    """
     at = [lagrangian.ring.free.index(j) for j in free]
     masses = [lagrangian.entry(i, j) for n, i in enumerate(at) for j in at[n:]]
     return masses + [lagrangian.gravity(i) for i in at]
 
 
 def rows(forms: Iterable[LinearForm]) -> list[Row]:
-    """Return the rows of linear forms over π."""
+    """Split linear forms into rows over π.
+
+    Parameters
+    ----------
+    forms
+        Entries of M or φ.
+
+    Returns
+    -------
+    list of Row
+        One row per entry and monomial: index into π → rational factor.
+    """
     return [row for form in forms for row in rows_of(form).values()]
 
 
 def span(*groups: Iterable[Row]) -> Echelon:
-    """Return the span of the rows."""
+    """Collect rows over π in echelon form.
+
+    Parameters
+    ----------
+    *groups
+        Rows of one or several sets of equations.
+
+    Returns
+    -------
+    Echelon
+        The span of all rows; its rank is the number of identifiable combinations.
+    """
     echelon = Echelon()
     for group in groups:
         for row in group:
@@ -67,10 +126,20 @@ def span(*groups: Iterable[Row]) -> Echelon:
 
 
 def base_parameters(echelon: Echelon) -> tuple[BaseParameter, ...]:
-    """Return the base parameters of a span.
+    """Choose base parameters for a span.
 
-    Combinations are led by first moments and products of inertia where they can be, and by masses only where they must.
+    Parameters
+    ----------
+    echelon
+        Span of the rows of a set of equations.
+
+    Returns
+    -------
+    tuple of BaseParameter
+        As many base parameters as the span has rank, by ascending leading index. The leading parameter is a first
+        moment or a product of inertia where possible, a mass only where nothing else can lead.
     """
+    # a pivot is the first column of its row: the order of the columns decides which parameters lead
     column = {k: n for n, k in enumerate(sorted(echelon.columns, key=_preference))}
     original = {n: k for k, n in column.items()}
     sorted_span = span([{column[k]: factor for k, factor in row.items()} for row in echelon.reduced().values()])
@@ -86,9 +155,28 @@ def _preference(k: int) -> tuple[int, int]:
 
 
 def numeric_rank(device: Device, free: tuple[int, ...], samples: int = 60, seed: int = 0) -> tuple[int, Array]:
-    """Return rank and singular values of the free joints' regressor over random postures and motions, by SVD.
+    """Compute the rank of the free joints' regressor over random postures and motions, by SVD.
 
-    It is independent of the exact rank: Newton-Euler in floating point instead of Lagrange in rational numbers.
+    The computation is independent of the exact rank: Newton-Euler in floating point instead of Lagrange in rational
+    numbers.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    free
+        Numbers of the free joints; the locked joints have random positions and no motion.
+    samples
+        Number of random states.
+    seed
+        Seed of the random states.
+
+    Returns
+    -------
+    rank : int
+        Number of singular values above 1e-9 of the largest.
+    singular : Array
+        Singular values, descending.
     """
     rng = np.random.default_rng(seed)
     shape = (len(device.joints), samples)

@@ -1,4 +1,4 @@
-"""What a body weighs, over any scalar, and the coordinate that a link moves by."""
+"""Mass, first moment and inertia of a body over any scalar, and the coordinate of a link's motion."""
 
 from __future__ import annotations
 
@@ -18,7 +18,17 @@ Rates = Mapping[int, Scalar]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Body:
-    """m, h and L of a link or of a composite."""
+    """Inertial parameters of a link or of a composite body, about the origin of its frame.
+
+    Parameters
+    ----------
+    m
+        Mass [kg].
+    h
+        First moment m·c [kg m], shape (3,).
+    L
+        Inertia about the origin [kg m²], shape (3, 3).
+    """
 
     m: Scalar
     h: Vec
@@ -26,16 +36,16 @@ class Body:
 
 
 def body(values: tuple[Scalar, ...]) -> Body:
-    """Return the body of ten barycentric parameters."""
+    """Return the body of ten barycentric parameters, in the order of `inertial_parameters.BARYCENTRIC`."""
     m, x, y, z, L11, L22, L33, L12, L13, L23 = values
     return Body(m=m, h=(x, y, z), L=((L11, L12, L13), (L12, L22, L23), (L13, L23, L33)))
 
 
 def coordinate(link: Link, rates: Rates, coordinates: Coordinates) -> Scalar:
-    """Return Σ moved_by[j]·rates[j]."""
+    """Return the speed or acceleration of a link's own motion, Σ_j moved_by[j]·rates[j]."""
     return plus(*(times(ratio_of(ratio, coordinates), rates.get(j, 0)) for j, ratio in link.moved_by.items()))
 
 
 def ratio_of(ratio: Fraction, coordinates: Coordinates) -> Scalar:
-    """Return a ratio as a scalar; a whole one stays an int."""
+    """Return a ratio as a scalar; a whole number stays an int, which folds away where it is 0 or ±1."""
     return int(ratio) if ratio.denominator == 1 else coordinates.constant(ratio)

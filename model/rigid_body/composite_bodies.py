@@ -1,8 +1,12 @@
 """The mass matrix by composite rigid bodies (Featherstone 2008, section 6.2), over the tree and over any scalar.
 
-A unit acceleration of a link's coordinate moves everything beyond it as one body; the wrench this asks for, carried
-down to the base, gives one row. Links that share a joint are treated as if each had its own coordinate, then projected
-by `moved_by`.
+`Device` and inertial parameters come in, M goes out. For each link, from the tips to the base:
+
+1. The link and everything beyond it form one composite body, which is added to the parent's composite.
+2. A unit acceleration of the link's coordinate needs a wrench on this composite body.
+3. The wrench, carried down to the base and projected on each ancestor's axis, gives one row of the mass matrix.
+
+Links that share a joint are treated as if each had its own coordinate, then projected by `moved_by`.
 """
 
 from __future__ import annotations
@@ -33,12 +37,30 @@ from haptid.model.rigid_body.kinematics import Coordinates, Pose, poses
 def mass_matrix(
     device: Device, coordinates: Coordinates, inertials: Inertials, motors: tuple[Scalar, ...] = ()
 ) -> tuple[tuple[Scalar, ...], ...]:
-    """Return M, shape (n_q, n_q), by composite rigid bodies; `motors` holds the rotor inertias in order."""
+    """Compute the mass matrix by composite rigid bodies.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    coordinates
+        Joint positions over a scalar.
+    inertials
+        Barycentric parameters by link, over the same scalar.
+    motors
+        Rotor inertias [kg m²] in the order of ``device.motors``; no rotors where empty.
+
+    Returns
+    -------
+    tuple of tuple of Scalar
+        M, shape (n_q, n_q), in kg m² for a pair of revolute joints.
+    """
     placed = poses(device, coordinates)
     composite: dict[str, Body] = {name: body(values) for name, values in inertials.items()}
     n = len(device.joints)
     M: list[list[Scalar]] = [[0] * n for _ in range(n)]
     above = {link.name: link for link in device.links}
+    # links stand behind their parents: in reverse order every composite is complete before it is used
     for link in reversed(device.links):
         if link.name not in composite:
             continue
@@ -58,7 +80,7 @@ def mass_matrix(
 def _along_the_path(
     link: Link, own: Body, placed: Mapping[str, Pose], above: Mapping[str, Link]
 ) -> list[tuple[Link, Scalar]]:
-    """Return what a unit acceleration of the link's coordinate asks of its own and of each ancestor's coordinate."""
+    """Return the generalised force of a unit acceleration of the link's coordinate, for it and each ancestor."""
     axis = placed[link.name].axis
     F, N = (
         (cross(axis, own.h), apply(own.L, axis))
@@ -93,6 +115,7 @@ def _move_body(inertial: Body, frame: Pose, coordinates: Coordinates) -> Body:
     p, m = frame.p, inertial.m
     turned = apply(frame.R, inertial.h)
     shift = scale(m, p)
+    # b = R·h + m·p/2: the terms of h and those of m·p·pᵀ come from one product 2(p·b)·1 − p bᵀ − b pᵀ
     half = add(turned, scale(coordinates.constant(Fraction(1, 2)), shift))
     return Body(m=m, h=add(turned, shift), L=add_matrices(turn(frame.R, inertial.L), _steiner(p, half)))
 

@@ -33,12 +33,12 @@ HANDLE_TORQUE = tuple(sp.Symbol(f"handle_torque_{axis}", real=True) for axis in 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForwardDynamics:
-    """The tape and what it defines.
+    """Definitions of the rigid-body dynamics, and expressions in their symbols.
 
     Parameters
     ----------
     definitions
-        (symbol, expression) in order, each using what stands before it.
+        Pairs (symbol, expression) in order, each expression of model symbols and earlier definitions.
     mass_matrix
         M, shape (n_q, n_q).
     bias
@@ -63,7 +63,20 @@ class ForwardDynamics:
 
 
 def forward_dynamics(device: Device) -> ForwardDynamics:
-    """Record the device's dynamics (composite rigid bodies for M, Newton-Euler for the bias) on one tape."""
+    """Record the dynamics of a device on one expression tape.
+
+    The mass matrix comes from composite rigid bodies, the bias from Newton-Euler without accelerations.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+
+    Returns
+    -------
+    ForwardDynamics
+        Definitions and the expressions of M, bias, handle torque and pose.
+    """
     tape, n = Tape(device), len(device.joints)
     inertials = _inertials(device, tape)
     motors = tuple(tape.symbol(_symbol(f"motor_{motor.name}_J")) for motor in device.motors)
@@ -81,6 +94,7 @@ def forward_dynamics(device: Device) -> ForwardDynamics:
         *orientation(device, tape, device.tip),
     ]
     definitions, results = tape.definitions(wanted)
+    # taken in the order of ``wanted``: keyword arguments are evaluated from left to right
     rows = iter(results)
     return ForwardDynamics(
         definitions=definitions,
@@ -129,7 +143,18 @@ def _handle_torque(device: Device, tape: Tape, R: Mat, point: Vec) -> tuple[Scal
 
 
 def link_quantities(device: Device) -> tuple[Quantity, ...]:
-    """Return the standard inertial parameters as Quantities, in the order of `standard_ids`."""
+    """Return the standard inertial parameters of links and motors as rows of a parameter table.
+
+    Parameters
+    ----------
+    device
+        Device with first guesses, bounds and prior standard deviations.
+
+    Returns
+    -------
+    tuple of Quantity
+        Parameters in the order of `standard_ids`, shape (n_pi,).
+    """
     guesses = [guess for link in device.massive if link.inertial for guess in link.inertial.guesses]
     guesses += [motor.inertia for motor in device.motors]
     units = [*LINK_UNITS * len(device.massive), *("kg m^2",) * len(device.motors)]

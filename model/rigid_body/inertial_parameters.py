@@ -1,4 +1,6 @@
-"""The inertial parameters π in which the energy is linear, and how they follow from masses, centroids and inertias.
+"""The inertial parameters π in which the energy is linear, and their conversion from and to standard parameters.
+
+Standard parameters of a link: mass m, centroid c, inertia I about the centroid.
 
 π of a massive link, about the origin of its own frame: m; h = m·c (mx, my, mz); L = I + m(cᵀc·1 − c cᵀ) (L11 … L23);
 then one rotor inertia per motor. n_pi = 10·n_links + n_motors.
@@ -20,7 +22,7 @@ UNITS = ("kg", "kg m", "kg m", "kg m", *("kg m^2",) * 6)
 
 
 def pi_ids(device: Device) -> tuple[str, ...]:
-    """Return the names of π: ``link4_mx``, …, ``motor_elbow_J``."""
+    """Return the names of π, shape (n_pi,): ``link4_m``, ``link4_mx``, …, ``link4_L23``, …, ``motor_elbow_J``."""
     links = tuple(f"link{link.name}_{key}" for link in device.massive for key in BARYCENTRIC)
     return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
 
@@ -32,7 +34,18 @@ def standard_ids(device: Device) -> tuple[str, ...]:
 
 
 def barycentric(standard: Sequence[Scalar]) -> tuple[Scalar, ...]:
-    """Return (m, h, L) of one link from (m, c, I), over any scalar."""
+    """Convert standard parameters of one link to barycentric ones.
+
+    Parameters
+    ----------
+    standard
+        (m, x, y, z, I11, I22, I33, I12, I13, I23) [kg, m, kg m²] over any scalar.
+
+    Returns
+    -------
+    tuple of Scalar
+        (m, h, L) in the order of `BARYCENTRIC` [kg, kg m, kg m²]: h = m·c, L = I + m·(cᵀc·1 − c cᵀ).
+    """
     m, x, y, z, I11, I22, I33, I12, I13, I23 = standard
     hx, hy, hz = times(m, x), times(m, y), times(m, z)
     xx, yy, zz = times(hx, x), times(hy, y), times(hz, z)
@@ -53,14 +66,40 @@ def standard_std(device: Device) -> Array:
 
 
 def to_pi(device: Device, standard: Array) -> Array:
-    """Return π, shape (n_pi,), from the standard parameters, shape (n_pi,)."""
+    """Convert standard parameters to π.
+
+    Parameters
+    ----------
+    device
+        Device, which gives the number of massive links.
+    standard
+        Standard parameters in the order of `standard_ids`, shape (n_pi,).
+
+    Returns
+    -------
+    Array
+        π in the order of `pi_ids`, shape (n_pi,).
+    """
     n = 10 * len(device.massive)
     links = [barycentric(tuple(standard[i : i + 10])) for i in range(0, n, 10)]
     return np.array([*(value for link in links for value in link), *standard[n:]])
 
 
 def to_standard(device: Device, pi: Array) -> Array:
-    """Return the standard parameters from π (masses must not be zero)."""
+    """Convert π to standard parameters.
+
+    Parameters
+    ----------
+    device
+        Device, which gives the number of massive links.
+    pi
+        π in the order of `pi_ids`, shape (n_pi,); masses must not be zero.
+
+    Returns
+    -------
+    Array
+        Standard parameters in the order of `standard_ids`, shape (n_pi,): c = h/m, I = L − m·(cᵀc·1 − c cᵀ).
+    """
     n = 10 * len(device.massive)
     result = pi.copy()
     for i in range(0, n, 10):
@@ -72,7 +111,20 @@ def to_standard(device: Device, pi: Array) -> Array:
 
 
 def pi_jacobian(device: Device, standard: Array) -> Array:
-    """Return ∂π/∂(standard parameters), shape (n_pi, n_pi), by the closed form of `barycentric`."""
+    """Compute the Jacobian of π with respect to the standard parameters, in closed form.
+
+    Parameters
+    ----------
+    device
+        Device, which gives the number of massive links.
+    standard
+        Standard parameters in the order of `standard_ids`, shape (n_pi,).
+
+    Returns
+    -------
+    Array
+        ∂π/∂(standard parameters), shape (n_pi, n_pi), block diagonal by link.
+    """
     result = np.eye(standard.size)
     for i in range(0, 10 * len(device.massive), 10):
         m, c = standard[i], standard[i + 1 : i + 4]
@@ -94,7 +146,20 @@ def pi_jacobian(device: Device, standard: Array) -> Array:
 
 
 def pi_prior(device: Device) -> tuple[Array, Array]:
-    """Return mean (n_pi,) and covariance (n_pi, n_pi) of π at the first guesses, to first order."""
+    """Compute the Gaussian prior of π by linear error propagation at the first guesses.
+
+    Parameters
+    ----------
+    device
+        Device with first guesses and prior standard deviations of its standard parameters.
+
+    Returns
+    -------
+    mean : Array
+        π at the first guesses, shape (n_pi,).
+    covariance : Array
+        J·diag(σ²)·Jᵀ with J = ∂π/∂(standard parameters), shape (n_pi, n_pi).
+    """
     standard = standard_initial(device)
     jacobian = pi_jacobian(device, standard) * standard_std(device)
     return to_pi(device, standard), jacobian @ jacobian.T

@@ -1,5 +1,6 @@
-"""Where the links are and how they move, in body frames, over any scalar.
+"""Kinematics of the links in body frames, over any scalar: poses and body Jacobians.
 
+`Device` and `Coordinates` come in, poses in the parent's or the base frame and columns of the body Jacobians go out.
 Symbols: R turns link coordinates into the parent's, p is the link's origin in the parent's frame; column j of a link's
 body Jacobian is (w_j, v_j), with ω = Σ w_j q̇_j and v = Σ v_j q̇_j, the velocity of its origin, in the link's frame.
 """
@@ -18,7 +19,10 @@ from haptid.model.device.device import BASE, Device, Link
 
 
 class Coordinates(Protocol):
-    """Joint positions over some scalar: floats and arrays, exact polynomials, tape nodes."""
+    """Joint positions over some scalar: floats and arrays, exact polynomials, tape nodes.
+
+    `Numbers`, `TrigRing` and `Tape` are the implementations.
+    """
 
     def constant(self, value: Fraction | int) -> Scalar:
         """Return a number of the geometry as a scalar."""
@@ -39,7 +43,17 @@ class Coordinates(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Geometry:
-    """A link's constant geometry, rational: rotation and origin at home, axis of motion."""
+    """The constant geometry of a link, in rational numbers.
+
+    Parameters
+    ----------
+    home
+        Rotation from link to parent coordinates at home, shape (3, 3).
+    origin
+        Origin in the parent's frame at home [m], shape (3,).
+    axis
+        Unit vector of the motion in the link's frame, shape (3,).
+    """
 
     home: Mat
     origin: Vec
@@ -48,7 +62,17 @@ class Geometry:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pose:
-    """A link's frame in its parent's, and the axis of motion over the same scalar."""
+    """The frame of a link in its parent's frame.
+
+    Parameters
+    ----------
+    R
+        Rotation from link to parent coordinates, shape (3, 3).
+    p
+        Origin in the parent's frame [m], shape (3,).
+    axis
+        Unit vector of the motion in the link's frame, shape (3,).
+    """
 
     R: Mat
     p: Vec
@@ -68,13 +92,26 @@ def geometry(link: Link) -> Geometry:
 
 
 def constant_vector(coordinates: Coordinates, vector: Vec) -> Vec:
-    """Return a rational vector over the coordinates' scalar; whole 0 and ±1 stay ints."""
+    """Convert a rational vector to the scalar of the coordinates; 0 and ±1 stay ints, which fold away."""
     x, y, z = (value if value in (0, 1, -1) else coordinates.constant(value) for value in vector)
     return x, y, z
 
 
 def pose(link: Link, coordinates: Coordinates) -> Pose:
-    """Return R and p of a link for the coordinates' positions."""
+    """Compute the pose of a link in its parent's frame.
+
+    Parameters
+    ----------
+    link
+        Link with geometry and motion.
+    coordinates
+        Joint positions over a scalar.
+
+    Returns
+    -------
+    Pose
+        R, p and axis over the same scalar.
+    """
     known = geometry(link)
     first, second, third = (constant_vector(coordinates, row) for row in known.home)
     home: Mat = (first, second, third)
@@ -87,7 +124,7 @@ def pose(link: Link, coordinates: Coordinates) -> Pose:
 
 
 def poses(device: Device, coordinates: Coordinates) -> dict[str, Pose]:
-    """Return the pose of every link in its parent."""
+    """Return the pose of every link in its parent's frame, by the link's name."""
     return {link.name: pose(link, coordinates) for link in device.links}
 
 
@@ -96,7 +133,24 @@ Column = tuple[Vec, Vec]
 
 
 def own_column(link: Link, placed: Pose, coordinates: Coordinates, joint: int) -> Column:
-    """Return what joint `joint` adds at this very link."""
+    """Return the contribution of a link's own motion to one column of its body Jacobian.
+
+    Parameters
+    ----------
+    link
+        Link with its motion.
+    placed
+        Pose of the link, over the scalar of ``coordinates``.
+    coordinates
+        Joint positions over a scalar.
+    joint
+        Number of the joint of the column.
+
+    Returns
+    -------
+    Column
+        (w, v) of the link relative to its parent per unit of joint speed, in the link's frame.
+    """
     ratio = link.moved_by.get(joint, Fraction(0))
     whole = int(ratio) if ratio.denominator == 1 else coordinates.constant(ratio)
     along = scale(whole, placed.axis)
@@ -104,9 +158,25 @@ def own_column(link: Link, placed: Pose, coordinates: Coordinates, joint: int) -
 
 
 def body_jacobians(device: Device, coordinates: Coordinates, joints: tuple[int, ...]) -> dict[str, dict[int, Column]]:
-    """Return the columns of every link's body Jacobian for `joints`; columns that are zero are left out.
+    """Compute the body Jacobians of all links.
 
-    Recursion: w = Rᵀ w_parent, v = Rᵀ (v_parent + w_parent × p), plus the link's own motion.
+    Parameters
+    ----------
+    device
+        Device with its links behind their parents.
+    coordinates
+        Joint positions over a scalar.
+    joints
+        Numbers of the joints that give the columns.
+
+    Returns
+    -------
+    dict of str to dict of int to Column
+        Link → joint → (w, v); columns of joints that do not move the link are left out.
+
+    Notes
+    -----
+    Recursion from the base: w = Rᵀ w_parent, v = Rᵀ (v_parent + w_parent × p), plus the link's own motion.
     """
     placed = poses(device, coordinates)
     result: dict[str, dict[int, Column]] = {BASE: {}}
@@ -130,7 +200,20 @@ def _tidy(vector: Vec, coordinates: Coordinates) -> Vec:
 
 
 def base_poses(device: Device, coordinates: Coordinates) -> dict[str, tuple[Mat, Vec]]:
-    """Return every link's rotation and origin in the base frame."""
+    """Compute the poses of all links in the base frame.
+
+    Parameters
+    ----------
+    device
+        Device with its links behind their parents.
+    coordinates
+        Joint positions over a scalar.
+
+    Returns
+    -------
+    dict of str to (Mat, Vec)
+        Link → rotation from link to base coordinates, shape (3, 3), and origin [m], shape (3,).
+    """
     result: dict[str, tuple[Mat, Vec]] = {BASE: (IDENTITY, ZERO)}
     for link in device.links:
         here = pose(link, coordinates)

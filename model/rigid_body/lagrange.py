@@ -25,6 +25,8 @@ class Lagrangian:
 
     Parameters
     ----------
+    ring
+        Trigonometric polynomials in the positions of the free joints.
     mass
         (i, j) with i ≤ j, positions in ``ring.free`` → M_ij [kg m²].
     potential
@@ -40,7 +42,7 @@ class Lagrangian:
         return self.mass[min(i, j), max(i, j)]
 
     def gravity(self, i: int) -> LinearForm:
-        """Return φ_i = ∂V/∂q_i."""
+        """Return φ_i = ∂V/∂q_i of the i-th free joint [N m] or [N], as a linear form in π."""
         return self.differentiate(self.potential, i)
 
     def differentiate(self, form: LinearForm, i: int) -> LinearForm:
@@ -49,7 +51,13 @@ class Lagrangian:
         return _nonzero({k: self.ring.derivative(value, joint) for k, value in form.items()})
 
     def christoffel(self) -> dict[tuple[int, int, int], LinearForm]:
-        """Return Γ_ijk for j ≤ k; Γ_ijk = Γ_ikj."""
+        """Compute the Christoffel symbols of the mass matrix.
+
+        Returns
+        -------
+        dict of (int, int, int) to LinearForm
+            (i, j, k) with j ≤ k → Γ_ijk = ½ (∂M_ij/∂q_k + ∂M_ik/∂q_j − ∂M_jk/∂q_i); Γ_ikj = Γ_ijk is not listed.
+        """
         n = range(len(self.ring.free))
         slopes = {(i, j, k): self.differentiate(form, k) for (i, j), form in self.mass.items() for k in n}
         half = self.ring.ring.domain(1, 2)
@@ -76,7 +84,19 @@ def _nonzero(form: LinearForm) -> LinearForm:
 
 
 def kinetic_terms(a: Column, b: Column) -> tuple[Scalar, ...]:
-    """Return ∂M_ab/∂π of a link for two columns of its body Jacobian, in the order m, h, L11 … L23."""
+    """Compute the contribution of one link to M_ab as a linear form in its ten inertial parameters.
+
+    Parameters
+    ----------
+    a, b
+        Columns (w, v) of the link's body Jacobian.
+
+    Returns
+    -------
+    tuple of Scalar
+        ∂M_ab/∂π in the order m, mx, my, mz, L11, L22, L33, L12, L13, L23: v_a·v_b for m, v_a × w_b + v_b × w_a for h,
+        and the products of w_a and w_b for L.
+    """
     (wa, va), (wb, vb) = a, b
     h = add(cross(va, wb), cross(vb, wa))
     squares = tuple(times(wa[i], wb[i]) for i in range(3))
@@ -85,7 +105,22 @@ def kinetic_terms(a: Column, b: Column) -> tuple[Scalar, ...]:
 
 
 def derive(device: Device, free: tuple[int, ...], posture: tuple[float, ...]) -> Lagrangian:
-    """Derive M and V for the free joints, the others locked at `posture` [rad], shape (n_q,)."""
+    """Derive the mass matrix and the potential of the free joints, all others locked.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    free
+        Numbers of the free joints.
+    posture
+        Positions of all joints [rad] or [m], shape (n_q,); entries of free joints are ignored.
+
+    Returns
+    -------
+    Lagrangian
+        M and V as exact linear forms in π.
+    """
     ring = TrigRing(device, free, posture)
     jacobians = body_jacobians(device, ring, free)
     mass: dict[tuple[int, int], LinearForm] = {}
@@ -116,5 +151,6 @@ def _potential(device: Device, ring: TrigRing) -> LinearForm:
         terms = (dot(g, p), *apply(transpose(R), g))
         for k, term in enumerate(terms, start=10 * number):
             value = ring.tidy(ring.element(term))
+            # V = −(m g·p + h·Rᵀg); its constant part exerts no torque and is dropped
             form[k] = value.coeff(1) - value if value else value
     return _nonzero(form)

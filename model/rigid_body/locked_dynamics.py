@@ -1,8 +1,14 @@
-"""The equation of motion of a few free joints with all others locked, and the coefficients it is written in.
+"""The equation of motion of a few free joints with all others locked, and its coefficients.
 
 M(q)·q̈ + C(q, q̇)·q̇ + φ(q) = torques, where M and φ are sums of coefficients times products of cos q_j and sin q_j.
-Each coefficient is an exact linear function of the inertial parameters π. Where one is a combination of others, it is
-written as that combination: the coefficients are linearly independent, the base parameters of this configuration.
+`Device`, free joints and posture come in, `LockedDynamics` goes out:
+
+1. `derive` gives M and V as exact linear forms in the inertial parameters π.
+2. Every monomial of an entry has a row over π. A row that is linearly independent of the earlier rows becomes a
+   `Coefficient`; a dependent row is written as the exact combination of the earlier coefficients.
+3. C·q̇ follows from M by the Christoffel symbols.
+
+The coefficients are thus the base parameters of the configuration at this posture.
 """
 
 from __future__ import annotations
@@ -66,7 +72,7 @@ class LockedDynamics:
     joints
         The n free joints, ascending.
     posture
-        Positions of all joints [rad], shape (n_q,); entries of free joints are 0.
+        Positions of all joints [rad] or [m], shape (n_q,); entries of free joints are 0.
     mass_matrix, christoffel_force, gravity_force
         M (n, n), C·q̇ (n,) and φ (n,).
     coefficients
@@ -87,12 +93,29 @@ class LockedDynamics:
 
 
 def locked_motion(device: Device, free_joints: Sequence[int], posture: Sequence[float] | None = None) -> LockedDynamics:
-    """Return the equation of motion of `free_joints`, the others locked at `posture` [rad] or [m] (default all 0)."""
+    """Derive the equation of motion of the free joints, all others locked.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    free_joints
+        Numbers of the free joints, in any order.
+    posture
+        Positions of all joints [rad] or [m], shape (n_q,); entries of free joints are ignored. All 0 where None or
+        empty.
+
+    Returns
+    -------
+    LockedDynamics
+        Equation of motion in the symbols q<j>, v<j> and its linearly independent coefficients.
+    """
     free = tuple(sorted(free_joints))
     given = posture if posture is not None and len(posture) else (0.0,) * len(device.joints)
     where = tuple(0.0 if j in free else float(x) for j, x in enumerate(given))
     table = _Table(device, derive(device, free, where))
     n = range(len(free))
+    # diagonal entries first: a row that stands in several entries becomes a coefficient of the diagonal one
     for i in n:
         table.read(f"M{free[i]}{free[i]}", table.lagrangian.entry(i, i), (i, i))
     for i in n:
@@ -111,7 +134,20 @@ def locked_motion(device: Device, free_joints: Sequence[int], posture: Sequence[
 
 
 def christoffel_force(M: sp.Matrix, joints: tuple[int, ...]) -> sp.Matrix:
-    """Return C·q̇ with c_i = Σ_jk (∂M_ij/∂q_k − ½ ∂M_jk/∂q_i) q̇_j q̇_k, shape (n,)."""
+    """Compute the Coriolis and centrifugal torques of a mass matrix.
+
+    Parameters
+    ----------
+    M
+        Mass matrix in the symbols q<j>, shape (n, n).
+    joints
+        Numbers j of the n joints.
+
+    Returns
+    -------
+    sympy.Matrix
+        C·q̇, shape (n,), with c_i = Σ_jk (∂M_ij/∂q_k − ½ ∂M_jk/∂q_i)·q̇_j·q̇_k in the symbols q<j>, v<j>.
+    """
     q, v = [position_symbol(j) for j in joints], sp.Matrix([velocity_symbol(j) for j in joints])
     return sp.Matrix(
         [
@@ -123,7 +159,18 @@ def christoffel_force(M: sp.Matrix, joints: tuple[int, ...]) -> sp.Matrix:
 
 
 def rows_of(form: LinearForm) -> dict[Monomial, Row]:
-    """Return the linear form sorted by monomial: monomial → row over π."""
+    """Sort a linear form in π by monomial.
+
+    Parameters
+    ----------
+    form
+        Index into π → polynomial.
+
+    Returns
+    -------
+    dict of Monomial to Row
+        Monomial, by ascending total degree → row over π.
+    """
     rows: dict[Monomial, Row] = {}
     for k, polynomial in form.items():
         for monomial, value in polynomial.items():
@@ -132,7 +179,7 @@ def rows_of(form: LinearForm) -> dict[Monomial, Row]:
 
 
 class _Table:
-    """Collects coefficients: a new one for each independent row, a combination of the old ones for the rest."""
+    """Collect coefficients: a new one for each independent row, a combination of earlier ones for a dependent row."""
 
     def __init__(self, device: Device, lagrangian: Lagrangian) -> None:
         self.device, self.lagrangian = device, lagrangian

@@ -42,7 +42,24 @@ class _Motion:
 def inverse_dynamics(
     device: Device, coordinates: Coordinates, inertials: Inertials, speeds: Rates, accelerations: Rates
 ) -> tuple[Scalar, ...]:
-    """Return M·q̈ + C·q̇ + φ of the links (rotors left out), shape (n_q,), by Newton-Euler."""
+    """Compute the joint torques of a motion by recursive Newton-Euler.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    coordinates
+        Joint positions over a scalar.
+    inertials
+        Barycentric parameters by link, over the same scalar; links without an entry have no mass.
+    speeds, accelerations
+        Joint → q̇ and q̈; joints without an entry have 0.
+
+    Returns
+    -------
+    tuple of Scalar
+        M·q̈ + C·q̇ + φ of the links [N m] or [N], shape (n_q,); rotor inertias are not included.
+    """
     placed = poses(device, coordinates)
     motions = _forward(device, coordinates, placed, speeds, accelerations)
     wrenches: dict[str, tuple[Vec, Vec]] = {}
@@ -51,6 +68,7 @@ def inverse_dynamics(
             _wrench(body(inertials[link.name]), motions[link.name]) if link.name in inertials else (ZERO, ZERO)
         )
     torques: list[Scalar] = [0] * len(device.joints)
+    # links stand behind their parents: in reverse order a wrench is complete before it is projected and passed on
     for link in reversed(device.links):
         here, (F, N) = placed[link.name], wrenches[link.name]
         along = dot(here.axis, N if link.motion == "revolute" else F)
@@ -68,6 +86,7 @@ def _forward(
 ) -> dict[str, _Motion]:
     g = constant_vector(coordinates, rational_vector(device.gravity))
     nothing: Mat = (ZERO, ZERO, ZERO)
+    # gravity as an acceleration −g of the base adds φ to the torques of every link
     motions = {BASE: _Motion(w=ZERO, alpha=ZERO, a=scale(-1, g), U=nothing)}
     for link in device.links:
         here, above = placed[link.name], motions[link.parent]

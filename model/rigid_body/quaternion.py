@@ -20,7 +20,22 @@ def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
 
 
 def orientation(device: Device, coordinates: Coordinates, name: str) -> tuple[Scalar, Scalar, Scalar, Scalar]:
-    """Return the quaternion of a link's frame in the base frame."""
+    """Compute the orientation of a link in the base frame.
+
+    Parameters
+    ----------
+    device
+        Device with the link.
+    coordinates
+        Joint positions over a scalar.
+    name
+        Name of the link.
+
+    Returns
+    -------
+    tuple of Scalar
+        Unit quaternion (w, x, y, z) of the rotation from link to base coordinates.
+    """
     result: Quaternion = (1, (0, 0, 0))
     while name != BASE:
         link = device.link(name)

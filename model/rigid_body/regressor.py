@@ -1,4 +1,7 @@
-"""The regressor Y of the torques, τ = Y(q, v, a)·π, by Newton-Euler with one parameter at a time, in numbers."""
+"""The regressor Y of the torques, τ = Y(q, v, a)·π, in floating point.
+
+Torques are linear in π: a column of Y is the Newton-Euler torque of one parameter set to 1 and all others to 0.
+"""
 
 from __future__ import annotations
 
@@ -14,9 +17,20 @@ Array = NDArray[np.float64]
 
 
 def regressor(device: Device, q: Array, v: Array, a: Array) -> Array:
-    """Return Y, shape (n_q, n, n_pi), at n states q, v, a, each of shape (n_q, n).
+    """Compute the regressor of the joint torques at n states.
 
-    Rotors add J·(Σ ratio·a)·ratio.
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+    q, v, a
+        Positions [rad], velocities [rad/s] and accelerations [rad/s²], or in m for a prismatic joint, shape (n_q, n).
+
+    Returns
+    -------
+    Array
+        Y, shape (n_q, n, n_pi): torque of joint i at state k per unit of π. A rotor with inertia J adds
+        J·ratio_i·Σ_j ratio_j·a_j.
     """
     n_q, n = q.shape
     Y = np.zeros((n_q, n, len(pi_ids(device))))

@@ -1,4 +1,4 @@
-"""Which standard parameters (m, x, y, z, I11 … I23 of a link) an equation of motion contains at all.
+"""The standard parameters (m, x, y, z, I11 … I23 of a link) that an equation of motion contains.
 
 The rows are linear in π = (m, h, L); with h = m·c and L = I + m(cᵀc·1 − c cᵀ) each row is a polynomial in the standard
 parameters, and a parameter is contained where a coefficient that carries it is not zero, exactly.
@@ -19,7 +19,20 @@ _NAMES = ("m", "mx", "my", "mz", "L11", "L22", "L33", "L12", "L13", "L23")
 
 
 def find_contained(device: Device, rows: Iterable[Row]) -> frozenset[str]:
-    """Return the ids of the standard parameters that the rows contain."""
+    """Find the standard parameters that rows over π contain.
+
+    Parameters
+    ----------
+    device
+        Device with its massive links and motors.
+    rows
+        Rows of an equation of motion: index into π → factor.
+
+    Returns
+    -------
+    frozenset of str
+        Ids of `standard_ids`.
+    """
     ids = standard_ids(device)
     n = 10 * len(device.massive)
     found: set[str] = set()
@@ -38,9 +51,11 @@ def _of_link(row: dict[str, Fraction]) -> set[str]:
     found = {f"I{name[1:]}" for name in _NAMES[4:] if row[name]}
     if row["m"]:
         found.add("m")
+    # mx gives m·x; L22 and L33 both contain m·x², so that only their sum decides whether x² is present
     for axis, (first, second) in _DIAGONAL.items():
         if row[f"m{axis}"] or row[first] + row[second]:
             found |= {"m", axis}
+    # L12 contains −m·x·y
     for name, axes in _PRODUCTS.items():
         if row[name]:
             found |= {"m", *axes}

@@ -1,4 +1,4 @@
-"""An amplifier that answers no torque below a threshold: with a jump beyond it, or starting from zero."""
+"""An amplifier without torque below a threshold: discontinuous at the threshold, or continuous from zero."""
 
 from functools import partial
 
@@ -9,7 +9,7 @@ from haptid.model.effects.scales import TORQUE
 
 d, least, e, edge = sp.symbols("dead_band dead_band_least dead_zone dead_band_edge", real=True)
 EDGES = (0.3, 0.1, 0.03, 0.01, 0.002, 5e-4, 1e-4)
-"""Width of the jump, as a share of the threshold: a fit needs a slope to begin with, the device has none."""
+"""Widths of the rounded discontinuity, as a share of the threshold: a fit begins with a wide one, which has a slope."""
 _effect = partial(
     Effect,
     id="amplifier_dead_band",

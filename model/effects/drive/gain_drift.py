@@ -1,4 +1,4 @@
-"""A gain that drifts through a run; against it, a gain that settles while its cause warms up."""
+"""A gain that drifts through a run, and its contender, a gain that settles while its cause warms up."""
 
 import sympy as sp
 
@@ -19,7 +19,7 @@ SETTLING = Effect(
     relative={"gain_drift_rate": 1 / DURATION, "gain_settling_time": DURATION / 3},
     input=w * (1 + r * T * (1 - sp.exp(-t / T))),
 )
-"""No entry: it stands for every gain that does not drift by a constant rate."""
+"""Contender outside the catalogue: it stands for every gain that does not drift by a constant rate."""
 
 EFFECT = Effect(
     id="gain_drift",

@@ -1,4 +1,4 @@
-"""Dry friction that settles while the joint warms up: both its levels, or that in motion alone."""
+"""Dry friction that settles while the joint warms up: stiction and Coulomb friction, or Coulomb friction alone."""
 
 from haptid.model.effects.effect import Effect, parameter
 from haptid.model.effects.parts.warming import settling, warming

@@ -1,8 +1,9 @@
-"""Torques that bend with position as springs and weights do: these part in the next but one power of the angle only.
+"""Torques that are nonlinear in position, as those of springs and weights: contenders of catalogue effects.
 
-What is constant or linear in the position belongs to the base. A quadratic spring and a weight at its highest or lowest
-point differ in the fourth power, a cubic one and a weight at the side in the fifth. The bends are no entries of the
-catalogue: they stand for every other torque that bends so, where the catalogue holds one kind of entry only.
+Torques constant or linear in the position belong to the nominal model. A quadratic spring and a weight at its highest
+or lowest point differ first in the fourth power of the angle, a cubic spring and a weight at the side in the fifth. The
+effects of this module are not in the catalogue: they stand for every other torque of this kind, where the catalogue
+holds one effect of the kind only.
 """
 
 from collections.abc import Sequence
@@ -25,7 +26,22 @@ POWERS = {SECOND.id: TORQUE / POSITION**2, THIRD.id: TORQUE / POSITION**3}
 
 
 def bend(id: str, formula: str, torque: sp.Expr, parameters: Sequence[Quantity]) -> Effect:
-    """Return a bend as an effect; its parameters are coefficients of powers of the angle."""
+    """Make an effect with a torque that is nonlinear in position.
+
+    Parameters
+    ----------
+    id, formula
+        Id of the effect, and its formula as a reader writes it.
+    torque
+        Torque [N m] in q, ``epos`` and the symbols of ``parameters``.
+    parameters
+        Coefficients of powers of the angle, of `SECOND` and `THIRD`; all of them are amplitudes.
+
+    Returns
+    -------
+    Effect
+        The effect.
+    """
     return Effect(
         id=id,
         title="torque that bends with position",
@@ -43,8 +59,8 @@ _polynomial = -SECOND.symbol * x**2 - THIRD.symbol * x**3
 OF_WEIGHT = tuple(
     bend(id, "−b2·(q − epos)² − b3·(q − epos)³", _polynomial, (SECOND, THIRD)) for id in ("even_bend", "odd_bend")
 )
-"""What a weight has to be told from: where a quadratic spring is missing in the catalogue, and where a cubic one is."""
+"""Contenders of a weight: where the catalogue holds no quadratic spring, and where it holds no cubic one."""
 OF_QUADRATIC = bend("even_bend", "−2·b2·(1 − cos(q − epos))", -2 * SECOND.symbol * (1 - sp.cos(x)), (SECOND,))
-"""What a quadratic spring has to be told from."""
+"""Contender of a quadratic spring."""
 OF_CUBIC = bend("odd_bend", "−6·b3·(q − epos − sin(q − epos))", -6 * THIRD.symbol * (x - sp.sin(x)), (THIRD,))
-"""What a cubic spring has to be told from."""
+"""Contender of a cubic spring."""

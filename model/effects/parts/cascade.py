@@ -1,7 +1,8 @@
-"""Two equal lags, one behind the other: late by as much as one lag or a delay of the same time, and neither of them.
+"""Two equal lags in series, as late as one lag or a delay of the same time: the contender of lags and delays.
 
-Its response 1/(1 + sT/2)² lies half way between theirs in the second power of sT, where a lag and a delay part. It is
-no entry of the catalogue: it stands for every other element that is late, where the catalogue holds one kind only.
+A lag 1/(1 + sT) and a delay e^(−sT) differ first in the second power of sT; the response 1/(1 + sT/2)² lies half way
+between them there. The effect is not in the catalogue: it stands for every other element that is late, where the
+catalogue holds one kind only.
 """
 
 import sympy as sp
@@ -11,7 +12,20 @@ from haptid.model.equations.equations import State
 
 
 def cascade(least: sp.Expr, extra: sp.Expr = sp.S.Zero) -> Effect:
-    """Return the cascade, its time T [s] faded in below ``least``; ``extra`` [1/s] takes the first command faster."""
+    """Make the cascade of two lags as an effect.
+
+    Parameters
+    ----------
+    least
+        Time [s] below which the effect fades linearly to none.
+    extra
+        Additional rate [1/s] of both lags, as one that is large at the start of a run.
+
+    Returns
+    -------
+    Effect
+        The effect with the time T [s] of both lags together.
+    """
     T, first, second = sp.symbols("cascade_time cascade_first cascade_second", real=True)
     rate = 2 / sp.Max(T, least) + extra
     return Effect(

@@ -1,8 +1,8 @@
-"""A gain that changes with torque, half way between the two of the catalogue.
+"""A gain that changes with torque, half way between the two of the catalogue: their contender.
 
-In powers of x² = (τ/τ₀)², the amplifier whose gain is 1 + a·x² has nothing beyond the first, one that saturates as tanh
-does has 6/5·a²·x⁴; this one has half of that. It is no entry: it stands for every other gain of that kind, where the
-catalogue holds one of the two only.
+In powers of x² = (τ/τ₀)², the gain 1 + a·x² has no second power, the gain of a tanh saturation has 6/5·a²·x⁴, and the
+gain of this module has 3/5·a²·x⁴. The effect is not in the catalogue: it stands for every other gain of this kind,
+where the catalogue holds one of the two only.
 """
 
 from collections.abc import Sequence
@@ -16,7 +16,22 @@ from haptid.model.equations.quantity import Quantity
 def compression(
     change: sp.Expr, formula: str, parameters: Sequence[Quantity], relative: dict[str, sp.Expr], place: int
 ) -> Effect:
-    """Return it as an effect; ``change`` is a·x² in terms of the parameters, which are those of the entry."""
+    """Make the compression of the gain as an effect.
+
+    Parameters
+    ----------
+    change
+        Relative change of the gain a·x² in ``w`` and the symbols of ``parameters``.
+    formula
+        ``change`` as a reader writes it.
+    parameters, relative, place
+        Parameters, their scales and the place in the torque path of the catalogue effect whose contender this is.
+
+    Returns
+    -------
+    Effect
+        The effect w = τ·(1 + c + 3/5·c²) with c = ``change``.
+    """
     return Effect(
         id="gain_compression",
         title="gain that changes with torque in another way",

@@ -1,4 +1,4 @@
-"""Rotor and link joined by a spring with play: shared by the entries for tendons and backlash.
+"""Rotor and link joined by a spring with play: the common part of the effects of tendons and backlash.
 
 ρ·M·v̇_m = w − T, (1 − ρ)·M·v̇ = T − load, ṡ = v_m − v, T = (d(s) + T_d·ṡ)/e with d(s) = s outside the
 play ±b and 0 inside. The rotor turns freely, the link carries friction, spring and sensor.
@@ -14,7 +14,7 @@ from haptid.model.equations.equations import State
 from haptid.model.equations.quantity import Quantity
 
 CONTACTS = (0.05, 0.005)
-"""Share of the play over which the damper engages: a fit needs a slope to begin with, the device has a jump."""
+"""Shares of the play over which the damper engages: a fit begins with a finite slope, the device has a step."""
 
 
 def _names(prefix: str) -> tuple[sp.Symbol, ...]:
@@ -23,7 +23,20 @@ def _names(prefix: str) -> tuple[sp.Symbol, ...]:
 
 
 def table(prefix: str, compliance: tuple[float, float, float]) -> tuple[Quantity, ...]:
-    """Table rows: compliance first (initial, lower, upper as multiples of position over torque)."""
+    """Return the parameters of a spring between rotor and link.
+
+    Parameters
+    ----------
+    prefix
+        Start of each id.
+    compliance
+        Initial value, lower and upper bound of the compliance, as multiples of position over torque.
+
+    Returns
+    -------
+    tuple of Quantity
+        Compliance [rad/(N m)], share of the rotor's inertia, damping time [s], reference for fading.
+    """
     return (
         parameter(f"{prefix}_compliance", "rad/(N m)", "compliance 1/k between rotor and link", *compliance),
         parameter(f"{prefix}_rotor_share", "1", "share of the inertia on the rotor's side", 0.3, 0.02, 0.9),
@@ -33,13 +46,13 @@ def table(prefix: str, compliance: tuple[float, float, float]) -> tuple[Quantity
 
 
 def contact(prefix: str) -> Quantity:
-    """Table row of the share of the play over which the damper engages: an `model.effects.effect.Effect.edge`."""
+    """Return the share of the play over which the damper engages, the ``edge`` of an `model.effects.effect.Effect`."""
     row = reference(f"{prefix}_contact", "1", "share of the play over which the damper engages")
     return row.but(initial=CONTACTS[0])
 
 
 def relative(prefix: str) -> dict[str, sp.Expr]:
-    """Scales of the table's rows."""
+    """Return the scales of the parameters of `table`, by id, as ``Effect.relative`` takes them."""
     return {
         f"{prefix}_compliance": POSITION / TORQUE,
         f"{prefix}_compliance_least": sp.Float(1e-3) * POSITION / TORQUE,
@@ -47,18 +60,35 @@ def relative(prefix: str) -> dict[str, sp.Expr]:
 
 
 def derived(prefix: str) -> tuple[tuple[str, str, sp.Expr], ...]:
-    """Stiffness, for readers."""
+    """Return the stiffness 1/compliance [N m/rad], as ``Effect.derived`` takes it."""
     return ((f"{prefix}_stiffness", "N m/rad", 1 / _names(prefix)[0]),)
 
 
 def two_masses(prefix: str, play: sp.Expr | None = None) -> tuple[sp.Expr, tuple[EffectState, ...]]:
-    """Return the link's acceleration and the two states; without ``play``, the effect fades out at compliance 0."""
+    """Write the motion of rotor and link joined by a spring.
+
+    Parameters
+    ----------
+    prefix
+        Start of each id.
+    play
+        Half of the play [rad], which the spring has to cross before it transmits torque; None for no play.
+
+    Returns
+    -------
+    acceleration : sympy.Expr
+        Acceleration of the link in the standard symbols, faded in linearly by compliance (and play) from the rigid
+        joint.
+    states : tuple of EffectState
+        Angle of the rotor ahead of the link [rad], and speed of the rotor [rad/s].
+    """
     compliance, rho, damping, least, s, vm = _names(prefix)
     M = sp.Symbol("inertia", real=True)
     held = sp.Max(compliance, least)
     d, engaged = s, sp.S.One
     if play is not None:
         d = sp.Max(s - play, 0) + sp.Min(s + play, 0)
+        # the damper engages over a share of the play: a step would leave the sensitivities without the contact's slope
         engaged = sp.Min(sp.Abs(d) / (sp.Symbol(f"{prefix}_contact", real=True) * play + sp.Float(1e-9)), 1)
     transmitted = (d + damping * (vm - v) * engaged) / held
     link = (a + (transmitted - w) / M) / (1 - rho)

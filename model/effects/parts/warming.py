@@ -1,7 +1,7 @@
-"""Friction that settles while the joint warms up, dry and viscous alike.
+"""Dry and viscous friction that settle together while the joint warms up: the contender of either drift.
 
-It is no entry of the catalogue, which holds a drift of either. It stands for all that lies between, where one of them
-is missing.
+The effect is not in the catalogue, which holds a drift of dry and one of viscous friction. The effect stands for all
+mixtures of the two, where one of them is missing.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,19 @@ def settling(parameters: Sequence[Quantity]) -> sp.Expr:
 
 
 def warming(parameters: Sequence[Quantity], relative: dict[str, sp.Expr]) -> Effect:
-    """Return it as an effect; ``parameters`` are those of the entry that has to be told from it."""
+    """Make the common settling of dry and viscous friction as an effect.
+
+    Parameters
+    ----------
+    parameters, relative
+        Parameters (relative excess a, time constant T [s]) and their scales, of the catalogue effect whose contender
+        this is.
+
+    Returns
+    -------
+    Effect
+        Fc, Fs and σ2 times 1 + a·exp(−t/T).
+    """
     level = settling(parameters)
     return Effect(
         id="friction_warming",

@@ -1,4 +1,4 @@
-"""Waves over position, a_s·sin(n·q) + a_c·cos(n·q): shared by the entries that are periodic in position."""
+"""Waves over position, a_s·sin(n·q) + a_c·cos(n·q), which the effects periodic in position share."""
 
 from __future__ import annotations
 
@@ -20,17 +20,56 @@ FINE = tuple(float(x) for x in np.arange(2.0, 60.1, 0.6))
 
 
 def wave(name: str, over: sp.Expr = _q) -> sp.Expr:
-    """Return ``<name>_sin``·sin(n·x) + ``<name>_cos``·cos(n·x), n = ``<name>_number``, x = ``over``."""
+    """Write a wave in the parameters of an effect.
+
+    Parameters
+    ----------
+    name
+        Start of the ids ``<name>_sin``, ``<name>_cos`` (amplitudes) and ``<name>_number`` (wave number n [1/rad]).
+    over
+        Position x; the joint's q by default.
+
+    Returns
+    -------
+    sympy.Expr
+        ``<name>_sin``·sin(n·x) + ``<name>_cos``·cos(n·x).
+    """
     s, c, n = sp.symbols(f"{name}_sin {name}_cos {name}_number", real=True)
     return s * sp.sin(n * over) + c * sp.cos(n * over)
 
 
 def wave_number(id: str, grid: tuple[float, ...]) -> Quantity:
-    """Table row of the wave number n, in units of one over half the span of positions."""
+    """Make the parameter of the wave number n.
+
+    Parameters
+    ----------
+    id
+        Id of the parameter.
+    grid
+        Ascending grid of wave numbers, in units of one over half the span of positions.
+
+    Returns
+    -------
+    Quantity
+        Wave number with bounds that contain the grid, on a logarithmic scale.
+    """
     return parameter(id, "1/rad", "wave number", grid[len(grid) // 3], grid[0], 1.2 * grid[-1], scale="log")
 
 
 def size(name: str, unit: str) -> tuple[tuple[str, str, sp.Expr], ...]:
-    """Amplitude and phase of the wave, for readers: a·sin(n·x + φ)."""
+    """Return the amplitude √(a_s² + a_c²) of a wave, as ``Effect.derived`` takes it.
+
+    Parameters
+    ----------
+    name
+        Start of the ids of the wave's amplitudes.
+    unit
+        Unit of the amplitude.
+
+    Returns
+    -------
+    tuple of (str, str, sympy.Expr)
+        One entry (id, unit, formula).
+    """
     s, c = sp.symbols(f"{name}_sin {name}_cos", real=True)
     return ((f"{name}_amplitude", unit, sp.sqrt(s**2 + c**2)),)

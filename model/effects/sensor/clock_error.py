@@ -15,7 +15,7 @@ from haptid.model.equations.equations import State
 LAG = sp.Rational(1, 25)
 """Time constant T of the lags that see the torque's rate of change [s]; a shorter one shows a held torque's steps."""
 ORDER = 5
-"""Lags in a row; what is left out is of the order (δω)⁶/720 and (ωT)⁵ at the frequency ω."""
+"""Number of lags in a row; the truncation error is of the order (δω)⁶/720 and (ωT)⁵ at the frequency ω."""
 
 
 def _clock() -> Effect:
