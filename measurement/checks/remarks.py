@@ -1,4 +1,7 @@
-"""All remarks on a campaign: what looks like a slip or needs a second look, with the remedy; nothing is refused."""
+"""Collect all remarks on a campaign: `Campaign` in, `Remarks` per run out, each a sentence with its remedy.
+
+Remarks are on likely slips and on circumstances that a fit has to respect; none refuses the campaign.
+"""
 
 from __future__ import annotations
 
@@ -20,16 +23,16 @@ from haptid.measurement.values.run import Array, Run
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remarks:
-    """What is remarked of one run.
+    """Hold the remarks on one run.
 
     Parameters
     ----------
     run
         As it was read.
     noise, resolution
-        Stated, or estimated from its rows, shape (n_joints,) each.
+        Stated, or estimated from the rows of this run [rad] ([m]), shape (n_joints,) each.
     by_joint
-        Sentences for each free joint.
+        Sentences for each free joint, in the order of ``run.free_joints``.
     """
 
     run: Run
@@ -39,11 +42,25 @@ class Remarks:
 
 
 def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Remarks, ...]:
-    """Look at every run of a campaign; ``report`` is called after each."""
+    """Return the remarks on every run of a campaign.
+
+    Parameters
+    ----------
+    campaign
+        As it was read, with NaN where no noise is stated.
+    report
+        Called without arguments after each run, for a progress bar.
+
+    Returns
+    -------
+    tuple of Remarks
+        In the order of the runs.
+    """
     limits, between = limits_of(campaign), (twins(campaign.runs), misnamed(campaign.runs), off_scale(campaign))
     made = []
     for run in campaign.runs:
         full = with_noise(run)
+        # Suspicions compare stated with estimated noise, so they need the estimate even where noise is stated.
         unstated = run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan))
         stated = bool(np.isfinite([run.noise, run.resolution]).any())
         estimated = with_noise(unstated) if stated else full
@@ -58,7 +75,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
 
 
 def _circumstances(run: Run, full: Run, column: int) -> list[str]:
-    """Return what any fit of one joint of a run has to know."""
+    """Return sentences on how one joint of a run was recorded, which any fit has to respect."""
     sensor = float(full.sensor_std[column])
     found = []
     sign = position_control(run, column)
@@ -77,7 +94,7 @@ def _circumstances(run: Run, full: Run, column: int) -> list[str]:
 
 
 def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
-    """Return one line a remark, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together."""
+    """Return each remark as one line, ``a.csv, joint 0, 1: …``; joints of a run that share it are listed together."""
     joints: dict[tuple[str, str], list[str]] = {}
     for one in remarks:
         for joint, sentences in zip(one.run.free_joints, one.by_joint, strict=True):

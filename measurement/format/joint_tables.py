@@ -1,4 +1,4 @@
-"""What ``[joint.J]`` tables say: parameters, sensor and drive of single joints."""
+"""Read the ``[joint.J]`` tables: `TomlSource` in, parameters, friction law, sensor and drive by joint number out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,23 @@ Overrides = dict[int, dict[str, dict[str, Any]]]
 
 
 def joint_tables(source: TomlSource) -> dict[int, dict[str, Any]]:
-    """Return the checked ``[joint.J]`` tables by joint number."""
+    """Return the ``[joint.J]`` tables by joint number.
+
+    Parameters
+    ----------
+    source
+        The parsed ``campaign.toml``.
+
+    Returns
+    -------
+    dict
+        Tables with known keys of the right kind; their parameters and sensors are checked elsewhere.
+
+    Raises
+    ------
+    InputError
+        Where a table is headed by no joint number, or holds an unknown key or a value of another kind.
+    """
     tables = source.data.get("joint", {})
     if not isinstance(tables, dict):
         raise InputError(source.where("", "joint"), expected="tables [joint.J]", got=repr(tables))
@@ -32,7 +48,25 @@ def joint_tables(source: TomlSource) -> dict[int, dict[str, Any]]:
 
 
 def read_overrides(source: TomlSource, tables: dict[int, dict[str, Any]]) -> Overrides:
-    """Return the checked ``[joint.J.parameters]`` by joint number."""
+    """Return the ``[joint.J.parameters]`` by joint number.
+
+    Parameters
+    ----------
+    source
+        The parsed ``campaign.toml``, for the places that errors name.
+    tables
+        What `joint_tables` returned.
+
+    Returns
+    -------
+    dict
+        ``{joint: {parameter: {initial, lower, upper, fixed, prior}}}``, in SI units.
+
+    Raises
+    ------
+    InputError
+        Where the friction law of a joint has no such parameter, or its value, bounds or prior are impossible.
+    """
     return {j: _parameters(source, table, j) for j, table in tables.items() if "parameters" in table}
 
 
@@ -70,7 +104,7 @@ def _check_kinds(source: TomlSource, value: dict[str, Any], section: str, name: 
 
 
 def warn_of_unused(source: TomlSource, tables: dict[int, dict[str, Any]], joints: set[int]) -> None:
-    """Warn of tables of joints that no run frees: a number may be mistyped."""
+    """Warn of each table of a joint outside ``joints``, the joints that some run frees: its number may be mistyped."""
     for joint in sorted(set(tables) - joints):
         there = ", ".join(map(str, sorted(joints)))
         where = source.where(f"joint.{joint}")
@@ -80,9 +114,21 @@ def warn_of_unused(source: TomlSource, tables: dict[int, dict[str, Any]], joints
 def sensor_of(
     source: TomlSource, tables: dict[int, dict[str, Any]], joints: tuple[int, ...], prismatic: tuple[bool, ...]
 ) -> tuple[Array, Array]:
-    """Return noise and resolution of the joints [rad] ([m]), NaN where nothing is said, each of shape (n_joints,).
+    """Return the stated noise and encoder step of the free joints of a run.
 
-    ``[joint.J.sensor]`` overrules ``[sensor]``.
+    Parameters
+    ----------
+    source
+        The parsed ``campaign.toml`` with its table ``[sensor]``.
+    tables
+        What `joint_tables` returned; ``[joint.J.sensor]`` overrules ``[sensor]`` key by key.
+    joints, prismatic
+        Free joints, ascending, and whether each is prismatic.
+
+    Returns
+    -------
+    noise, resolution : ndarray, shape (n_joints,)
+        Standard deviation of the white noise and encoder step [rad] ([m]); NaN where neither table states it.
     """
     common = source.data.get("sensor", {})
     own = [{**common, **tables.get(joint, {}).get("sensor", {})} for joint in joints]

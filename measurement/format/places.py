@@ -1,4 +1,7 @@
-"""Where the files that a campaign names lie: inside its folder, unless the user allows more."""
+"""Keep the files that a campaign names inside its folder, unless the user gives ``--allow-outside``.
+
+A campaign may come from a stranger: its tables and devices must not make a command read other files of the user.
+"""
 
 from __future__ import annotations
 
@@ -41,6 +44,15 @@ def outside_allowed(value: bool = True) -> Iterator[None]:
 
 def check_inside(folder: Path, name: str, where: str) -> None:
     """Refuse the file ``name`` where it leads out of ``folder`` by "..", as an absolute path or through a link.
+
+    Parameters
+    ----------
+    folder
+        Folder of the campaign.
+    name
+        File as ``campaign.toml`` names it.
+    where
+        Place of the name in ``campaign.toml``, for errors and warnings.
 
     Raises
     ------

@@ -1,4 +1,11 @@
-"""One table of a run, CSV (optionally gzipped) or Parquet, whose cells are checked when they are asked for."""
+"""Read one table of a run: CSV (optionally gzipped) or Parquet in, `Table` out.
+
+1. Check the layout of a CSV file (`check_layout`), so that a wrong separator is named before pandas guesses.
+2. Read all cells as numbers; where one is none, read all again as text, so that an error can show the cell.
+3. Drop blank lines at the end, and refuse fewer than 8 rows.
+
+Cells are checked when a column is asked for: columns that nothing uses may hold anything.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +31,7 @@ from haptid.support.installing.extras import need
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
 LEAST_ROWS = 8
+"""Rows of the shortest table that is read."""
 LARGEST = 1e100
 """No time, torque, position or velocity is larger, and squares of such numbers are finite."""
 LONGEST_CELL = 40
@@ -34,7 +42,15 @@ EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"floa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """Columns by name, with places for error messages."""
+    """Give the columns of a file by name, as numbers, with their places for error messages.
+
+    Parameters
+    ----------
+    path
+        File of the table.
+    frame
+        Its cells, as numbers or as text.
+    """
 
     path: Path
     frame: pd.DataFrame
@@ -55,19 +71,30 @@ class Table:
         return f"{self.path}, line {index + 2}" if is_text else f"{self.path}, row {index + 1}"
 
     def numbers(self, column: str) -> Array:
-        """Return a column as finite numbers; a cell that is none is an error that names its line.
+        """Return a column as finite numbers.
+
+        Parameters
+        ----------
+        column
+            Name in the campaign format, as ``torque_0_Nm``.
 
         Returns
         -------
         ndarray, shape (n_t,)
+            In the unit that the name states.
+
+        Raises
+        ------
+        InputError
+            Where the column is missing or occurs twice, or a cell holds no finite number; it names the cell's line.
         """
         if column not in self.frame:
             todo = advice(column, self.columns) or f"it has {_some(self.columns)}"
             raise InputError(self.header, expected=f"a column {column}", got="none", todo=todo)
-        if f"{column}.1" in self.frame:
+        if f"{column}.1" in self.frame:  # the name that pandas gives a second column of the same name
             raise InputError(self.header, expected=f"one column {column}", got="two")
         values = self.loosely(column)
-        bad = np.flatnonzero(~(np.abs(values) < LARGEST))
+        bad = np.flatnonzero(~(np.abs(values) < LARGEST))  # negated, so that NaN is bad, too
         if bad.size:
             raise self._no_number(column, int(bad[0]), values[bad[0]])
         return values
@@ -101,7 +128,13 @@ class Table:
             return np.array([_number(cell) for cell in cells], dtype=np.float64)
 
     def time(self) -> Array:
-        """Return ``time_s``, which must increase from row to row, shape (n_t,)."""
+        """Return the column ``time_s`` [s], shape (n_t,).
+
+        Raises
+        ------
+        InputError
+            Where it is missing, a cell is no finite number, or it does not increase from row to row.
+        """
         t = self.numbers("time_s")
         back = np.flatnonzero(np.diff(t) <= 0)
         if back.size:
@@ -113,9 +146,24 @@ class Table:
 
 
 def read_table(path: Path, *, as_text: bool = False) -> Table:
-    """Read a table, ``as_text`` with every cell as it is written.
+    """Read the table of a run.
 
-    Refused are an unknown kind of file, a broken one, and one with fewer than 8 rows.
+    Parameters
+    ----------
+    path
+        File that ends in ``.csv``, ``.csv.gz`` or ``.parquet``.
+    as_text
+        Whether each cell of a CSV file stays as it is written, for a copy that keeps all digits.
+
+    Returns
+    -------
+    Table
+        With blanks around the column names and blank lines at the end removed.
+
+    Raises
+    ------
+    InputError
+        For a missing file, an unknown kind of file, a damaged one, and one with fewer than 8 rows.
     """
     if not is_file(path):
         names = _neighbours(path)
