@@ -1,4 +1,4 @@
-"""Start values that a parameter set states, as values of the parameters and states of some equations."""
+"""Start values from a parameter set: `Identified` and an SSV file in, `Identified` for some equations out."""
 
 from __future__ import annotations
 
@@ -26,7 +26,21 @@ from haptid.support.suggestion import did_you_mean
 
 
 def with_start_values(found: Identified, path: Path | None, equations: Equations) -> Identified:
-    """Return what was identified with the values of the parameter set ``path`` in its place.
+    """Replace identified values by those of a parameter set.
+
+    Parameters
+    ----------
+    found
+        Identified values and provenance by id.
+    path
+        Parameter set in the format SSV; None to keep the identified values.
+    equations
+        Equations of the FMU, whose variable names the parameter set uses.
+
+    Returns
+    -------
+    Identified
+        Parameters, and states where the set states them; pairs as Fs ≥ Fc are in order to the last bit.
 
     Raises
     ------
@@ -60,7 +74,10 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
 
 
 def _in_order(found: Identified, equations: Equations) -> Identified:
-    """Return values whose pairs are in order to the last bit, as an FMU demands: fits end a hair off Fs = Fc."""
+    """Return values whose pairs are in order to the last bit, as an FMU requires.
+
+    A fit that ends at the constraint Fs = Fc may return Fs below Fc by up to 1e-4 of it; Fs then becomes Fc.
+    """
     values = dict(found.values)
     for larger, smaller in equations.orderings:
         a, b = values.get(larger), values.get(smaller)
