@@ -30,6 +30,7 @@ from haptid.support.errors import InputError
 from haptid.support.files.files import write_bytes
 
 Kind = Literal["python", "native", "native3"]
+"""Packaging: by pythonfmu (FMI 2.0), native in FMI 2.0, native in FMI 3.0."""
 _PACKAGINGS = {"python": python_files, "native": native_files, "native3": native_files3}
 
 
@@ -146,7 +147,7 @@ def build_fmu(
         platforms = this_platform() if identification else PLATFORMS
     text = f"{equations.title}; torque in, position out"
     files, _ = _PACKAGINGS[kind](interface, platforms=platforms, text=text)
-    python, linear = kind == "python", kind == "native"
+    python, linear = kind == "python", kind == "native"  # only the latter declares canInterpolateInputs
     files |= extra_files(interface, text=text, python=python, linear=linear, provenance=provenance or {})
     data = pack(rename_picture(files) if kind == "native3" else files)
     write_bytes(out, data)

@@ -9,8 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 WIDTH, HEIGHT, MARGIN = 240, 160, 12
+"""Size of the picture and distance of the axes from its edge [pixels]."""
 OVERSAMPLING = 4
+"""Points per pixel in each direction, averaged for smooth edges."""
 PAPER, AXIS, LINE = (255, 255, 255), (206, 212, 218), (11, 114, 133)
+"""Colours in RGB, 0 to 255."""
 
 
 def picture(t: NDArray[np.float64], y: NDArray[np.float64]) -> bytes:

@@ -124,6 +124,7 @@ def _check_finite(interface: Interface, t: Array, y: Array) -> None:
     row, column = broken[0]
     output = interface.of_role("output")[column].name
     got = f"{y[row, column]} in {output} at {t[row]:g} s"
+    # The error names the value whose magnitude is farthest from 1, the likeliest slip of a unit or an exponent.
     furthest = max(interface.of_role("parameter"), key=lambda v: abs(np.log10(abs(v.start or 1.0))))
     todo = f"look at its values, as at {furthest.name} = {furthest.start:g}"
     raise OverflowingError(interface.title, expected="finite outputs of the reference run", got=got, todo=todo)

@@ -164,6 +164,7 @@ def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
 
 
 def _index(interface: Interface, reference: int) -> int:
+    """Return the place of a variable among ``ModelVariables`` from 1, by which FMI 2.0 refers to it."""
     return next(i for i, v in enumerate(interface.variables, start=1) if v.reference == reference)
 
 

@@ -101,7 +101,7 @@ def structured_name(equations: Equations, id: str, structured: str) -> str:
 
 
 def sensitivity_name(output: str, column: str) -> str:
-    """Return the name of the derivative of an output along one direction."""
+    """Return the FMU variable name of the derivative of an output with respect to a parameter or an initial state."""
     return SENSITIVITY.format(output=output, column=column)
 
 
@@ -122,7 +122,7 @@ def input_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
-    """Yield the states, settable before the start, from value reference `at` on."""
+    """Yield the states from value reference `at` on, with the start values in `values` by id (SI units)."""
     for i, x in enumerate(e.states, start=at):
         yield Variable(
             reference=i,
@@ -140,7 +140,24 @@ def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator
 
 
 def parameter_variables(e: Equations, at: int, values: dict[str, float], identification: bool) -> Iterator[Variable]:
-    """Yield the parameters with the range that the FMU holds its user to, from value reference `at` on."""
+    """Yield the parameters of an FMU.
+
+    Parameters
+    ----------
+    e
+        Equations with the parameters.
+    at
+        Value reference of the first.
+    values
+        Start values by id, SI units; the first guesses where absent.
+    identification
+        Whether a fit keeps the bounds, so that the FMU enforces the sign alone.
+
+    Yields
+    ------
+    Variable
+        In the order of the equations. Bounds widen to include the start value.
+    """
     for i, x in enumerate(e.parameters, start=at):
         start = float(values.get(x.id, x.initial))
         lower, upper = _range(x, start, identification)
@@ -203,7 +220,7 @@ def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Vari
 
 
 def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield a slope beside each input but the observer gain, from value reference `at` on."""
+    """Yield the rate of change of each input except the observer gain, from value reference `at` on."""
     for i, x in enumerate(e.inputs, start=at):
         if x.id != GAIN:
             yield Variable(
@@ -220,7 +237,7 @@ def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
-    """Yield the derivatives of the outputs, row by row, from value reference `at` on."""
+    """Yield the derivatives of the outputs, row-major in outputs and directions, from value reference `at` on."""
     e = kernel.equations
     for i, output in enumerate(e.outputs):
         for k, column in enumerate(kernel.columns):

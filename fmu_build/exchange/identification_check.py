@@ -35,7 +35,10 @@ COEFFICIENT = re.compile(r"(inertia|gravity|V|M\d{2,8})_(1|([csq]\d{1,4}){1,9})"
 TENSOR = ((4, 7, 8), (7, 5, 9), (8, 9, 6))
 """Places of the inertia tensor's entries among `STANDARD`."""
 SLACK = 1e-6
-"""Least second moment of mass over the largest entry of the inertia, negative for rounding: a disc or a rod has 0."""
+"""Magnitude of a negative second moment of mass that counts as rounding, relative to the largest entry of the inertia.
+
+The smallest moment of a disc or a rod is 0.
+"""
 ANY = Possible(least=-LARGEST, most=LARGEST, units=(), description="inertial coefficient")
 
 

@@ -74,7 +74,7 @@ def of_quantity(q: Quantity) -> Possible:
     Parameters
     ----------
     q
-        Parameter; its id says whether it belongs to a link (``link6_m``) or a rotor (``motor_2_J``).
+        Parameter; its id says whether it belongs to a link (``link6_m``) or a rotor (``motor_<name>_J``).
 
     Returns
     -------

@@ -22,7 +22,7 @@ _EXPORT = """#if defined(_WIN32)
 
 
 def text_of(name: str) -> str:
-    """Return the text of a C file of this package."""
+    """Return the text of a file in ``fmu_build/native/c``."""
     return resources.files("haptid.fmu_build.native").joinpath("c").joinpath(name).read_text(encoding="utf-8")
 
 
@@ -83,5 +83,5 @@ def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, byte
 
 
 def functions(kernel: Kernel) -> tuple[str, ...]:
-    """Return the names of the functions on the flat buffer."""
+    """Return the names of the exported functions on the flat buffer, those of the sensitivities where it has them."""
     return ("hf_step", "hf_output", *(("hf_step_tangent", "hf_output_tangent") if kernel.columns else ()))

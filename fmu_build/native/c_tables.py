@@ -12,6 +12,7 @@ from haptid.model.kernel.printing import slopes
 from haptid.model.kernel.text import assignments
 
 ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity", "step")
+"""Roles of variables; their index is the number in ``fmu_role``."""
 
 
 def c_array(kind: str, name: str, values: Sequence[object], shape: str = "") -> str:

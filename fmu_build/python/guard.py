@@ -15,7 +15,7 @@ LOADERS = {"linux64": "pythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 
 
 def guard_source(guid: str) -> str:
-    """Return the guard's C source."""
+    """Return the C source of the guard, which checks ``guid`` at instantiation."""
     parts = (text_of(name) for name in ("message.h", "location.c", "guard.c"))
     return "\n".join((text_of("fmi2.h"), f"#define FMU_GUID {json.dumps(guid)}", *parts))
 

@@ -16,6 +16,7 @@ SAME = 1e-9
 NAMED_LIKE = 0.03
 """Relative difference between a frequency and the number that names it: names are rounded."""
 NUMBER = re.compile(r"([A-Za-z]*)[_-]?(?<![\d.])(\d+(?:[.p]\d+)?)")
+"""Number in a name with the letters before it; "p" may stand for the decimal point."""
 
 
 def twins(runs: Sequence[Run]) -> dict[str, str]:

@@ -27,6 +27,7 @@ HEADER = (
     "noise",
     "step",
 )
+"""Headings of the columns; torque ± is half its range, Hz the rate of the rows, step the encoder's."""
 EVEN = 0.01
 """Row intervals within this share of their median count as even."""
 

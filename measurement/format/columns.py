@@ -16,6 +16,7 @@ KNOWN = re.compile(
     r"time_s|(torque|torque_command|torque_measured)_\d+_Nm|(force|force_command|force_measured)_\d+_N|current_\d+_A"
     r"|(position|reference)_\d+_(rad|m)|(velocity|reference_velocity)_\d+_(rad_s|m_s)"
 )
+"""Names of all columns that the campaign format has; others are kept with a warning."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -72,6 +72,6 @@ def _cells(line: str) -> int:
 
 
 def too_many_cells(where: str, columns: int, cells: int) -> InputError:
-    """Return the error of a line with more cells than the header."""
+    """Return the error of a line with more ``cells`` than the ``columns`` of the header, mostly by decimal commas."""
     expected = f"{columns} cells, as the header has"
     return InputError(where, expected=expected, got=f"{cells}", todo=DECIMAL_COMMA)

@@ -18,7 +18,7 @@ SUFFIXES = (".toml", ".urdf")
 
 
 def device_names() -> tuple[str, ...]:
-    """Names of the built-in devices: the TOML files of ``model/devices``, and ``single_joint``."""
+    """Return the names of the built-in devices (the TOML files of ``model/device/built_in``) and ``single_joint``."""
     folder = files("haptid.model.device") / "built_in"
     found = {item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")}
     return tuple(sorted(found | {SINGLE_JOINT}))

@@ -71,7 +71,7 @@ def read_overrides(source: TomlSource, tables: dict[int, dict[str, Any]]) -> Ove
 
 
 def friction_laws(tables: dict[int, dict[str, Any]]) -> dict[int, str]:
-    """Return the friction law by joint, where a table names one."""
+    """Return the id of the friction law by joint, for the joints whose tables name one."""
     return {joint: table["friction"] for joint, table in tables.items() if "friction" in table}
 
 
@@ -139,6 +139,6 @@ def sensor_of(
 
 
 def drive_constants(tables: dict[int, dict[str, Any]]) -> dict[int, float]:
-    """Return torque (force) per ampere by joint [N m/A] ([N/A]), where given."""
+    """Return torque (force) per ampere [N m/A] ([N/A]) by joint, for the joints whose tables state it."""
     keys = ("torque_constant_Nm_per_A", "force_constant_N_per_A")
     return {joint: float(table[key]) for joint, table in tables.items() for key in keys if key in table}

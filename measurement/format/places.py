@@ -23,7 +23,18 @@ _allowed: ContextVar[bool] = ContextVar("outside_allowed", default=False)
 
 
 def allow_outside_option(command: F) -> F:
-    """Add ``--allow-outside`` to a command that reads a campaign; it holds until the command ends."""
+    """Add the option ``--allow-outside`` to a click command that reads a campaign.
+
+    Parameters
+    ----------
+    command
+        Function that becomes the command; it gets no argument for the option.
+
+    Returns
+    -------
+    callable
+        The same function with the option, which holds until the command ends.
+    """
 
     def set_allowed(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
         context.with_resource(outside_allowed(value))
@@ -34,7 +45,13 @@ def allow_outside_option(command: F) -> F:
 
 @contextmanager
 def outside_allowed(value: bool = True) -> Iterator[None]:
-    """Let campaigns that are read inside name files outside their folders, with a warning."""
+    """Allow campaigns that are read in this context to name files outside their folders, with a warning.
+
+    Parameters
+    ----------
+    value
+        False refuses such files, as outside this context.
+    """
     token = _allowed.set(value)
     try:
         yield

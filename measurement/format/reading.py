@@ -28,7 +28,7 @@ TABLES = ("campaign", "sensor", "joint", "runs")
 
 
 def embedded_campaign() -> Path:
-    """Folder of the campaign that comes with the package."""
+    """Return the folder of the Freedom 6S campaign that comes with the package."""
     return Path(str(files("haptid.measurement") / "campaigns" / "freedom6s"))
 
 

@@ -15,6 +15,7 @@ from haptid.support.files.data import parse_toml
 from haptid.support.files.files import reason_of
 
 HEADER = re.compile(r"^\s*\[{1,2}([^\[\]]+)\]{1,2}\s*(#.*)?$")
+"""Line with the heading of a table or of an entry of an array of tables."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,8 +13,10 @@ from haptid.measurement.format.table import Table
 from haptid.support.errors import InputError
 
 TORQUE = re.compile(r"(?:torque_(\d+)_Nm|force_(\d+)_N|current_(\d+)_A)")
+"""Columns that drive a joint; one of the groups is its number."""
 FLAG = "--map"
 POSITION = re.compile(r"position_(\d+)_(?:rad|m)")
+"""Columns with the position of a joint; the group is its number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -106,7 +106,18 @@ def refuse_overwrite(folder: Path) -> None:
 
 
 def description(campaign: Campaign) -> dict[str, Any]:
-    """Return the content of ``campaign.toml``."""
+    """Return the content of ``campaign.toml``.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with any runs.
+
+    Returns
+    -------
+    dict
+        Tables ``campaign``, ``joint`` (where something is stated) and ``runs``, and the extra ones, for `tomli_w`.
+    """
     head = {"title": campaign.title, "device": campaign.device, "measured": campaign.measured, "hold": campaign.hold}
     loose = {key: value for key, value in campaign.extra.items() if not isinstance(value, dict)}
     tables = {key: value for key, value in campaign.extra.items() if isinstance(value, dict)}

@@ -20,11 +20,11 @@ from haptid.measurement.values.run import Array, Run
 PERIODIC = 0.5
 """Least share of the torque's variance on one line for a run to count as periodic."""
 FEW_TURNS = 0.95
-"""The same where the run has fewer than two cycles, so that a drift is not taken for one."""
+"""Least share of that variance where a run has at most two cycles, so that a drift does not count as a cycle."""
 SLIVER = 0.1
-"""A piece at either end shorter than this share of a cycle joins its neighbour."""
+"""Share of a cycle below which a piece at either end of the run joins its neighbour."""
 ROUNDED, ROUGH, SURE = 1e-6, 1e-4, 5.0
-"""Least and largest share of a cycle by which a boundary may be missed, and how many standard errors of the phase."""
+"""Least and largest error of a cycle boundary [cycles], and that error in standard errors of the phase."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +51,7 @@ class Cycles:
 
     @property
     def count(self) -> int:
-        """Number of cycles, an unfinished one at the end included."""
+        """Number of cycles, including an unfinished one at the end."""
         return int(self.index[-1]) + 1
 
     @property
@@ -124,7 +124,7 @@ def _turns(t: Array, u: Array, omega: float, share: float) -> Array:
 
 
 def _boundary_error(share: float, rows: int) -> float:
-    """Return the share of a cycle by which a boundary may be missed.
+    """Return the error of a cycle boundary [cycles]: five standard errors of the phase, from 1e-6 to 1e-4.
 
     The phase at an end of the run has the standard error 2·√(2/n)·σ/A, A the line's amplitude and
     σ² = A²/2·(1/share − 1) the power beside it, as if that were noise.

@@ -63,7 +63,7 @@ class Campaign:
 
     @property
     def configurations(self) -> tuple[tuple[int, ...], ...]:
-        """Distinct sets of free joints, the smaller sets first, each in ascending order."""
+        """Distinct sets of free joints: smaller sets first, sets of one size in ascending order."""
         return tuple(sorted({run.free_joints for run in self.runs}, key=lambda joints: (len(joints), joints)))
 
     @property

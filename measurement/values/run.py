@@ -14,7 +14,9 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Use = Literal["fit", "validate", "excluded"]
+"""Use of a run: fitted, kept for validation, or ignored."""
 Hold = Literal["zero", "linear"]
+"""Torque between two rows: that of the row before, or interpolated."""
 
 
 def frozen(values: ArrayLike) -> Array:
@@ -123,7 +125,7 @@ class Run:
 
     @property
     def scored(self) -> slice:
-        """Rows whose residual is scored."""
+        """Slice of the rows whose residual is scored."""
         return slice(self.score_from, None)
 
     def but(self, **changes: Any) -> Run:
