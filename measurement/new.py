@@ -157,7 +157,7 @@ def _ask(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str, 
 
 
 def _ask_columns(tables: list[Table], targets: dict[str, Target]) -> dict[str, Target]:
-    """Ask what the columns are where the first table lacks the fixed names."""
+    """Ask for the meaning of each column where the first table has no ``time_s`` or no position."""
     first = tables[0]
     names = {targets[name].name if name in targets else name for name in first.columns}
     if "time_s" in names and any(name.startswith("position_") for name in names):

@@ -45,7 +45,7 @@ class Fmu:
     digest
         Sixteen hex digits of its content.
     equations
-        What it was built from (without observer).
+        Equations of the model, without observer.
     kind
         ``python``, ``native`` or ``native3``.
     step

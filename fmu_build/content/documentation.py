@@ -103,7 +103,7 @@ def _formulas(e: Equations) -> list[Markup]:
 
 
 def _stribeck_levels(e: Equations) -> dict[sp.Expr, sp.Symbol]:
-    """Return g(v) of each joint, as it stands in the right-hand side, and the symbol to write for it."""
+    """Return the Stribeck level g(v) of each joint as the right-hand side has it, and the symbol that replaces it."""
     levels = {}
     for joint, friction in zip(e.joints, e.friction, strict=False):
         law, number = law_named(friction), "" if len(e.joints) == 1 else str(joint)

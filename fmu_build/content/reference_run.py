@@ -117,7 +117,7 @@ def reference(interface: Interface) -> Reference | None:
 
 
 def _check_finite(interface: Interface, t: Array, y: Array) -> None:
-    """Refuse a model whose reference run overflows: some value of it lies far from what such a machine has."""
+    """Refuse a model whose reference run overflows: the magnitude of some parameter is implausible."""
     broken = np.argwhere(~np.isfinite(y))
     if broken.size == 0:
         return

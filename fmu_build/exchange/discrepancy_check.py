@@ -58,7 +58,10 @@ def _check_complete(refit: Mapping[str, float], effects: Sequence[Effect], where
 
 
 def _needed(effect: Effect) -> list[str]:
-    """Return the parameters that a refit has to state: of an effect that is taken along, all but known numbers."""
+    """Return the parameters of an effect that a refit must state.
+
+    None for an effect that the whole device does not include; else all that are fitted or scaled to the test.
+    """
     if of_the_test_alone(effect):
         return []
     return [q.id for q in effect.parameters if q.id in {*effect.relative, *effect.origin} or not q.fixed]

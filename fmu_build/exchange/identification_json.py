@@ -73,7 +73,7 @@ def read_identification(path: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        Where the file does not follow ``identification.schema.json``, or states what no device can have
+        Where the file does not follow ``identification.schema.json``, or states parameters that no device can have
         (`fmu_build.exchange.identification_check.check_tests`).
     """
     data = read_json(path, "an identification.json", ("haptid.fmu_build.exchange", "identification.schema.json"))

@@ -1,4 +1,4 @@
-"""Systems of FMUs: FMU files and `Connection` s in, an SSP archive out (SSP 1.0, section 5)."""
+"""Systems of FMUs: FMU files and their connections in, an SSP archive out (SSP 1.0, section 5)."""
 
 from __future__ import annotations
 

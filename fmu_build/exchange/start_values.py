@@ -45,8 +45,8 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
     Raises
     ------
     InputError
-        Where the file is no parameter set (`fmu_build.exchange.ssv_reader.read_ssv`), names what the FMU of
-        ``equations`` does not have, or states another unit or a value that the quantity cannot have.
+        Where the file is no parameter set (`fmu_build.exchange.ssv_reader.read_ssv`), or names a variable that the FMU
+        does not have, another unit than the variable's, or an impossible value.
     """
     if path is None:
         return _in_order(found, equations)
@@ -87,7 +87,7 @@ def _in_order(found: Identified, equations: Equations) -> Identified:
 
 
 def _possible(q: Quantity) -> Possible:
-    """Return what a parameter of one joint, or of a joint among several, can be, in the unit that it has here."""
+    """Return the possible values of a parameter in the equations' own unit; its id may end in a joint's number."""
     stem, _, tail = q.id.rpartition("_")
     name = stem if tail.isdigit() else q.id
     if name not in ROWS:

@@ -1,4 +1,4 @@
-"""Describe which effects of findings the FMU of the whole device includes: `Finding` s in, sentences out."""
+"""Describe which effects of findings the FMU of the whole device includes: findings in, sentences out."""
 
 from __future__ import annotations
 

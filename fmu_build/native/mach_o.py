@@ -27,6 +27,7 @@ def universal(*slices: bytes) -> bytes:
     header = struct.pack(">II", MAGIC, len(slices))
     body = bytearray()
     for piece in slices:
+        # A thin file is little-endian, as its processor; the header of a universal file is big-endian.
         _, processor, subtype = struct.unpack_from("<III", piece)
         header += struct.pack(">IIIII", processor, subtype, offset + len(body), len(piece), ALIGNMENT)
         body += piece

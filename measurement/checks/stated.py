@@ -55,7 +55,7 @@ def _device(campaign: Campaign) -> Device | None:
 
 def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: Overrides) -> None:
     runs = campaign.runs_of((joint,))
-    if not runs:  # never alone: what its equations hold depends on the others
+    if not runs:  # no run frees the joint alone: its parameters depend on which joints are free with it
         return
     if device is None:
         friction = campaign.friction.get(joint, DEFAULT)

@@ -15,7 +15,7 @@ from haptid.measurement.values.run import Array, Run
 
 UNLIMITED = Limits()
 MANY_TURNS = 8 * np.pi
-"""Travel [rad] of a joint that turns, four turns, above which degrees are more likely."""
+"""Travel [rad] of a revolute joint, four turns, above which degrees are more likely."""
 SLOW = 0.0501
 """Time between rows [s] above which milliseconds are more likely; 20 Hz is a usual rate."""
 AGAINST = -0.05

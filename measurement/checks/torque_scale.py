@@ -18,7 +18,7 @@ from haptid.model.joint.coupled_joints import configuration_equations
 FAR = 300.0
 """Torque over acceleration per stated inertia in a joint's fastest run, above which thousandths of the unit are likely.
 
-Friction and springs take most of the torque of slow runs, and of fast ones up to 20 times what the inertia does.
+Friction and springs take most of the torque of slow runs, and in fast runs up to 20 times the inertial torque.
 """
 
 

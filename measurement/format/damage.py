@@ -47,7 +47,7 @@ def _open(path: Path) -> BinaryIO:
 
 
 def _fault(raw: bytes, where: str, columns: int) -> InputError | None:
-    """Return what is wrong with a line where the header has ``columns`` cells (0: this is the header)."""
+    """Return the error of a damaged line, else None; the header has ``columns`` cells (0: the line is the header)."""
     try:
         line = raw.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -66,7 +66,7 @@ def _cells(line: str) -> int:
     """Count the cells of a line without an empty last one, which some programs write."""
     try:
         cells = next(csv.reader([line.strip()]), [])
-    except csv.Error:  # a lone carriage return, or a cell longer than the library reads: commas tell as much
+    except csv.Error:  # a lone carriage return, or a cell longer than the library reads: the commas are counted
         cells = line.strip().split(",")
     return len(cells) - (len(cells) > 1 and not cells[-1])
 

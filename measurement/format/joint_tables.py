@@ -77,7 +77,8 @@ def friction_laws(tables: dict[int, dict[str, Any]]) -> dict[int, str]:
 
 def _parameters(source: TomlSource, joint_table: dict[str, Any], joint: int) -> dict[str, dict[str, Any]]:
     section, table = f"joint.{joint}.parameters", joint_table["parameters"]
-    # Where the campaign names no law, the device may: what its joint lacks is refused once the device is read.
+    # Without a law in the campaign, the device's holds, which is not read yet: parameters of any law pass here, and
+    # `check_stated` refuses those that the joint lacks.
     named = "friction" in joint_table
     known = tuple(row.id for row in parameter_rows(joint_table["friction"])) if named else all_ids()
     for name, value in table.items():

@@ -15,7 +15,7 @@ from haptid.measurement.format.damage import refuse_damaged, too_many_cells
 from haptid.support.errors import InputError
 
 LINES = 200
-"""Lines from the start that are looked at: a layout is the same all through a file."""
+"""Number of lines from the start that are checked: a layout is the same throughout a file."""
 LONGEST_LINE = 1_000_000
 """Characters of a line that are read, so that a file without line breaks does not fill the memory."""
 SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"), (" ", "blanks"))
@@ -34,7 +34,7 @@ def check_layout(path: Path) -> None:
     Parameters
     ----------
     path
-        CSV file, or a gzipped one (``.gz``); its first 200 lines are looked at.
+        CSV file, or a gzipped one (``.gz``); its first 200 lines are checked.
 
     Raises
     ------

@@ -70,7 +70,7 @@ def _is_positive(value: object) -> bool:
 
 
 LEAST, MOST = 1e-15, 1e3
-"""No sensor of positions is finer [rad] or [m], and no device's is coarser."""
+"""Least and largest noise or step of a position sensor [rad] or [m], beyond those of any device."""
 
 
 def _is_noise(value: object) -> bool:
@@ -84,7 +84,7 @@ def _is_step(value: object) -> bool:
 LEAST_CONSTANT, MOST_CONSTANT = 1e-9, 1e9
 """Torque (force) per ampere of drives [N m/A] ([N/A]), from the smallest to the largest and far beyond."""
 FARTHEST = 1e4
-"""No locked joint stands farther from home [rad] or [m]."""
+"""Largest position of a locked joint [rad] or [m], beyond that of any device."""
 
 
 def _is_constant(value: object) -> bool:

@@ -33,7 +33,7 @@ SUFFIXES = (".csv", ".csv.gz", ".parquet")
 LEAST_ROWS = 8
 """Rows of the shortest table that is read."""
 LARGEST = 1e100
-"""No time, torque, position or velocity is larger, and squares of such numbers are finite."""
+"""Largest time, torque, position or velocity that is read, in any unit: squares of such numbers are finite."""
 LONGEST_CELL = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -100,7 +100,7 @@ class Table:
         return values
 
     def _no_number(self, column: str, index: int, value: float) -> InputError:
-        """Return the error of a cell that is no number, or none that anything measures; it shows what stands there."""
+        """Return the error of a cell that is no finite number or is too large; it shows the cell as it is written."""
         cell = self._as_written(column, index)
         got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), LONGEST_CELL))
         todo = "" if np.isnan(value) else f"no value is above {LARGEST:g}"
@@ -112,6 +112,7 @@ class Table:
         cell = self.frame[column].iloc[index]
         if self.path.suffix == ".parquet" or isinstance(cell, str) or pd.isna(cell):
             return cell
+        # Numbers were read as binary: the file is read again, only for this error.
         texts = _read_frame(self.path, as_text=True)
         return texts.iloc[index, list(self.frame.columns).index(column)]
 

@@ -60,6 +60,7 @@ def with_validation(campaign: Campaign) -> Campaign:
         if not fits or campaign.runs_of(joints, "validate"):
             continue
         longest = max(fits, key=lambda run: float(run.t[-1]))
+        # By identity: runs do not compare by their content.
         index = next(i for i, run in enumerate(runs) if run is longest)
         runs[index : index + 1] = _parts(longest)
     return campaign.but(runs=tuple(runs))

@@ -1,4 +1,4 @@
-"""`Campaign`, the frozen value that `measurement.format.reading` makes of a folder: `Run` s of one device.
+"""`Campaign`, the frozen value that `measurement.format.reading` makes of a folder: the runs of one device.
 
 It holds the runs and the statements of ``campaign.toml`` about them: device, friction laws, stated parameters.
 """
