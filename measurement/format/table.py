@@ -1,6 +1,6 @@
 """Read one table of a run: CSV (optionally gzipped) or Parquet in, `Table` out.
 
-1. Check the layout of a CSV file (`check_layout`), so that a wrong separator is named before pandas guesses.
+1. Check the layout of a CSV file (`check_layout`): pandas would read a wrong separator without an error.
 2. Read all cells as numbers; where one is none, read all again as text, so that an error can show the cell.
 3. Drop blank lines at the end, and refuse fewer than 8 rows.
 
