@@ -67,7 +67,7 @@ def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     Fmu
         With sensitivities. First guesses, bounds and priors are those of an earlier build, since a fit sets them.
     """
-    if not FmuBuilder.has_binary():
+    if not FmuBuilder.has_binary():  # nothing for this platform among pythonfmu's loaders
         kind = "native"
     named = [tuple(getattr(q, f.name) for f in fields(q) if f.name not in GUESSED) for q in equations.parameters]
     shown = (equations.name, equations.title, equations.states, equations.inputs, equations.outputs, named)

@@ -109,6 +109,7 @@ class Interface:
         """
         e = self.equations
         used: set[sp.Symbol] = {u.symbol for u in e.inputs}
+        # Outputs may use inputs through a definition.
         used |= {s for s, f in e.definitions if f.free_symbols & used}
         through = any(sp.sympify(o.expression).free_symbols & used for o in e.outputs)
         return 0 if through else self.offsets["x"]

@@ -102,6 +102,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     slave, fallback = module_text("slave.py"), fallback_source(interface)
     plan = json.dumps(plan_of(interface, "?"))
     content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
+    # The plan names the module, and the module's name holds the digest: the plan enters with "?" in its place.
     digest = _short(content)
     module = f"{interface.identifier}_{_short((digest, [p.python for p in platforms]))}"
     guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)

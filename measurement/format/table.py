@@ -210,6 +210,7 @@ def _holds_flags(path: Path, frame: pd.DataFrame, common: dict[str, Any]) -> boo
     binary = [k for k in range(frame.shape[1]) if len(frame) and np.isin(frame.iloc[:, k].to_numpy(), (0.0, 1.0)).all()]
     if not binary:
         return False
+    # Only columns of zeros and ones can be flags, and their first row shows it: the whole file need not be read again.
     texts = pd.read_csv(path, index_col=False, dtype=str, usecols=binary, nrows=1, **common)
     return any(str(cell).strip().lower() in ("true", "false") for cell in texts.iloc[0])
 

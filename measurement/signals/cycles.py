@@ -161,6 +161,7 @@ def _line(t: Array, u: Array, omega: float) -> tuple[Array, float]:
 def _number_cycles(turns: Array) -> NDArray[np.int64]:
     """Count cycles from 0, slivers at both ends joined to their neighbours."""
     index = np.floor(turns).astype(np.int64)
+    # The first boundary is near: the rows before it count to the first whole cycle. Likewise at the end.
     if 1.0 - turns[0] % 1.0 < SLIVER:
         index = np.maximum(index, index[0] + 1)
     if turns[-1] % 1.0 < SLIVER:
