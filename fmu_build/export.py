@@ -49,10 +49,32 @@ def export_full(
     findings: Sequence[Finding] = (),
     start: Path | None = None,
 ) -> Fmu:
-    """Build the FMU of the whole device with the values of ``identification`` (the content of identification.json).
+    """Build the FMU of the whole device at its identified values.
 
-    ``findings`` bring effects and the parameters that were fitted with them; links stay as they were identified. The
-    parameter set ``start`` overrules both.
+    Parameters
+    ----------
+    device
+        Device of the results.
+    identification
+        Content of an ``identification.json`` that passed `check_for_device`.
+    out
+        File to write.
+    kind
+        Packaging.
+    findings
+        Effects to include, with the parameters that were fitted with them; links stay as they were identified.
+    start
+        Parameter set (SSV) whose values overrule identification and findings; None for none.
+
+    Returns
+    -------
+    Fmu
+        With provenance of every value in its documentation.
+
+    Raises
+    ------
+    InputError
+        Where two findings are of one joint, the parameter set is at fault, or the reference run overflows.
     """
     equations = full_equations(device.with_friction(friction_by_joint(identification)), by_joint(findings))
     found = with_start_values(apply_refits(of_device(identification), findings).among(equations), start, equations)
@@ -62,8 +84,33 @@ def export_full(
 def export_joint(
     identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python", start: Path | None = None
 ) -> Fmu:
-    """Build the FMU of one joint with the values of ``identification``, overruled by the parameter set ``start``."""
+    """Build the FMU of one joint at its identified values.
+
+    Parameters
+    ----------
+    identification
+        Content of an ``identification.json`` with a configuration that frees this joint alone.
+    joint
+        Number of the joint.
+    out
+        File to write.
+    kind
+        Packaging.
+    start
+        Parameter set (SSV) whose values overrule the identification; None for none.
+
+    Returns
+    -------
+    Fmu
+        With the bounds of the fit where they are written down.
+
+    Raises
+    ------
+    InputError
+        Where the joint was not tested alone, the parameter set is at fault, or the reference run overflows.
+    """
     entries, found = entries_of(identification, joint), of_joint(identification, joint)
+    # The inertia of a prismatic joint is a mass: its unit says which kind of joint was identified.
     slides, friction = entries["inertia"].get("unit") == "kg", friction_by_joint(identification)[joint]
     table = [q for q in joint_parameters(prismatic=slides, friction=friction) if q.id in found.values]
     parameters = [_set_within_bounds(q, found.values[q.id], entries[q.id]) for q in table]
@@ -73,7 +120,22 @@ def export_joint(
 
 
 def export_parameters(device: Device, identification: Mapping[str, Any], path: Path) -> Path:
-    """Write the parameter set (SSV) of the whole device's FMU."""
+    """Write the parameter set (SSV) of the whole device's FMU.
+
+    Parameters
+    ----------
+    device
+        Device of the results.
+    identification
+        Content of an ``identification.json``.
+    path
+        File to write.
+
+    Returns
+    -------
+    Path
+        ``path``. The set holds every parameter by FMU variable name; first guesses where none was identified.
+    """
     equations = full_equations(device.with_friction(friction_by_joint(identification)))
     return write_ssv(path, *of_device(identification).among(equations).named(equations), name=device.name)
 
@@ -177,7 +239,7 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
         told = list(taken_along(findings, data, machine, str(source)))
         values = of_device(data).values
         check_orders(values, machine, str(source))
-        for finding in findings:
+        for finding in findings:  # each by itself, so that an error names the file at fault
             check_orders(values | finding.values, machine, finding.source)
         warnings = list(impossible_links(values, machine))
         with _told_of(source, warnings):

@@ -26,7 +26,29 @@ from haptid.support.files.files import is_file, write_bytes, write_text
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answers:
-    """What the user says about the data, by flags or in answer to questions."""
+    """Hold the user's statements on the data, from flags or from answers to questions.
+
+    Parameters
+    ----------
+    title
+        One line that names the tests.
+    device
+        Built-in name, device file, or ``single_joint``.
+    measured
+        False for synthetic data.
+    hold
+        Torque between rows, ``zero`` or ``linear``.
+    noise
+        Standard deviation of the white sensor noise [rad] ([m]); None to estimate it.
+    resolution
+        Encoder step [rad] ([m]); None to estimate it.
+    validate
+        Names of the tables that validate.
+    free
+        Joints that move; None for all that have a torque and a position.
+    targets
+        Column of the format by column of the user's tables.
+    """
 
     title: str
     device: str
@@ -63,6 +85,7 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | 
     tables = _tables(folder)
     answers = _answers(folder, tables, dict(flags), parse_map(maps))
     out.parent.mkdir(parents=True, exist_ok=True)
+    # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
         inner = Path(draft) / out.name
         _write(inner, tables, answers)
@@ -78,7 +101,7 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | 
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:
-    """Read the draft; what is wrong with it is told of the user's own tables."""
+    """Read the draft; an error names the user's own tables instead of the draft's."""
     try:
         return read_campaign(draft)
     except InputError as error:
@@ -134,7 +157,7 @@ def _ask(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str, 
 
 
 def _ask_columns(tables: list[Table], targets: dict[str, Target]) -> dict[str, Target]:
-    """Ask what the columns are where the first table lacks the fixed names."""
+    """Ask for the meaning of each column where the first table has no ``time_s`` or no position."""
     first = tables[0]
     names = {targets[name].name if name in targets else name for name in first.columns}
     if "time_s" in names and any(name.startswith("position_") for name in names):

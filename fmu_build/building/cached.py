@@ -1,4 +1,8 @@
-"""FMUs that are built once and kept in the cache."""
+"""FMUs that are built once and kept in the cache: `Equations` in, `Fmu` out.
+
+The key of an entry holds everything that its archive is made from: the formulas, what the FMU shows of them, and the
+source of this package and of the kernel. A change of any of them builds the FMU anew.
+"""
 
 from __future__ import annotations
 
@@ -17,11 +21,17 @@ from haptid.model.kernel.generate import DEFAULT_STEP
 from haptid.support.files.cache import cache_folder, is_sealed, seal
 
 GUESSED = ("initial", "lower", "upper", "std", "fixed", "prior", "guess")
-"""What a fit gives an identification FMU anew, so that one FMU serves all first guesses."""
+"""Fields of a parameter that a fit sets in an identification FMU, and that its key leaves out: one FMU serves all."""
 
 
 def builder_digest() -> str:
-    """Return a digest of everything that turns equations into an FMU."""
+    """Return a digest of the code that turns equations into an FMU: pythonfmu's version, this package, the kernel.
+
+    Returns
+    -------
+    str
+        Sixteen hex digits.
+    """
     digest = hashlib.sha256(f"pythonfmu {version('pythonfmu')}".encode())
     for package in (fmu_build, kernel):
         here = Path(package.__path__[0])
@@ -31,17 +41,33 @@ def builder_digest() -> str:
 
 
 def description_digest(equations: Equations) -> str:
-    """Return a digest of everything in the equations that an FMU shows, first guesses and bounds included."""
+    """Return a digest of everything in the equations that an FMU shows, first guesses and bounds included.
+
+    Returns
+    -------
+    str
+        Sixteen hex digits.
+    """
     shown = (equations.states, equations.inputs, equations.outputs, equations.parameters, equations.title)
     return hashlib.sha256(repr((equations.digest, shown, equations.orderings)).encode()).hexdigest()[:16]
 
 
 def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
-    """Return the identification FMU of ``equations`` from the cache, built where it is not there yet.
+    """Return the identification FMU of some equations, from the cache or built for it.
 
-    Where pythonfmu has no loader for this machine, it is the native packaging of the same kernel.
+    Parameters
+    ----------
+    equations
+        Explicit equations, without observer; the FMU gets the observer as further inputs.
+    kind
+        Packaging; ``native`` in any case where pythonfmu has no loader for this machine.
+
+    Returns
+    -------
+    Fmu
+        With sensitivities. First guesses, bounds and priors are those of an earlier build, since a fit sets them.
     """
-    if not FmuBuilder.has_binary():
+    if not FmuBuilder.has_binary():  # nothing for this platform among pythonfmu's loaders
         kind = "native"
     named = [tuple(getattr(q, f.name) for f in fields(q) if f.name not in GUESSED) for q in equations.parameters]
     shown = (equations.name, equations.title, equations.states, equations.inputs, equations.outputs, named)
@@ -50,7 +76,20 @@ def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
 
 
 def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
-    """Return the FMU of ``equations`` with their first guesses from the cache, built where it is not there yet."""
+    """Return the FMU of some equations at their first guesses, from the cache or built for it.
+
+    Parameters
+    ----------
+    equations
+        Equations of a joint, a configuration or a whole device.
+    kind
+        Packaging.
+
+    Returns
+    -------
+    Fmu
+        Without sensitivities, at a path in the cache.
+    """
     return _find_or_build(equations, description_digest(equations), kind, identification=False)
 
 

@@ -18,7 +18,25 @@ COUPLED = (0, 1)
 
 
 def configurations(device: Device, joints: Sequence[int] | None = None) -> tuple[tuple[int, ...], ...]:
-    """Return the sets of free joints: each joint alone, then the coupled pair; of ``joints`` only where given."""
+    """Return the sets of free joints that a device is tested with.
+
+    Parameters
+    ----------
+    device
+        Device whose joints are counted.
+    joints
+        Joints to choose from; None for all.
+
+    Returns
+    -------
+    tuple of tuple of int
+        Each joint alone, ascending, then the coupled pair (0, 1) where both are chosen.
+
+    Raises
+    ------
+    InputError
+        Where the device has no such joint.
+    """
     count = len(device.joints)
     wanted = range(count) if joints is None else sorted(set(joints))
     unknown = [j for j in wanted if not 0 <= j < count]
@@ -33,7 +51,24 @@ def configurations(device: Device, joints: Sequence[int] | None = None) -> tuple
 def build_configurations(
     device: Device, sets: Sequence[tuple[int, ...]], folder: Path, *, kind: Kind = "python"
 ) -> Iterator[Fmu]:
-    """Build (or copy from the cache) ``joint<j>.fmu`` and ``joints<jk>.fmu`` in ``folder``, one at a time."""
+    """Build ``joint<j>.fmu`` and ``joints<jk>.fmu`` in a folder, or copy them from the cache.
+
+    Parameters
+    ----------
+    device
+        Device whose other joints are locked at 0.
+    sets
+        Free joints of each FMU.
+    folder
+        Folder to write to.
+    kind
+        Packaging.
+
+    Yields
+    ------
+    Fmu
+        One after the other, so that a command can report each.
+    """
     for free in sets:
         equations = configuration_equations(device, free)
         fmu = cached_fmu(equations, kind=kind)

@@ -1,4 +1,11 @@
-"""Equations in, FMU file out."""
+"""Build an FMU: `Equations` in, `Fmu` file out.
+
+1. Add the observer for an identification FMU, and generate the kernel's C source.
+2. Choose the variables, their names and value references (`interface_of`).
+3. Write description, sources and binaries of the packaging.
+4. Add documentation, licences, parameter set, picture and reference run (`extra_files`).
+5. Pack the archive, the same bytes for the same content.
+"""
 
 from __future__ import annotations
 
@@ -23,12 +30,13 @@ from haptid.support.errors import InputError
 from haptid.support.files.files import write_bytes
 
 Kind = Literal["python", "native", "native3"]
+"""Packaging: by pythonfmu (FMI 2.0), native in FMI 2.0, native in FMI 3.0."""
 _PACKAGINGS = {"python": python_files, "native": native_files, "native3": native_files3}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fmu:
-    """An FMU on disk.
+    """Name an FMU on disk with the equations that it holds.
 
     Parameters
     ----------
@@ -37,7 +45,7 @@ class Fmu:
     digest
         Sixteen hex digits of its content.
     equations
-        What it was built from (without observer).
+        Equations of the model, without observer.
     kind
         ``python``, ``native`` or ``native3``.
     step
@@ -62,7 +70,26 @@ def interface_for(
     values: Mapping[str, float] | None = None,
     step: float = DEFAULT_STEP,
 ) -> Interface:
-    """Return the interface of the FMU of ``equations``; ``values`` are start values by id of parameter or state."""
+    """Return the interface of the FMU of some equations.
+
+    Parameters
+    ----------
+    equations
+        Equations without observer.
+    kind
+        Packaging; the Python packaging does not show state derivatives.
+    identification
+        Whether to add the observer's inputs and show slopes, sensitivities and the inner step.
+    values
+        Start values by id of parameter or state, SI units; the first guesses where absent.
+    step
+        Longest inner step [s].
+
+    Returns
+    -------
+    Interface
+        With the identifier ``<name>_identification`` for an identification FMU, else ``<name>``.
+    """
     kernel = generate(with_observer(equations) if identification else equations, step=step)
     return interface_of(
         kernel,
@@ -83,10 +110,14 @@ def build_fmu(
     provenance: Mapping[str, Provenance | str] | None = None,
     platforms: tuple[Platform, ...] | None = None,
 ) -> Fmu:
-    """Build the FMU of ``equations`` at ``out`` and return it.
+    """Build the FMU of some equations.
 
     Parameters
     ----------
+    equations
+        Equations of a joint, a configuration or a whole device, without observer.
+    out
+        File to write.
     kind
         ``python`` (pythonfmu, the kernel compiled inside), ``native`` (FMI 2.0) or ``native3`` (FMI 3.0, not for
         identification).
@@ -98,6 +129,16 @@ def build_fmu(
         Where a parameter's value comes from and its error bar, by id, for the documentation.
     platforms
         For which to carry binaries; all where None, this machine's alone for identification.
+
+    Returns
+    -------
+    Fmu
+        With the digest of the archive.
+
+    Raises
+    ------
+    InputError
+        For an identification FMU in FMI 3.0, and where the reference run gives no finite numbers.
     """
     if identification and kind == "native3":
         raise InputError("identification FMU", expected="FMI 2.0, which the fits step", got="FMI 3.0")
@@ -106,7 +147,7 @@ def build_fmu(
         platforms = this_platform() if identification else PLATFORMS
     text = f"{equations.title}; torque in, position out"
     files, _ = _PACKAGINGS[kind](interface, platforms=platforms, text=text)
-    python, linear = kind == "python", kind == "native"
+    python, linear = kind == "python", kind == "native"  # only the latter declares canInterpolateInputs
     files |= extra_files(interface, text=text, python=python, linear=linear, provenance=provenance or {})
     data = pack(rename_picture(files) if kind == "native3" else files)
     write_bytes(out, data)

@@ -1,4 +1,7 @@
-"""``documentation/index.html`` of an FMU: equations, variables, parameters with their provenance and error bars."""
+"""``documentation/index.html`` of an FMU: `Interface` and `Provenance` in, HTML out.
+
+The page shows the equations, the variables, and the parameters with their provenance and error bars.
+"""
 
 from __future__ import annotations
 
@@ -25,7 +28,24 @@ _ENVIRONMENT = jinja2.Environment(
 
 
 def documentation(interface: Interface, *, text: str, linear: bool, provenance: Mapping[str, Provenance]) -> str:
-    """Return the page; ``linear``: the host may set the inputs' derivatives."""
+    """Render the documentation of an FMU.
+
+    Parameters
+    ----------
+    interface
+        Variables and equations of the FMU.
+    text
+        Description of the model, one line.
+    linear
+        Whether a host may set the derivatives of the inputs, so that inputs run linearly within a step.
+    provenance
+        Provenance of every parameter by id; equal sources share a footnote.
+
+    Returns
+    -------
+    str
+        HTML with the equations as MathML.
+    """
     e = interface.equations
     sources = list(dict.fromkeys(origin.source for origin in provenance.values()))
     return _ENVIRONMENT.get_template("documentation.html.j2").render(
@@ -49,7 +69,7 @@ def _parameters(interface: Interface) -> tuple[Variable, ...]:
 
 
 def _general(e: Equations) -> tuple[str, ...]:
-    """Return the equations of the whole device in general form, friction after its law, or after each of its laws."""
+    """Return the equations of the whole device in general form, then the formulas of each friction law."""
     laws = [law_named(id) for id in dict.fromkeys(e.friction)]
     if len(laws) == 1:
         torque, *rates = laws[0].formulas
@@ -68,7 +88,7 @@ def _motion(friction: str) -> str:
 
 
 def _formulas(e: Equations) -> list[Markup]:
-    """Return the explicit equations as MathML; a recorded tape is not for reading."""
+    """Return explicit equations as MathML, empty for a whole device, whose recorded definitions nobody can read."""
     if e.definitions:
         return []
     levels = _stribeck_levels(e)
@@ -83,7 +103,7 @@ def _formulas(e: Equations) -> list[Markup]:
 
 
 def _stribeck_levels(e: Equations) -> dict[sp.Expr, sp.Symbol]:
-    """Return g(v) of each joint, as it stands in the right-hand side, and the symbol to write for it."""
+    """Return the Stribeck level g(v) of each joint as the right-hand side has it, and the symbol that replaces it."""
     levels = {}
     for joint, friction in zip(e.joints, e.friction, strict=False):
         law, number = law_named(friction), "" if len(e.joints) == 1 else str(joint)

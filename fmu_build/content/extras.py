@@ -1,4 +1,4 @@
-"""What stands in an FMU beside its code: documentation, licences, parameter set, picture, reference run."""
+"""Files of an FMU beside its code: `Interface` in, documentation, licences, parameter set, picture and runs out."""
 
 from __future__ import annotations
 
@@ -17,7 +17,32 @@ from haptid.fmu_build.exchange.ssv import ssv_bytes
 def extra_files(
     interface: Interface, *, text: str, python: bool, linear: bool, provenance: Mapping[str, Provenance | str]
 ) -> dict[str, bytes]:
-    """Return the files by their name within the archive."""
+    """Build the files of an FMU that hold no code.
+
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU.
+    text
+        Description of the model, one line.
+    python
+        Whether the archive holds pythonfmu, whose licence it then carries.
+    linear
+        Whether a host may set the derivatives of the inputs.
+    provenance
+        Known provenance of parameters by id.
+
+    Returns
+    -------
+    dict
+        Content by name within the archive. An identification FMU, and one that cannot run on this machine, has no
+        reference run and no picture.
+
+    Raises
+    ------
+    OverflowingError
+        Where the reference run gives no finite numbers.
+    """
     origins = provenance_of(interface.equations, provenance)
     licence = resources.files("haptid.fmu_build.content") / "license.txt"
     page = documentation(interface, text=text, linear=linear, provenance=origins)

@@ -1,4 +1,4 @@
-"""``model.png`` of an FMU: its first output in the reference run, drawn without a plotting library."""
+"""``model.png`` of an FMU: time series in, PNG out, drawn without a plotting library."""
 
 from __future__ import annotations
 
@@ -9,12 +9,26 @@ import numpy as np
 from numpy.typing import NDArray
 
 WIDTH, HEIGHT, MARGIN = 240, 160, 12
+"""Size of the picture and distance of the axes from its edge [pixels]."""
 OVERSAMPLING = 4
+"""Points per pixel in each direction, averaged for smooth edges."""
 PAPER, AXIS, LINE = (255, 255, 255), (206, 212, 218), (11, 114, 133)
+"""Colours in RGB, 0 to 255."""
 
 
 def picture(t: NDArray[np.float64], y: NDArray[np.float64]) -> bytes:
-    """Return a PNG of y (n_t,) over t (n_t,)."""
+    """Draw a time series as a line over axes.
+
+    Parameters
+    ----------
+    t, y
+        Time and value, shape (n_t,) each; ``t`` ascends.
+
+    Returns
+    -------
+    bytes
+        PNG of 240 × 160 pixels without labels.
+    """
     ink = np.zeros((HEIGHT * OVERSAMPLING, WIDTH * OVERSAMPLING))
     span = float(np.ptp(y)) or 1.0
     inner = np.array([WIDTH - 2 * MARGIN, HEIGHT - 2 * MARGIN])
@@ -24,6 +38,7 @@ def picture(t: NDArray[np.float64], y: NDArray[np.float64]) -> bytes:
     column, row = (
         np.rint((MARGIN + part * size) * OVERSAMPLING) for part, size in zip((right, up), inner, strict=True)
     )
+    # A disc at every point of the finer image; the mean over its blocks gives smooth edges.
     half = OVERSAMPLING
     for dx in range(-half, half + 1):
         for dy in range(-half, half + 1):

@@ -1,4 +1,7 @@
-"""The reference run of an FMU: a cosine at every torque, and the outputs that must come from it."""
+"""The reference run of an FMU: `Interface` in, `Reference` out, the inputs and outputs that any host must reproduce.
+
+Every torque is a cosine of four times the joint's stiction, so that the joint slides; other inputs are 0.
+"""
 
 from __future__ import annotations
 
@@ -21,13 +24,26 @@ from haptid.support.errors import InputError
 
 Array = NDArray[np.float64]
 ROWS, STEP, OMEGA, TIMES_STICTION = 401, 0.005, 2.0, 4.0
+"""Rows, time between rows [s], angular frequency of the torque [rad/s], and its amplitude over the stiction."""
 PLAIN_AMPLITUDE = 1e-2
 """Torque [N m] where the equations have no stiction to measure it by."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """Times (n_t,), inputs (n_t, n_u) held between rows, outputs (n_t, n_y) at the rows, and the columns' names."""
+    """Hold a reference run.
+
+    Parameters
+    ----------
+    t
+        Time [s], shape (n_t,).
+    u
+        Inputs held between rows, in their units, shape (n_t, n_u).
+    y
+        Outputs at the rows, in their units, shape (n_t, n_y).
+    inputs, outputs
+        FMU variable names of the columns.
+    """
 
     t: Array
     u: Array
@@ -36,7 +52,7 @@ class Reference:
     outputs: tuple[str, ...]
 
     def files(self) -> dict[str, bytes]:
-        """Return the two CSV files."""
+        """Return the CSV files of inputs and outputs by name; numbers keep their last bit."""
         return {
             "reference_in.csv": _csv(("time", *self.inputs), np.column_stack((self.t, self.u))),
             "reference_out.csv": _csv(("time", *self.outputs), np.column_stack((self.t, self.y))),
@@ -63,7 +79,23 @@ def _library(path: Path) -> ctypes.CDLL:
 
 
 def reference(interface: Interface) -> Reference | None:
-    """Run the kernel on this machine; None where it cannot be compiled for it."""
+    """Run the compiled kernel on this machine.
+
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU, at its start values.
+
+    Returns
+    -------
+    Reference or None
+        401 rows over 2 s; None where this machine is none of `PLATFORMS`.
+
+    Raises
+    ------
+    OverflowingError
+        Where an output is not finite.
+    """
     here = this_platform()
     if not here:
         return None
@@ -74,6 +106,7 @@ def reference(interface: Interface) -> Reference | None:
     at, n_y = interface.offsets, len(interface.equations.outputs)
     for k, row in enumerate(u):
         values[at["u"] : at["u"] + row.size] = row
+        # The outputs of this row, before the step: an output may depend on the input that the row sets.
         library.hf_output(values.ctypes.data, t[k])
         y.append(values[at["y"] : at["y"] + n_y].copy())
         if k + 1 < t.size:
@@ -84,13 +117,14 @@ def reference(interface: Interface) -> Reference | None:
 
 
 def _check_finite(interface: Interface, t: Array, y: Array) -> None:
-    """Refuse a model whose reference run overflows: some value of it lies far from what such a machine has."""
+    """Refuse a model whose reference run overflows: the magnitude of some parameter is implausible."""
     broken = np.argwhere(~np.isfinite(y))
     if broken.size == 0:
         return
     row, column = broken[0]
     output = interface.of_role("output")[column].name
     got = f"{y[row, column]} in {output} at {t[row]:g} s"
+    # The error names the value whose magnitude is farthest from 1, the likeliest slip of a unit or an exponent.
     furthest = max(interface.of_role("parameter"), key=lambda v: abs(np.log10(abs(v.start or 1.0))))
     todo = f"look at its values, as at {furthest.name} = {furthest.start:g}"
     raise OverflowingError(interface.title, expected="finite outputs of the reference run", got=got, todo=todo)

@@ -1,4 +1,4 @@
-"""On what each output and each state derivative depends: the dependencies of the model structure."""
+"""Dependencies of the FMI model structure: `Interface` in, value references that each unknown depends on out."""
 
 from __future__ import annotations
 
@@ -9,7 +9,13 @@ from haptid.fmu_build.description.variables import Variable
 
 
 class Dependencies:
-    """On which variables each output and derivative depends, read off the formulas."""
+    """Find the variables on which each output and each derivative depends, from the symbols in its formula.
+
+    Parameters
+    ----------
+    interface
+        Interface of the FMU. Its definitions are resolved once, in their order: each uses only earlier ones.
+    """
 
     def __init__(self, interface: Interface) -> None:
         self.interface = interface
@@ -26,7 +32,20 @@ class Dependencies:
         return set().union(*(self._resolved.get(s, {s}) for s in symbols), set())
 
     def of(self, v: Variable, *, parameters: bool) -> set[int]:
-        """Return the references on which ``v`` depends; of parameters only where asked."""
+        """Return the value references on which a variable depends.
+
+        Parameters
+        ----------
+        v
+            An output or a derivative. A variable of any other role depends on all states, inputs and parameters.
+        parameters
+            Whether parameters are listed, as for initial unknowns.
+
+        Returns
+        -------
+        set of int
+            References of inputs and states, and of parameters where asked.
+        """
         names = {s.name for s in self._symbols(v)}
         return {
             r.reference for id, r in self._references.items() if id in names and (parameters or r.role != "parameter")
@@ -41,6 +60,7 @@ class Dependencies:
             i = v.reference - self.interface.offsets["dx"]
             if e.mass_matrix is None or not n <= i < 2 * n:
                 return self._resolve(sp.sympify(e.rhs[i]).free_symbols)
+            # M⁻¹ mixes the rows: each acceleration depends on all of h and of M.
             rows = set().union(*(sp.sympify(f).free_symbols for f in e.rhs[n : 2 * n]))
             return self._resolve(rows) | self._matrix
         return {q.symbol for quantities in (e.states, e.inputs, e.parameters) for q in quantities}

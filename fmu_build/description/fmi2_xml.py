@@ -20,16 +20,23 @@ LICENCE = "BSD-3-Clause"
 
 
 def model_description(interface: Interface, *, guid: str, python: bool, text: str) -> bytes:
-    """Return ``modelDescription.xml``.
+    """Return ``modelDescription.xml`` of FMI 2.0.
 
     Parameters
     ----------
+    interface
+        Variables, kernel and identifier of the FMU.
     guid
-        Identity of the content.
+        Identity of the content (`guid_of`), the same as in the binary.
     python
         Whether this is the Python packaging: co-simulation alone, no directional derivatives.
     text
-        Description of the model.
+        Description of the model, one line.
+
+    Returns
+    -------
+    bytes
+        Indented XML in UTF-8.
     """
     root = Element(
         "fmiModelDescription",
@@ -103,7 +110,20 @@ def _kinds(root: Element, interface: Interface, python: bool) -> None:
 
 
 def unit_definitions(root: Element, names: Iterable[str]) -> None:
-    """Append the units ``names`` with base units and display units, which FMI 2.0 and 3.0 write alike."""
+    """Append ``UnitDefinitions``, which FMI 2.0 and 3.0 write alike, to an element.
+
+    Parameters
+    ----------
+    root
+        Element that gets the definitions.
+    names
+        Units as `parse_unit` reads them; each is written with SI exponents, factor and display unit.
+
+    Raises
+    ------
+    ValueError
+        Where a unit is unknown.
+    """
     definitions = SubElement(root, "UnitDefinitions")
     for name in sorted(names):
         unit = parse_unit(name)
@@ -144,6 +164,7 @@ def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
 
 
 def _index(interface: Interface, reference: int) -> int:
+    """Return the place of a variable among ``ModelVariables`` from 1, by which FMI 2.0 refers to it."""
     return next(i for i, v in enumerate(interface.variables, start=1) if v.reference == reference)
 
 

@@ -21,10 +21,17 @@ def model_description3(interface: Interface, *, token: str, text: str) -> bytes:
 
     Parameters
     ----------
+    interface
+        Variables, kernel and identifier of the FMU.
     token
-        Instantiation token: identity of the content.
+        Instantiation token: identity of the content (`guid_of`), the same as in the binary.
     text
-        Description of the model.
+        Description of the model, one line.
+
+    Returns
+    -------
+    bytes
+        Indented XML in UTF-8.
     """
     root = Element(
         "fmiModelDescription",

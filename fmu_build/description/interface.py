@@ -1,11 +1,12 @@
-"""What an FMU shows of its kernel, and the flat buffer that holds it.
+"""The variables that an FMU shows and the flat buffer that holds them: `Kernel` in, `Interface` out.
 
 All real variables of an instance are one array of doubles; the value reference is the index into it. Blocks, in order:
 
 u (n_u), slope (n_u), x (n_x), p (n_p), y (n_y), dx (n_x), dy (n_y·n_c), S (n_x·n_c), h (1)
 
-with n_c = n_p + n_x directions of the sensitivities, or 0, and the longest inner step h [s]. Blocks that an
-FMU does not show are still there.
+with n_c = n_p + n_x directions of the sensitivities, or 0, and the longest inner step h [s]. dy and S are row-major:
+the derivatives of the outputs and of the states (rows) along each direction (columns). The buffer has all blocks, also
+those that an FMU does not show.
 """
 
 from __future__ import annotations
@@ -31,12 +32,18 @@ from haptid.model.kernel.generate import Kernel
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interface:
-    """What an FMU shows of its kernel.
+    """Hold the variables that an FMU shows of its kernel.
 
     Parameters
     ----------
+    kernel
+        Generated C source with its equations.
     identifier
         Model identifier, a C identifier.
+    title
+        Name of the model for people.
+    variables
+        Shown variables, by ascending value reference within each block.
     identification
         Whether slopes, sensitivities and the inner step are shown.
     derivatives
@@ -57,7 +64,7 @@ class Interface:
 
     @property
     def offsets(self) -> dict[str, int]:
-        """Where each block of the buffer begins; ``end`` is its length."""
+        """Index of the first entry of each block by name; ``end`` is the length of the buffer."""
         return block_offsets(self.kernel)
 
     def of_role(self, role: str) -> tuple[Variable, ...]:
@@ -65,7 +72,13 @@ class Interface:
         return tuple(v for v in self.variables if v.role == role)
 
     def by_id(self, id: str) -> Variable:
-        """Return the variable of a state, input, output or parameter; KeyError lists the known ids."""
+        """Return the variable of a state, input, output or parameter.
+
+        Raises
+        ------
+        KeyError
+            With the known ids.
+        """
         for variable in self.variables:
             if variable.id == id:
                 return variable
@@ -74,7 +87,10 @@ class Interface:
 
     @property
     def start(self) -> tuple[float, ...]:
-        """Initial content of the buffer; the tangent starts as the identity on the initial states."""
+        """Initial content of the buffer, SI units, of length ``offsets["end"]``.
+
+        S = ∂x/∂(p, x₀) starts as (0, I): the initial states are directions of the sensitivities.
+        """
         values = [0.0] * self.offsets["end"]
         for variable in self.variables:
             if variable.start is not None:
@@ -87,22 +103,40 @@ class Interface:
 
     @property
     def stale_from(self) -> int:
-        """First reference that, when set, leaves the outputs stale: an input only where outputs use inputs."""
+        """First value reference whose setting makes the outputs stale.
+
+        0, the first input, where an output depends on an input; else the first state, behind inputs and slopes.
+        """
         e = self.equations
         used: set[sp.Symbol] = {u.symbol for u in e.inputs}
+        # Outputs may use inputs through a definition.
         used |= {s for s, f in e.definitions if f.free_symbols & used}
         through = any(sp.sympify(o.expression).free_symbols & used for o in e.outputs)
         return 0 if through else self.offsets["x"]
 
     @property
     def orderings(self) -> tuple[tuple[int, int], ...]:
-        """Pairs of references (a, b) with a ≥ b required; a fit minds them itself and may pass where they fail."""
+        """Pairs of value references (a, b) with a ≥ b required before a step, as of Fs and Fc.
+
+        Empty for an identification FMU: the fit keeps the order itself, and its trial steps may violate it.
+        """
         pairs = () if self.identification else self.equations.orderings
         return tuple((self.by_id(a).reference, self.by_id(b).reference) for a, b in pairs)
 
 
 def block_offsets(kernel: Kernel) -> dict[str, int]:
-    """Return where each block begins in the buffer."""
+    """Return the index of the first entry of each block of the buffer.
+
+    Parameters
+    ----------
+    kernel
+        Kernel whose equations and sensitivity directions give the lengths.
+
+    Returns
+    -------
+    dict
+        Index by block, in the order of the buffer, and under ``end`` the length of the buffer.
+    """
     e, columns = kernel.equations, len(kernel.columns)
     nx, nu, n_p, ny = len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
     lengths = {
@@ -126,7 +160,26 @@ def block_offsets(kernel: Kernel) -> dict[str, int]:
 def interface_of(
     kernel: Kernel, *, identifier: str, identification: bool, derivatives: bool, values: dict[str, float]
 ) -> Interface:
-    """Read the interface off a kernel's equations; ``values`` replaces start values by id."""
+    """Build the interface of a kernel.
+
+    Parameters
+    ----------
+    kernel
+        Kernel with the equations.
+    identifier
+        Model identifier, a C identifier.
+    identification
+        Whether to show slopes, sensitivities and the inner step.
+    derivatives
+        Whether to show the state derivatives.
+    values
+        Start values of parameters and states by id, SI units; the first guesses where absent.
+
+    Returns
+    -------
+    Interface
+        Variables in the order in which the model description lists them.
+    """
     e, at = kernel.equations, block_offsets(kernel)
     variables = [
         *input_variables(e, at["u"]),

@@ -1,4 +1,4 @@
-"""Where a parameter's value in an FMU comes from."""
+"""Provenance of the parameter values in an FMU: `Equations` and known origins in, one `Provenance` each out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,17 @@ from haptid.model.equations.equations import Equations
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
-    """Source in words, standard deviation in the parameter's unit (None where unknown), status as in a report."""
+    """Say where the value of a parameter comes from.
+
+    Parameters
+    ----------
+    source
+        Test and campaign, file, or ``first guess``, in words.
+    std
+        Standard deviation in the parameter's unit; None where unknown.
+    status
+        Status as a report has it, ``first guess`` or ``fixed``.
+    """
 
     source: str
     std: float | None = None
@@ -18,7 +28,20 @@ class Provenance:
 
 
 def provenance_of(equations: Equations, given: Mapping[str, Provenance | str]) -> dict[str, Provenance]:
-    """Return the provenance of every parameter; those not in ``given`` are first guesses, with their prior's width."""
+    """Return the provenance of every parameter.
+
+    Parameters
+    ----------
+    equations
+        Equations with the parameters.
+    given
+        Known provenance by id; a text is the source alone.
+
+    Returns
+    -------
+    dict
+        By id, for all parameters. Those not in ``given`` are first guesses with the standard deviation of their prior.
+    """
     result = {}
     for q in equations.parameters:
         entry = given.get(q.id)

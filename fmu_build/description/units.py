@@ -1,4 +1,4 @@
-"""Units of the FMI description: SI exponents and factor of a unit text, and the units people read it in."""
+"""Units of the FMI description: a unit text in, `Unit` out with SI exponents, factor and display unit."""
 
 from __future__ import annotations
 
@@ -36,7 +36,17 @@ _DISPLAY = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unit:
-    """value in SI = factor · value in this unit; exponents of `BASE`."""
+    """Hold a unit in terms of the base units.
+
+    Parameters
+    ----------
+    name
+        Text of the unit, as ``N m/rad``.
+    factor
+        Value in SI per value in this unit.
+    exponents
+        Base unit of `BASE` and its exponent, in the order of `BASE`, without zeros.
+    """
 
     name: str
     factor: float
@@ -49,7 +59,22 @@ class Unit:
 
 
 def parse_unit(text: str) -> Unit:
-    """Read ``N m s/rad``: factors separated by spaces, everything behind the slash divides.
+    """Parse a unit, as ``N m s/rad``: factors are separated by spaces, all factors behind the slash divide.
+
+    Parameters
+    ----------
+    text
+        Factors with optional exponents (``s^2``) and at most one slash; ``1`` is no unit.
+
+    Returns
+    -------
+    Unit
+        In SI base units and rad.
+
+    Raises
+    ------
+    ValueError
+        Where a factor is no known unit, or its exponent no whole number.
 
     >>> parse_unit("N m/rad").exponents
     (('kg', 1), ('m', 2), ('s', -2), ('rad', -1))

@@ -1,4 +1,4 @@
-"""The variables of an FMU, read off the equations: names, ranges, value references."""
+"""The variables of an FMU: `Equations` in, one `Variable` per quantity out with name, range and value reference."""
 
 from __future__ import annotations
 
@@ -18,7 +18,33 @@ LARGEST = 1.7976931348623157e308
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variable:
-    """One FMI real variable; `reference` is its value reference and its place in the buffer; `unit` may be unsaid."""
+    """Hold one FMI real variable.
+
+    Parameters
+    ----------
+    reference
+        Value reference, and index into the buffer of an instance.
+    id
+        Id of the quantity in the equations.
+    name
+        Structured name of FMI 2.0.4, section 2.2.9.
+    role
+        ``input``, ``slope``, ``state``, ``parameter``, ``output``, ``derivative``, ``sensitivity`` or ``step``.
+    causality, variability, initial
+        Attributes of FMI; ``initial`` is "" where the standard's default holds.
+    unit
+        Unit that `parse_unit` reads; "" where none is stated.
+    description
+        One line for people.
+    start
+        Start value; None for calculated variables.
+    minimum, maximum
+        Range of the values that make sense, infinite where it has no bound.
+    nominal
+        Typical magnitude.
+    derivative_of
+        Value reference of the state; None but for derivatives.
+    """
 
     reference: int
     id: str
@@ -42,7 +68,7 @@ class Variable:
 
     @property
     def minimum_set(self) -> float:
-        """Smallest value that may be set; above `maximum_set` where none may."""
+        """Smallest value that may be set; above `maximum_set` where no value may be set."""
         return max(self.minimum, -LARGEST) if self.settable else LARGEST
 
     @property
@@ -52,7 +78,22 @@ class Variable:
 
 
 def structured_name(equations: Equations, id: str, structured: str) -> str:
-    """Return the FMI structured name: below ``joint<j>`` where there is one joint and the name does not say so."""
+    """Return the FMI structured name of a quantity (FMI 2.0.4, section 2.2.9).
+
+    Parameters
+    ----------
+    equations
+        Equations with the quantity; their number of joints decides the prefix.
+    id
+        Id of the quantity, the name where ``structured`` is empty.
+    structured
+        Name that the quantity brings with it, as ``friction.Fc``.
+
+    Returns
+    -------
+    str
+        As ``joint4.friction.Fc`` with one joint. With several joints, or a joint in the name, the name as it is.
+    """
     name = structured or id
     if len(equations.joints) != 1 or is_of_joint(name):
         return name
@@ -60,7 +101,7 @@ def structured_name(equations: Equations, id: str, structured: str) -> str:
 
 
 def sensitivity_name(output: str, column: str) -> str:
-    """Return the name of the derivative of an output along one direction."""
+    """Return the FMU variable name of the derivative of an output with respect to a parameter or an initial state."""
     return SENSITIVITY.format(output=output, column=column)
 
 
@@ -81,7 +122,7 @@ def input_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
-    """Yield the states, settable before the start, from value reference `at` on."""
+    """Yield the states from value reference `at` on, with the start values in `values` by id (SI units)."""
     for i, x in enumerate(e.states, start=at):
         yield Variable(
             reference=i,
@@ -99,7 +140,24 @@ def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator
 
 
 def parameter_variables(e: Equations, at: int, values: dict[str, float], identification: bool) -> Iterator[Variable]:
-    """Yield the parameters with the range that the FMU holds its user to, from value reference `at` on."""
+    """Yield the parameters of an FMU.
+
+    Parameters
+    ----------
+    e
+        Equations with the parameters.
+    at
+        Value reference of the first.
+    values
+        Start values by id, SI units; the first guesses where absent.
+    identification
+        Whether a fit keeps the bounds, so that the FMU enforces the sign alone.
+
+    Yields
+    ------
+    Variable
+        In the order of the equations. Bounds widen to include the start value.
+    """
     for i, x in enumerate(e.parameters, start=at):
         start = float(values.get(x.id, x.initial))
         lower, upper = _range(x, start, identification)
@@ -121,7 +179,7 @@ def parameter_variables(e: Equations, at: int, values: dict[str, float], identif
 
 
 def _range(x: Quantity, start: float, identification: bool) -> tuple[float, float]:
-    """Bounds that the FMU holds its user to: the quantity's own; a fit minds them itself and needs only the sign."""
+    """Return the bounds that the FMU enforces: the quantity's own, or its sign alone where a fit keeps the bounds."""
     if identification:
         return (1e-300 if x.scale == "log" else -math.inf), math.inf
     return min(x.lower, start), max(x.upper, start)
@@ -162,7 +220,7 @@ def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Vari
 
 
 def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield a slope beside each input but the observer gain, from value reference `at` on."""
+    """Yield the rate of change of each input except the observer gain, from value reference `at` on."""
     for i, x in enumerate(e.inputs, start=at):
         if x.id != GAIN:
             yield Variable(
@@ -179,7 +237,7 @@ def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
-    """Yield the derivatives of the outputs, row by row, from value reference `at` on."""
+    """Yield the derivatives of the outputs, row-major in outputs and directions, from value reference `at` on."""
     e = kernel.equations
     for i, output in enumerate(e.outputs):
         for k, column in enumerate(kernel.columns):
@@ -197,7 +255,7 @@ def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
 
 
 def inner_step_variable(step: float, at: int) -> Variable:
-    """Return the longest inner step, which a fit may choose: coarse on the way, fine where it ends."""
+    """Return the variable of the longest inner step [s], which a fit sets: coarse in its search, fine at its end."""
     return Variable(
         reference=at,
         id=INNER_STEP,

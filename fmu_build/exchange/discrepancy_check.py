@@ -1,4 +1,4 @@
-"""What a ``discrepancy/joint<j>.json`` may state of a joint and its effects."""
+"""Check the parameters that a ``discrepancy/joint<j>.json`` states: its content in, nothing out or an `InputError`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,23 @@ from haptid.support.suggestion import did_you_mean
 
 
 def check_refit(refit: Mapping[str, float], effects: Sequence[Effect], where: str) -> None:
-    """Refuse values of parameters that neither the joint nor its effects have, or that they cannot have."""
+    """Check the values of a refit.
+
+    Parameters
+    ----------
+    refit
+        Value by id of the parameter of the joint alone, SI units; empty where the search refitted nothing.
+    effects
+        Catalogue effects that the search named.
+    where
+        File and key, for errors.
+
+    Raises
+    ------
+    InputError
+        Where neither the joint nor an effect has the parameter, its value is impossible, Fs lies below Fc, or an
+        effect that goes into the whole device lacks a value.
+    """
     own = {q.id: q for e in effects for q in e.parameters}
     for id, value in refit.items():
         if id in ROWS:
@@ -42,14 +58,32 @@ def _check_complete(refit: Mapping[str, float], effects: Sequence[Effect], where
 
 
 def _needed(effect: Effect) -> list[str]:
-    """Return the parameters that a refit has to state: of an effect that is taken along, all but known numbers."""
+    """Return the parameters of an effect that a refit must state.
+
+    None for an effect that the whole device does not include; else all that are fitted or scaled to the test.
+    """
     if of_the_test_alone(effect):
         return []
     return [q.id for q in effect.parameters if q.id in {*effect.relative, *effect.origin} or not q.fixed]
 
 
 def check_estimates(estimates: Mapping[str, Any], effect: Effect, where: str) -> None:
-    """Refuse estimates of parameters that an effect does not have, or that they cannot have, and other units."""
+    """Check the estimates of one effect.
+
+    Parameters
+    ----------
+    estimates
+        Entry ``{value, unit, lower, upper}`` by id of the parameter.
+    effect
+        Catalogue effect that they belong to.
+    where
+        File and key, for errors.
+
+    Raises
+    ------
+    InputError
+        Where the effect has no such parameter, or its value, bounds or unit are impossible.
+    """
     own = {q.id: q for q in effect.parameters}
     for id, entry in estimates.items():
         if id not in own:

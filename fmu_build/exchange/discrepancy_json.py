@@ -1,4 +1,4 @@
-"""Effects that a search named, from ``discrepancy/joint<j>.json`` into the equations of the whole device."""
+"""Catalogue effects that a search named, for the whole device: ``discrepancy/joint<j>.json`` in, `Finding` out."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 
 VERDICTS = ("named", "partly_named", "ambiguous", "nothing_missing")
-"""Verdicts that leave a model to take along."""
+"""Verdicts with a model that the whole device can include."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """What a search has left of one joint for a device whose joints move together.
+    """Hold the effects and the refit of one joint, for a device whose joints move together.
 
     Parameters
     ----------
     joint
-        Its number.
+        Number of the joint.
     source
         The file, as errors name it.
     effects
@@ -39,7 +39,7 @@ class Finding:
         All parameters of the refit by their ids in the whole device (``Ks_3``, ``cogging_sin_3``), and where they come
         from; the device has no use for some (``gravity_cos_3``).
     left
-        Effects that stay behind, with the reason.
+        Ids of the effects that the whole device does not include, each with the reason.
     """
 
     joint: int
@@ -51,24 +51,57 @@ class Finding:
 
 
 def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
-    """Return the finding that a ``discrepancy/joint<j>.json`` holds.
+    """Read the finding that a ``discrepancy/joint<j>.json`` holds.
+
+    Parameters
+    ----------
+    path
+        File that a search wrote.
+    entries
+        Catalogue effects by key.
+
+    Returns
+    -------
+    Finding
+        With the parameters of the effects at the values of the refit.
 
     Raises
     ------
     InputError
-        For any other file, one without a name for what is missing, an effect twice or one that ``entries`` do not have,
-        and values that a parameter cannot have.
+        For a file that does not follow the schema, a verdict outside `VERDICTS`, an effect that occurs twice or that
+        the catalogue lacks, and impossible values.
     """
     return finding_of(read_discrepancy(path), str(path), entries)
 
 
 def read_discrepancy(path: Path) -> dict[str, Any]:
-    """Return the content of a ``discrepancy/joint<j>.json``, whatever its verdict."""
+    """Return the content of a ``discrepancy/joint<j>.json`` with any verdict.
+
+    Raises
+    ------
+    InputError
+        Where the file does not follow ``discrepancy.schema.json``.
+    """
     return read_json(path, "a discrepancy/joint<j>.json", ("haptid.fmu_build.exchange", "discrepancy.schema.json"))
 
 
 def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
-    """Return the finding in the content of a ``discrepancy/joint<j>.json``; see `read_finding`."""
+    """Return the finding in the content of a ``discrepancy/joint<j>.json``.
+
+    Parameters
+    ----------
+    data
+        Content, as `read_discrepancy` returns it.
+    where
+        Name of the file, for errors.
+    entries
+        Catalogue effects by key.
+
+    Returns
+    -------
+    Finding
+        See `read_finding`, also for the errors.
+    """
     if data["verdict"] not in VERDICTS:
         at, expected = f"{where}: verdict", f"one of the verdicts {', '.join(VERDICTS)}"
         raise InputError(at, expected=expected, got=repr(data["verdict"]))
@@ -111,7 +144,17 @@ def _named(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple
 
 
 def by_joint(findings: Sequence[Finding]) -> Effects:
-    """Return the effects by joint.
+    """Return the effects that findings bring into the whole device.
+
+    Parameters
+    ----------
+    findings
+        At most one per joint.
+
+    Returns
+    -------
+    dict
+        Effects by joint; joints without effects are left out.
 
     Raises
     ------
@@ -125,9 +168,21 @@ def by_joint(findings: Sequence[Finding]) -> Effects:
 
 
 def at_values(effect: Effect, values: Mapping[str, float]) -> Effect:
-    """Return the effect with its parameters in SI units at ``values``.
+    """Return an effect with its parameters at given values.
 
-    Bounds that are multiples of a scale are left off without it; zero is a bound at any scale.
+    Parameters
+    ----------
+    effect
+        Catalogue effect. Parameters in ``effect.relative`` and ``effect.origin`` have bounds that are multiples of a
+        scale of the test.
+    values
+        Value by id of the parameter, SI units; the first guess where absent.
+
+    Returns
+    -------
+    Effect
+        With absolute parameters. Bounds that depend on a scale become infinite, as the scale is unknown here, except
+        a lower bound of 0, which holds at any scale. All bounds include the value.
     """
     scaled = {*effect.relative, *effect.origin}
 
@@ -143,7 +198,20 @@ def at_values(effect: Effect, values: Mapping[str, float]) -> Effect:
 
 
 def apply_refits(identified: Identified, findings: Sequence[Finding]) -> Identified:
-    """Return what was identified with the refits of ``findings`` in its place, ids of no use among them."""
+    """Replace identified values by those of refits.
+
+    Parameters
+    ----------
+    identified
+        Values and provenance of the whole device.
+    findings
+        Their refits overrule ``identified``; a later finding overrules an earlier one.
+
+    Returns
+    -------
+    Identified
+        It may hold ids that the whole device does not have; `Identified.among` removes them.
+    """
     values, provenance = identified.values, identified.provenance
     for finding in findings:
         values, provenance = values | finding.values, provenance | finding.provenance

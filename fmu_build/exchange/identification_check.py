@@ -1,4 +1,8 @@
-"""What an ``identification.json`` may state: parameters that exist, with values that they can have."""
+"""Check the parameters that an ``identification.json`` states: its content in, nothing out or an `InputError`.
+
+`check_tests` needs no device, so that every file is checked as it is read; `check_for_device` also knows which joints
+are prismatic and which links have which parameters.
+"""
 
 from __future__ import annotations
 
@@ -27,22 +31,32 @@ from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
 COEFFICIENT = re.compile(r"(inertia|gravity|V|M\d{2,8})_(1|([csq]\d{1,4}){1,9})")
-"""Inertial coefficients beside those of `joint_parameters.TABLE`: ``M01_c1``, ``V_s0``, ``gravity_c0c0``."""
+"""Ids of inertial coefficients of coupled joints, as ``M01_c1``, ``V_s0``, ``gravity_c0c0``."""
 TENSOR = ((4, 7, 8), (7, 5, 9), (8, 9, 6))
 """Places of the inertia tensor's entries among `STANDARD`."""
 SLACK = 1e-6
-"""How far a body's moment may lie below 0, relative to its inertia: a disc or a rod has one at 0."""
+"""Magnitude of a negative second moment of mass that counts as rounding, relative to the largest entry of the inertia.
+
+The smallest moment of a disc or a rod is 0.
+"""
 ANY = Possible(least=-LARGEST, most=LARGEST, units=(), description="inertial coefficient")
 
 
 def check_tests(data: Mapping[str, Any], path: str) -> None:
-    """Refuse what no joint has among the parameters of the tests, whatever the device.
+    """Refuse parameters of the tests that no joint of any device has.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json`` that follows the schema.
+    path
+        Name of the file, for errors.
 
     Raises
     ------
     InputError
-        Where the same joint was tested alone twice in one posture, or a parameter does not exist or has a value, bounds
-        or a unit that it cannot have.
+        Where the same joint was tested alone twice in one posture, a parameter does not exist, or its value, bounds,
+        unit or order (Fs ≥ Fc) is impossible.
     """
     _check_once(data, path)
     for where, joints, id, entry in _entries(data, path):
@@ -66,12 +80,21 @@ def check_tests(data: Mapping[str, Any], path: str) -> None:
 
 
 def check_for_device(data: Mapping[str, Any], device: Device, path: str) -> None:
-    """Refuse joints, links and parameters that ``device`` does not have, and values that they cannot have.
+    """Refuse joints, links and parameters that a device does not have, and impossible values.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json`` that passed `check_tests`.
+    device
+        Device of the results.
+    path
+        Name of the file, for errors.
 
     Raises
     ------
     InputError
-        Names the key at fault.
+        With the key at fault.
     """
     for number, configuration in enumerate(data["configurations"]):
         check_joints(configuration["free_joints"], device, f"{path}: configurations[{number}].free_joints")
@@ -91,7 +114,13 @@ def check_for_device(data: Mapping[str, Any], device: Device, path: str) -> None
 
 
 def check_joints(joints: list[int], device: Device, where: str) -> None:
-    """Refuse numbers that no joint of the device has."""
+    """Refuse numbers of joints that a device does not have.
+
+    Raises
+    ------
+    InputError
+        With the joints that it has.
+    """
     last = len(device.joints) - 1
     for joint in joints:
         if joint > last:
@@ -100,7 +129,22 @@ def check_joints(joints: list[int], device: Device, where: str) -> None:
 
 
 def check_orders(values: Mapping[str, float], device: Device, where: str) -> None:
-    """Refuse values by id, the device's first guesses where absent, with which no simulation starts: Fs below Fc."""
+    """Refuse values with which no simulation of the whole device starts, as Fs below Fc.
+
+    Parameters
+    ----------
+    values
+        Value by id in the whole device, SI units; the device's first guess where absent.
+    device
+        Device of the results.
+    where
+        Name of the file, for errors.
+
+    Raises
+    ------
+    InputError
+        With the first pair in the wrong order.
+    """
     guesses = {id: q.initial for id, q in device_quantities(device).items()}
     for joint in range(len(device.joints)):
         for larger, smaller in ORDERED:
@@ -108,7 +152,25 @@ def check_orders(values: Mapping[str, float], device: Device, where: str) -> Non
 
 
 def impossible_links(values: Mapping[str, float], device: Device) -> Iterator[str]:
-    """Say of each link whether no body has its mass, centroid and inertia (Wensing, Kim and Slotine 2018, eq. 17)."""
+    """Find links whose inertia no rigid body has.
+
+    Parameters
+    ----------
+    values
+        Value by id in the whole device, SI units; links without any stated value are skipped.
+    device
+        Device whose first guesses complete the values.
+
+    Yields
+    ------
+    str
+        A sentence for each such link.
+
+    Notes
+    -----
+    A density exists only where tr(I)/2·1 − I, the second moment of mass, is positive semidefinite: the principal
+    moments obey the triangle inequality (Wensing, Kim and Slotine 2018, eq. 17).
+    """
     for link in device.massive:
         ids = [f"link{link.name}_{key}" for key in STANDARD]
         if not link.inertial or not set(ids) & set(values):
@@ -121,7 +183,7 @@ def impossible_links(values: Mapping[str, float], device: Device) -> Iterator[st
 
 
 def device_quantities(device: Device) -> dict[str, Quantity]:
-    """Return the parameters of the whole device by id, without its equations."""
+    """Return the parameters of the whole device by id: links and joints, without deriving its equations."""
     joints = [q for j in range(len(device.joints)) for q in joint_quantities(device, j, suffix=f"_{j}")]
     return {q.id: q for q in (*link_quantities(device), *joints)}
 

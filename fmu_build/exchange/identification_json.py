@@ -1,4 +1,4 @@
-"""The content of ``identification.json`` as values and provenance of an FMU's parameters."""
+"""Values and provenance of an FMU's parameters: ``identification.json`` in, `Identified` out."""
 
 from __future__ import annotations
 
@@ -18,13 +18,21 @@ from haptid.support.files.files import read_json
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Identified:
-    """Values and provenance by id of the parameter in some equations."""
+    """Hold identified parameters.
+
+    Parameters
+    ----------
+    values
+        Value by id of the parameter, SI units.
+    provenance
+        Source and standard deviation by id.
+    """
 
     values: dict[str, float]
     provenance: dict[str, Provenance | str]
 
     def among(self, equations: Equations) -> Identified:
-        """Keep what ``equations`` have."""
+        """Return a copy with only the parameters that ``equations`` have."""
         known = {q.id for q in equations.parameters}
         return Identified(
             values={k: v for k, v in self.values.items() if k in known},
@@ -32,19 +40,40 @@ class Identified:
         )
 
     def named(self, equations: Equations) -> tuple[dict[str, float], dict[str, str]]:
-        """Return values and units of all parameters by FMU variable name; first guesses where none was identified."""
+        """Return all parameters of some equations by FMU variable name.
+
+        Parameters
+        ----------
+        equations
+            Their first guesses stand where no value was identified.
+
+        Returns
+        -------
+        values, units : dict
+            Value and unit by name.
+        """
         names = {q.id: structured_name(equations, q.id, q.structured) for q in equations.parameters}
         values = {names[q.id]: float(self.values.get(q.id, q.initial)) for q in equations.parameters}
         return values, {names[q.id]: q.unit for q in equations.parameters}
 
 
 def read_identification(path: Path) -> dict[str, Any]:
-    """Return the content of an ``identification.json``.
+    """Read and check an ``identification.json``.
+
+    Parameters
+    ----------
+    path
+        File that an identification wrote.
+
+    Returns
+    -------
+    dict
+        Its content. Device and links are not checked yet (`check_for_device`).
 
     Raises
     ------
     InputError
-        Where the file does not follow ``identification.schema.json``, or states what no device can have
+        Where the file does not follow ``identification.schema.json``, or states parameters that no device can have
         (`fmu_build.exchange.identification_check.check_tests`).
     """
     data = read_json(path, "an identification.json", ("haptid.fmu_build.exchange", "identification.schema.json"))
@@ -55,7 +84,25 @@ def read_identification(path: Path) -> dict[str, Any]:
 
 
 def friction_of(configuration: Mapping[str, Any], where: str = "friction") -> tuple[str, ...]:
-    """Return the friction law of each free joint of a configuration; LuGre where it says nothing."""
+    """Return the friction law of each free joint of a configuration.
+
+    Parameters
+    ----------
+    configuration
+        Entry of ``configurations``; ``friction`` is one law for all joints or one for each, LuGre where absent.
+    where
+        Place of the entry, for errors.
+
+    Returns
+    -------
+    tuple of str
+        Id of the law of each joint, in the order of ``free_joints``.
+
+    Raises
+    ------
+    InputError
+        Where the number of laws is not that of the joints, or a law is unknown.
+    """
     joints, said = configuration["free_joints"], configuration.get("friction", DEFAULT)
     laws = (said,) * len(joints) if isinstance(said, str) else tuple(said)
     place = f"{where}: friction"
@@ -65,13 +112,31 @@ def friction_of(configuration: Mapping[str, Any], where: str = "friction") -> tu
 
 
 def friction_by_joint(data: Mapping[str, Any]) -> dict[int, str]:
-    """Return the friction law of every joint of which a configuration tells."""
+    """Return the friction law by joint, for every joint that some configuration frees; the last one decides."""
     pairs = ((c["free_joints"], friction_of(c)) for c in data["configurations"])
     return {joint: law for joints, laws in pairs for joint, law in zip(joints, laws, strict=True)}
 
 
 def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:
-    """Return the entries of the parameters of one joint tested alone."""
+    """Return the parameters of one joint tested alone.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json``.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    mapping
+        Entry ``{value, unit, std, lower, upper, status}`` by plain id, of the first such test.
+
+    Raises
+    ------
+    InputError
+        Where no configuration frees this joint alone.
+    """
     for configuration in data["configurations"]:
         if list(configuration["free_joints"]) == [joint]:
             return configuration["parameters"]
@@ -80,14 +145,23 @@ def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:
 
 
 def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
-    """Return the parameters of one joint tested alone, by their plain ids."""
+    """Return values and provenance of one joint tested alone, by their plain ids as ``Ks``; see `entries_of`."""
     return _of(entries_of(data, joint), f"test of joint {joint}", _campaign(data))
 
 
 def of_device(data: Mapping[str, Any]) -> Identified:
-    """Return the parameters of the whole device: ``Ks_4`` from the joints' tests, ``link6_m`` from the links.
+    """Return the parameters of the whole device.
 
-    ``whole`` overrules both: the values that fit together, joint by joint, with the consistent links.
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json``.
+
+    Returns
+    -------
+    Identified
+        By id in the whole device: ``Ks_4`` from the test of joint 4, ``link6_m`` from the links. The values in
+        ``whole`` overrule both, as they were fitted together with physically consistent links.
     """
     values: dict[str, float] = {}
     provenance: dict[str, Provenance | str] = {}

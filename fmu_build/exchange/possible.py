@@ -1,4 +1,7 @@
-"""Whether a value that a file states can be that of the quantity it becomes: sign, size, bounds, unit."""
+"""Check values that a file states: value and `Possible` range in, nothing out or an `InputError`.
+
+Checked are sign and size, the value's own bounds, its unit, and the order of pairs as Fs ≥ Fc.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +16,7 @@ from haptid.model.equations.quantity import Quantity
 from haptid.support.errors import InputError
 
 LARGEST = 1e15
-"""Size of a number that no machine's parameter has, in any SI unit, where no closer range is known."""
+"""Largest magnitude of a parameter in SI units, beyond that of any machine, where no closer range is known."""
 ROUNDING = 1e-9
 """How far a value may lie beyond its bounds, relative to them: a fit works with its logarithm."""
 MEETING = 1e-4
@@ -27,7 +30,17 @@ BODY = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Possible:
-    """The range in which a quantity's value makes sense, the units in which it may be stated, and what it is."""
+    """Say which values a quantity can have.
+
+    Parameters
+    ----------
+    least, most
+        Range of the value in SI units, bounds included.
+    units
+        Units in which a file may state the value.
+    description
+        Name of the quantity, for errors.
+    """
 
     least: float
     most: float
@@ -36,33 +49,88 @@ class Possible:
 
 
 def of_joint_parameter(id: str, *, slides: bool | None = None) -> Possible:
-    """Return what a parameter of a locked joint can be; None where it is not known whether the joint slides."""
+    """Return the possible values of a parameter of a locked joint.
+
+    Parameters
+    ----------
+    id
+        Plain id, a key of `ROWS`.
+    slides
+        Whether the joint is prismatic; None where that is unknown, which allows the units of both kinds.
+
+    Returns
+    -------
+    Possible
+        Range by `possible_range`.
+    """
     row, (least, most) = ROWS[id], possible_range(id)
     units = {None: (row.unit, row.prismatic_unit), True: (row.prismatic_unit,), False: (row.unit,)}[slides]
     return Possible(least=least, most=most, units=units, description=row.description)
 
 
 def of_quantity(q: Quantity) -> Possible:
-    """Return what a parameter of a link, a rotor or an effect can be: of an effect, its sign and at most `LARGEST`."""
+    """Return the possible values of a parameter of a link, a rotor or an effect.
+
+    Parameters
+    ----------
+    q
+        Parameter; its id says whether it belongs to a link (``link6_m``) or a rotor (``motor_<name>_J``).
+
+    Returns
+    -------
+    Possible
+        `BODY` for links and rotors. For an effect, magnitudes up to 1e15 with the sign that its scale and its lower
+        bound imply: bounds themselves may be multiples of a scale that a file does not state.
+    """
     least, most = -LARGEST, LARGEST
     if q.id.startswith(("link", "motor_")):
         least, most = BODY[q.id.rpartition("_")[2]]
     elif q.scale == "log":
-        least = 1 / LARGEST**2
+        least = 1 / LARGEST**2  # above 0, as its logarithm is fitted
     elif q.lower >= 0:
         least = 0.0
     return Possible(least=least, most=most, units=(q.unit,), description=q.description)
 
 
 def check_value(value: float, possible: Possible, where: str) -> None:
-    """Refuse a value outside its possible range; ``where`` names file and key."""
+    """Refuse a value outside its possible range.
+
+    Parameters
+    ----------
+    value
+        In SI units; NaN is refused, too.
+    possible
+        Range and name of the quantity.
+    where
+        File and key, for errors.
+
+    Raises
+    ------
+    InputError
+        With the range.
+    """
     if not possible.least <= value <= possible.most:
         expected = f"a number from {possible.least:g} to {possible.most:g} ({possible.description}, SI units)"
         raise InputError(where, expected=expected, got=f"{value:g}")
 
 
 def check_entry(entry: Mapping[str, Any], possible: Possible, where: str) -> None:
-    """Refuse an entry ``{value, unit, lower, upper}`` that contradicts its quantity or itself."""
+    """Refuse an entry that contradicts its quantity or itself.
+
+    Parameters
+    ----------
+    entry
+        ``{value, unit, lower, upper}``; all but ``value`` are optional, and an empty unit is any unit.
+    possible
+        Range, units and name of the quantity.
+    where
+        File and key, for errors.
+
+    Raises
+    ------
+    InputError
+        With the value, the unit or the bounds at fault.
+    """
     value = float(entry["value"])
     check_value(value, possible, f"{where}.value")
     if not any(same_unit(entry.get("unit", ""), unit) for unit in possible.units):
@@ -73,7 +141,13 @@ def check_entry(entry: Mapping[str, Any], possible: Possible, where: str) -> Non
 
 
 def check_bounds(entry: Mapping[str, Any], where: str) -> None:
-    """Refuse bounds in the wrong order, and a value that does not lie between them."""
+    """Refuse an entry ``{value, lower, upper}`` with lower > upper, or a value that lies outside by more than rounding.
+
+    Raises
+    ------
+    InputError
+        At ``where``, file and key.
+    """
     value = float(entry["value"])
     lower = -math.inf if entry.get("lower") is None else float(entry["lower"])
     upper = math.inf if entry.get("upper") is None else float(entry["upper"])
@@ -89,7 +163,24 @@ def check_bounds(entry: Mapping[str, Any], where: str) -> None:
 def check_order(
     larger: str, smaller: str, values: Mapping[str, float], guesses: Mapping[str, float], where: str
 ) -> None:
-    """Refuse values with which no simulation starts: Fs below Fc; ``guesses`` stand where none is stated."""
+    """Refuse values with which no simulation starts, as Fs below Fc by more than 1e-4 of it.
+
+    Parameters
+    ----------
+    larger, smaller
+        Ids of the pair; nothing is checked where one has neither value nor guess.
+    values
+        Stated value by id, SI units.
+    guesses
+        First guess by id, for values that are not stated.
+    where
+        File and key, for errors.
+
+    Raises
+    ------
+    InputError
+        With both values; the remedy names the one that is a first guess.
+    """
     a, b = (float(values.get(id, guesses.get(id, math.nan))) for id in (larger, smaller))
     if a < b - MEETING * abs(b):
         guessed = [id for id in (larger, smaller) if id not in values]
@@ -100,7 +191,19 @@ def check_order(
 
 
 def same_unit(text: str, unit: str) -> bool:
-    """Whether a text names ``unit``; an empty one leaves it open.
+    """Return whether two texts are the same unit, by SI exponents and factor.
+
+    Parameters
+    ----------
+    text
+        Unit that a file states; an empty one is the same as any.
+    unit
+        Unit of the quantity.
+
+    Returns
+    -------
+    bool
+        False where ``text`` is no known unit.
 
     >>> same_unit("kg m^2/s^2", "N m"), same_unit("N m/deg", "N m/rad"), same_unit("", "m")
     (True, False, True)

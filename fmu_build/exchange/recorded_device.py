@@ -1,4 +1,4 @@
-"""The device of results that are read again: the one that the user names, else the one that the results name."""
+"""The device of stored results: names of the user and of the results in, `Device` out, the user's name first."""
 
 from __future__ import annotations
 
@@ -14,15 +14,34 @@ LONGEST_PATH = 1024
 
 
 def device_of_results(given: str | None, recorded: str, source: Path) -> Device:
-    """Return the device that the user names, else the recorded one, built in or from the results' own folder.
+    """Load the device of stored results.
 
-    A folder of results may come from a stranger: what it names elsewhere is read only where the user says so.
+    Parameters
+    ----------
+    given
+        Device that the user names by ``--device``, read from anywhere; None for the recorded one.
+    recorded
+        Device that the results name: built in, or a file in their own folder.
+    source
+        File of the results.
+
+    Returns
+    -------
+    Device
+        With its own friction laws.
+
+    Raises
+    ------
+    InputError
+        Where the recorded device is a file elsewhere, or no file. A folder of results may come from a stranger, so a
+        file elsewhere is read only where the user names it.
     """
     if given is not None:
         return load_device(given)
     if recorded in builtin_devices():
         return load_device(recorded)
     where, own = f"{source}: device", source.parent.resolve()
+    # A name that no path can have counts as the folder itself, which is no file and is refused below.
     path = (own / recorded).resolve() if recorded.isprintable() and len(recorded) < LONGEST_PATH else own
     if not path.is_relative_to(own):
         expected, todo = "a built-in name, or a file in the results' own folder", f"--device {recorded} if it is yours"

@@ -1,4 +1,4 @@
-"""Systems of FMUs: archives of the standard System Structure and Parameterization (SSP 1.0, section 5)."""
+"""Systems of FMUs: FMU files and their connections in, an SSP archive out (SSP 1.0, section 5)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,15 @@ KINDS = {"input": "input", "output": "output", "parameter": "parameter"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Connection:
-    """Output ``from_variable`` of component ``from_component`` drives input ``to_variable`` of ``to_component``."""
+    """Connect an output of one component to an input of another.
+
+    Parameters
+    ----------
+    from_component, from_variable
+        Component and its output.
+    to_component, to_variable
+        Component and its input that takes the value.
+    """
 
     from_component: str
     from_variable: str
@@ -41,14 +49,23 @@ def write_ssp(
 
     Parameters
     ----------
+    path
+        Archive to write (``.ssp``).
     fmus
-        The FMU of each component by the component's name.
+        The FMU of each component by the component's name; FMI 2.0, as only variables of type Real are listed.
     connections
         Outputs to inputs.
     parameters
-        Values by component and variable.
+        Values by component and variable, in the units of the FMU.
     stop_time
         End of the default experiment [s].
+    name
+        Name of the system.
+
+    Returns
+    -------
+    Path
+        ``path``.
     """
     ElementTree.register_namespace("ssd", SSD)
     ElementTree.register_namespace("ssc", SSC)

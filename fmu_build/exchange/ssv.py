@@ -1,4 +1,4 @@
-"""Parameter sets of the standard System Structure and Parameterization (SSP 1.0, section 6)."""
+"""Parameter sets of the standard SSP: values and units by variable name in, SSV file out (SSP 1.0, section 6)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,27 @@ SSC = "http://ssp-standard.org/SSP1/SystemStructureCommon"
 def ssv_bytes(
     values: Mapping[str, float], units: Mapping[str, str] | None = None, *, name: str = "parameters"
 ) -> bytes:
-    """Return a parameter set of real values by variable name; ``units`` by variable name, 1 where absent."""
+    """Return a parameter set of real values.
+
+    Parameters
+    ----------
+    values
+        Value by variable name.
+    units
+        Unit by variable name, as `parse_unit` reads it; 1 where absent.
+    name
+        Name of the set.
+
+    Returns
+    -------
+    bytes
+        Indented XML in UTF-8 with definitions of the units; numbers keep their last bit.
+
+    Raises
+    ------
+    ValueError
+        Where a unit is unknown.
+    """
     ElementTree.register_namespace("ssv", SSV)
     ElementTree.register_namespace("ssc", SSC)
     of = dict(units or {})
@@ -38,5 +58,5 @@ def ssv_bytes(
 def write_ssv(
     path: Path, values: Mapping[str, float], units: Mapping[str, str] | None = None, *, name: str = "parameters"
 ) -> Path:
-    """Write `ssv_bytes` to ``path``."""
+    """Write a parameter set, see `ssv_bytes`, to ``path`` and return ``path``."""
     return write_bytes(path, ssv_bytes(values, units, name=name))

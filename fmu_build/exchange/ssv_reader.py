@@ -1,4 +1,8 @@
-"""Parameter sets of SSP 1.0 (section 6) that are read: plain XML, real values, every parameter once."""
+"""Read parameter sets of SSP 1.0 (section 6): SSV file in, one `Stated` per parameter out.
+
+A file may come from a stranger, so only plain XML without document type and entities is read, and an element or an
+attribute that the standard does not have is refused with its line.
+"""
 
 from __future__ import annotations
 
@@ -26,9 +30,9 @@ BELOW = {
     "Units": ("Unit",),
     "Unit": ("BaseUnit", "Annotations"),
 }
-"""What may stand below an element; the namespace is checked apart."""
+"""Child elements that an element may have; their namespace is checked separately."""
 SKIPPED = ("Annotations", "EnumerationDefinitions")
-"""Elements of which nothing is read."""
+"""Elements that are allowed but not read, with all that they contain."""
 OF_SSC = ("Unit", "BaseUnit", "Annotations")
 """Elements of SSP's common namespace; Annotations are in it wherever they stand."""
 ATTRIBUTES = {
@@ -39,7 +43,17 @@ ATTRIBUTES = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stated:
-    """One parameter as the file states it: value, unit (None where it is left open) and the line."""
+    """Hold one parameter as the file states it.
+
+    Parameters
+    ----------
+    value
+        In ``unit``; finite.
+    unit
+        None where the file states none.
+    line
+        Line of the file, for errors.
+    """
 
     value: float
     unit: Unit | None
@@ -48,7 +62,7 @@ class Stated:
 
 @dataclass(slots=True)
 class _Reader:
-    """What was read so far; the handlers of expat are its methods."""
+    """Hold the content that was read so far; its methods are the handlers of expat."""
 
     path: str
     parser: expat.XMLParserType = field(default_factory=lambda: expat.ParserCreate(namespace_separator=" "))
@@ -105,6 +119,7 @@ class _Reader:
         if self.parameter in self.found:
             got = f"{self.parameter!r} again (line {self.found[self.parameter][2]})"
             raise InputError(self.where(), expected="every parameter once", got=got)
+        # NaN until its <Real> is read: a stated value is always finite.
         self.found[self.parameter] = (math.nan, None, self.parser.CurrentLineNumber)
 
     def _begin_unit(self, attributes: Mapping[str, str]) -> None:
@@ -168,7 +183,17 @@ class _Reader:
 
 
 def read_ssv(path: Path) -> dict[str, Stated]:
-    """Return the parameters of a parameter set by name.
+    """Read a parameter set.
+
+    Parameters
+    ----------
+    path
+        File in the format SSV of SSP 1.0.
+
+    Returns
+    -------
+    dict
+        Parameter by name, in the order of the file.
 
     Raises
     ------

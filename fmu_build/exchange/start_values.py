@@ -1,4 +1,4 @@
-"""Start values that a parameter set states, as values of the parameters and states of some equations."""
+"""Start values from a parameter set: `Identified` and an SSV file in, `Identified` for some equations out."""
 
 from __future__ import annotations
 
@@ -26,13 +26,27 @@ from haptid.support.suggestion import did_you_mean
 
 
 def with_start_values(found: Identified, path: Path | None, equations: Equations) -> Identified:
-    """Return what was identified with the values of the parameter set ``path`` in its place.
+    """Replace identified values by those of a parameter set.
+
+    Parameters
+    ----------
+    found
+        Identified values and provenance by id.
+    path
+        Parameter set in the format SSV; None to keep the identified values.
+    equations
+        Equations of the FMU, whose variable names the parameter set uses.
+
+    Returns
+    -------
+    Identified
+        Parameters, and states where the set states them; pairs as Fs ≥ Fc are in order to the last bit.
 
     Raises
     ------
     InputError
-        Where the file is no parameter set (`fmu_build.exchange.ssv_reader.read_ssv`), names what the FMU of
-        ``equations`` does not have, or states another unit or a value that the quantity cannot have.
+        Where the file is no parameter set (`fmu_build.exchange.ssv_reader.read_ssv`), or names a variable that the FMU
+        does not have, another unit than the variable's, or an impossible value.
     """
     if path is None:
         return _in_order(found, equations)
@@ -62,7 +76,10 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
 
 
 def _in_order(found: Identified, equations: Equations) -> Identified:
-    """Return values whose pairs are in order to the last bit, as an FMU demands: fits end a hair off Fs = Fc."""
+    """Return values whose pairs are in order to the last bit, as an FMU requires.
+
+    A fit that ends at the constraint Fs = Fc may return Fs below Fc by up to 1e-4 of it; Fs then becomes Fc.
+    """
     values = dict(found.values)
     for larger, smaller in equations.orderings:
         a, b = values.get(larger), values.get(smaller)
@@ -72,7 +89,7 @@ def _in_order(found: Identified, equations: Equations) -> Identified:
 
 
 def _possible(q: Quantity) -> Possible:
-    """Return what a parameter of one joint, or of a joint among several, can be, in the unit that it has here."""
+    """Return the possible values of a parameter in the equations' own unit; its id may end in a joint's number."""
     stem, _, tail = q.id.rpartition("_")
     name = stem if tail.isdigit() else q.id
     if name not in ROWS:

@@ -1,4 +1,4 @@
-"""What the FMU of the whole device takes along of findings, told in sentences."""
+"""Describe which effects of findings the FMU of the whole device includes: findings in, sentences out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,30 @@ from haptid.support.errors import InputError
 
 
 def taken_along(findings: Sequence[Finding], data: Mapping[str, Any], device: Device, source: str) -> Iterator[str]:
-    """Say what of each finding went into the FMU, what stayed behind, and how far the joint's inertia had moved."""
+    """Describe the effects of each finding that the FMU of the whole device includes, and those that it does not.
+
+    Parameters
+    ----------
+    findings
+        One per joint.
+    data
+        Content of the ``identification.json``, for the inertia before the refit.
+    device
+        Device of the results.
+    source
+        Name of the ``identification.json``, for errors.
+
+    Yields
+    ------
+    str
+        Sentences with the effects, the change of the joint's inertia in the refit [%], and the reason for each effect
+        that is not included.
+
+    Raises
+    ------
+    InputError
+        Where the device has no such joint, or an inertia is missing.
+    """
     for f in findings:
         check_joints([f.joint], device, f"{f.source}: joint")
         if f.effects:

@@ -1,4 +1,4 @@
-"""The kernel's C source with the functions on a flat buffer behind it."""
+"""C source on the flat buffer of `fmu_build.description.interface`: `Kernel` in, source and shared libraries out."""
 
 from __future__ import annotations
 
@@ -22,34 +22,66 @@ _EXPORT = """#if defined(_WIN32)
 
 
 def text_of(name: str) -> str:
-    """Return the text of a C file of this package."""
+    """Return the text of a file in ``fmu_build/native/c``."""
     return resources.files("haptid.fmu_build.native").joinpath("c").joinpath(name).read_text(encoding="utf-8")
 
 
 def layout(kernel: Kernel) -> str:
-    """Return the places of the blocks as C macros."""
+    """Return C macros with the index of each block of the buffer: ``HF_U``, ``HF_SLOPE`` and so on."""
     at = block_offsets(kernel)
     return "\n".join((*(f"#define HF_{k.upper()} {n}" for k, n in at.items()), ""))
 
 
 def flat_source(kernel: Kernel) -> str:
-    """Return the C source of the kernel with ``hf_step`` and ``hf_output``, which alone can be seen from outside."""
+    """Return the C source of a kernel with its functions on the flat buffer.
+
+    Parameters
+    ----------
+    kernel
+        Kernel, with or without sensitivities.
+
+    Returns
+    -------
+    str
+        One file. It exports the `functions` of the kernel; all other functions are static.
+    """
     return "\n".join(("#define HK_API static", kernel.source, layout(kernel), _EXPORT, text_of("flat.c")))
 
 
 def bare_library(source: str, triple: str, *, flags: tuple[str, ...] = ()) -> Path:
-    """Compile one C source to a shared library that depends on no other, and return its path in the cache."""
+    """Compile one C source to a shared library that depends on no other library.
+
+    Parameters
+    ----------
+    source
+        C source.
+    triple
+        Compiler's name of the target platform.
+    flags
+        Further flags of the linker.
+
+    Returns
+    -------
+    Path
+        Library in the cache.
+    """
     files = {"all.c": source, "bare.c": text_of("bare.c")}
     return compile_shared(files, main=("all.c", "bare.c"), triple=triple, flags=("-ffreestanding", "-nostdlib", *flags))
 
 
 def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
-    """Compile for several platforms at once; the binaries by ``Platform.python``."""
+    """Compile one C source for several platforms, in parallel.
+
+    Returns
+    -------
+    dict
+        Content of the shared library by ``Platform.python``.
+    """
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         paths = pool.map(lambda p: bare_library(source, p.triple), platforms)
         return {p.python: path.read_bytes() for p, path in zip(platforms, paths, strict=True)}
 
 
 def functions(kernel: Kernel) -> tuple[str, ...]:
-    """Return the names of the functions on the flat buffer."""
+    """Return the names of the exported functions on the flat buffer, those of the sensitivities where it has them."""
     return ("hf_step", "hf_output", *(("hf_step_tangent", "hf_output_tangent") if kernel.columns else ()))

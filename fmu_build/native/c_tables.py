@@ -1,4 +1,4 @@
-"""C tables of an interface for the native FMU, and the derivatives with respect to its inputs."""
+"""C tables of an `Interface` for the native FMU, and C source of the derivatives with respect to its inputs."""
 
 from __future__ import annotations
 
@@ -12,16 +12,30 @@ from haptid.model.kernel.printing import slopes
 from haptid.model.kernel.text import assignments
 
 ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope", "sensitivity", "step")
+"""Roles of variables; their index is the number in ``fmu_role``."""
 
 
 def c_array(kind: str, name: str, values: Sequence[object], shape: str = "") -> str:
-    """Return a C definition of a constant table; an empty one gets one zero."""
+    """Return the C definition of a constant table; C has no empty arrays, so an empty one gets one zero."""
     body = ", ".join(map(str, values)) or "0"
     return f"static const {kind} {name}[{max(len(values), 1)}]{shape} = {{{body}}};"
 
 
 def tables(interface: Interface, guid: str) -> str:
-    """Return names, roles, ranges and start values by value reference."""
+    """Return the C tables that the FMI functions read, indexed by value reference.
+
+    Parameters
+    ----------
+    interface
+        Variables of the FMU. An index that no variable has gets role 0 (hidden) and an empty range.
+    guid
+        Identity that instantiation checks.
+
+    Returns
+    -------
+    str
+        Macros and tables of names, roles, ranges, start values, nominal values and ordered pairs.
+    """
     n, by_reference = interface.offsets["end"], {v.reference: v for v in interface.variables}
     rows = [by_reference.get(i) for i in range(n)]
     orderings = interface.orderings
@@ -44,7 +58,18 @@ def tables(interface: Interface, guid: str) -> str:
 
 
 def input_jacobian(equations: Equations) -> str:
-    """Return ``hf_input_jacobian``: B = ∂f/∂u (n_x, n_u) and D = ∂y/∂u (n_y, n_u)."""
+    """Return the C function ``hf_input_jacobian`` of explicit equations.
+
+    Parameters
+    ----------
+    equations
+        Equations ẋ = f(t, x, u, p), y = g(t, x, u, p).
+
+    Returns
+    -------
+    str
+        C source; the function writes B = ∂f/∂u (n_x, n_u) and D = ∂g/∂u (n_y, n_u), row-major.
+    """
     targets, values = [], []
     outputs = [o.expression for o in equations.outputs]
     symbols = [u.symbol for u in equations.inputs]

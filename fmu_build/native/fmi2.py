@@ -1,4 +1,7 @@
-"""The native packaging: one C source, the kernel with FMI 2.0 around it, compiled for every platform, no libraries."""
+"""The native packaging in FMI 2.0: `Interface` in, files of the archive and GUID out.
+
+One C source, the kernel and the FMI functions around it, is compiled for every platform and needs no library.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,24 @@ PARTS = ("fmi2_instance.c", "fmi2_state.c", "fmi2_co_simulation.c", "fmi2_model_
 def native_source(
     interface: Interface, guid: str, *, headers: tuple[str, ...] = ("fmi2.h",), parts: tuple[str, ...] = PARTS
 ) -> str:
-    """Return the whole FMU as one C file."""
+    """Return the whole FMU as one C file.
+
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU.
+    guid
+        Identity that instantiation checks.
+    headers
+        C headers of the FMI versions, in order.
+    parts
+        C files of the FMI functions, in order: each uses the static functions of those before.
+
+    Returns
+    -------
+    str
+        C99 source that includes no file of this package.
+    """
     kernel = interface.kernel
     return "\n".join(
         (
@@ -35,7 +55,25 @@ def native_source(
 
 
 def native_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
-    """Return the files of the native FMU, and its GUID."""
+    """Build the native FMU in FMI 2.0.
+
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU.
+    platforms
+        Platforms to compile for.
+    text
+        Description of the model, one line.
+
+    Returns
+    -------
+    files
+        Content by name within the archive: description, source and binaries.
+    guid
+        Identity of the FMU.
+    """
+    # The GUID stands in the files that it identifies, so it is computed of the same files without it.
     guid = guid_of(model_description(interface, guid="", python=False, text=text), native_source(interface, ""))
     source = native_source(interface, guid)
     files = {
@@ -46,6 +84,7 @@ def native_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     for p in platforms:
         for folder in p.fmi2:
             files[f"binaries/{folder}/{interface.identifier}{p.suffix}"] = built[p.python]
+    # FMI 2.0 has one folder for Apple, darwin64: a universal binary there serves hosts on both processors.
     apple = [built[name] for name in ("darwin-x86_64", "darwin-aarch64") if name in built]
     if len(apple) == 2:
         files[f"binaries/darwin64/{interface.identifier}.dylib"] = universal(*apple)

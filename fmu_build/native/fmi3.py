@@ -1,4 +1,7 @@
-"""The native packaging in FMI 3.0: the FMI 2.0 layer as it is, private, below the names, types and modes of 3.0."""
+"""The native packaging in FMI 3.0: `Interface` in, files of the archive and instantiation token out.
+
+The FMI 2.0 functions stay as they are, static, and the FMI 3.0 functions call them: names, types and modes differ.
+"""
 
 from __future__ import annotations
 
@@ -23,16 +26,34 @@ PARTS3 = (
     "fmi3_co_simulation.c",
 )
 _FLAGS = {".so": (), ".dll": ("-lkernel32",), ".dylib": ("-lSystem",)}
-"""Where a platform's binaries find memory: on Linux in whatever C library the process has."""
+"""Linker flags by which a binary finds functions for memory; on Linux the host process has them in its C library."""
 
 
 def native_source3(interface: Interface, token: str) -> str:
-    """Return the whole FMU as one C file."""
+    """Return the whole FMU in FMI 3.0 as one C file (see `native_source`)."""
     return native_source(interface, token, headers=("fmi2.h", "fmi3.h"), parts=(*PARTS, *PARTS3))
 
 
 def native_files3(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
-    """Return the files of the native FMI 3.0 FMU, and its instantiation token."""
+    """Build the native FMU in FMI 3.0.
+
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU.
+    platforms
+        Platforms to compile for.
+    text
+        Description of the model, one line.
+
+    Returns
+    -------
+    files
+        Content by name within the archive: descriptions, source and binaries.
+    token
+        Instantiation token, the identity of the FMU.
+    """
+    # The token stands in the files that it identifies, so it is computed of the same files without it.
     token = guid_of(model_description3(interface, token="", text=text), native_source3(interface, ""))
     source = native_source3(interface, token)
     files = {
@@ -48,5 +69,5 @@ def native_files3(interface: Interface, *, platforms: tuple[Platform, ...], text
 
 
 def rename_picture(files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the files with the picture where FMI 3.0 looks for it."""
+    """Return the files with ``model.png`` moved to ``terminalsAndIcons/icon.png``, its place in FMI 3.0."""
     return {("terminalsAndIcons/icon.png" if name == "model.png" else name): data for name, data in files.items()}

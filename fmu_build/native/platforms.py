@@ -1,4 +1,4 @@
-"""The platforms that an FMU carries binaries for."""
+"""The platforms that an FMU carries binaries for, one `Platform` each with its names in compiler, FMI and Python."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Platform:
-    """One platform.
+    """Name a platform as the compiler, FMI and Python do.
 
     Parameters
     ----------
     triple
-        The compiler's name of it.
+        Target triple of the compiler.
     fmi2
         Folders below ``binaries`` where FMI 2.0 hosts look; two names for one place where hosts differ.
     fmi3
@@ -22,7 +22,7 @@ class Platform:
     python
         ``sys.platform`` and machine as Python names them.
     suffix
-        Of a shared library.
+        Suffix of a shared library, with its dot.
     """
 
     triple: str
@@ -59,6 +59,6 @@ _MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 
 
 def this_platform() -> tuple[Platform, ...]:
-    """Return the platform of this machine, or nothing where there is no binary for it."""
+    """Return the platform of this machine as a tuple of one, empty where `PLATFORMS` lacks it."""
     machine = _MACHINES.get(platform.machine().lower(), platform.machine().lower())
     return tuple(p for p in PLATFORMS if p.python == f"{sys.platform}-{machine}")

@@ -1,4 +1,7 @@
-"""The kernel in plain Python: the formulas generated, the stepper as it stands in `fallback_stepper.py`."""
+"""The kernel in plain Python, for platforms without a compiled one: `Interface` in, text of a Python module out.
+
+Generated functions of the formulas stand between the fixed `fallback_stepper.py` and `fallback_flat.py`.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,18 @@ def module_text(name: str) -> str:
 
 
 def fallback_source(interface: Interface) -> str:
-    """Return a Python module with the functions of ``flat.c``, in the standard library alone."""
+    """Return a Python module with the functions of ``flat.c``.
+
+    Parameters
+    ----------
+    interface
+        Kernel and layout of the buffer.
+
+    Returns
+    -------
+    str
+        Source that needs the standard library alone.
+    """
     kernel = interface.kernel
     e = kernel.equations
     parts = [
@@ -51,6 +65,7 @@ def _function(e: Equations, name: str, expressions: Sequence[sp.Expr], *, wide: 
     printer = PythonPrinter(symbol_names(e, state))
     used: set[sp.Symbol] = set().union(*(x.free_symbols for x in expressions), set())
     lines = []
+    # Backwards, as a definition uses earlier ones only: one pass finds all that the expressions need.
     for symbol, formula in reversed(e.definitions):
         if symbol in used:
             used |= formula.free_symbols

@@ -1,4 +1,9 @@
-"""The Python packaging: pythonfmu builds the archive, the kernel rides along compiled, and the description is ours."""
+"""The Python packaging in FMI 2.0: `Interface` in, files of the archive and GUID out.
+
+1. pythonfmu builds an archive of the entry module, the slave, the fallback, the plan and the compiled kernels.
+2. A guard takes the place of pythonfmu's loader.
+3. ``modelDescription.xml`` is written by this package, not by pythonfmu.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +37,20 @@ Slave = implementation.Slave
 
 
 def plan_of(interface: Interface, module: str) -> dict[str, object]:
-    """Return what the slave reads from ``plan.json``."""
+    """Return the content of ``plan.json``, which the slave reads.
+
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU.
+    module
+        Name of the entry module.
+
+    Returns
+    -------
+    dict
+        Start values and ranges by value reference, variables, ordered pairs and names, ready for JSON.
+    """
     start = interface.start
     minimum, maximum = [LARGEST] * len(start), [-LARGEST] * len(start)
     for v in interface.variables:
@@ -58,13 +76,33 @@ def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[
 
 
 def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
-    """Return the files of the Python FMU, and its GUID.
+    """Build the Python FMU.
 
-    The module bears the name of its equations and of its binaries: one process may load the same FMU with others.
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU.
+    platforms
+        Platforms to compile the kernel for.
+    text
+        Description of the model, one line.
+
+    Returns
+    -------
+    files
+        Content by name within the archive.
+    guid
+        Identity of the FMU.
+
+    Notes
+    -----
+    The name of the module holds a digest of its content and platforms: Python keeps one module per name, and one
+    process may load several FMUs.
     """
     slave, fallback = module_text("slave.py"), fallback_source(interface)
     plan = json.dumps(plan_of(interface, "?"))
     content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
+    # The plan names the module, and the module's name holds the digest: the plan enters with "?" in its place.
     digest = _short(content)
     module = f"{interface.identifier}_{_short((digest, [p.python for p in platforms]))}"
     guid = guid_of(model_description(interface, guid="", python=True, text=text), digest)
@@ -93,6 +131,7 @@ def _build_archive(module: str, resources: dict[str, bytes]) -> dict[str, bytes]
             (folder / path).write_bytes(content)
         script = folder / f"{module}.py"
         script.write_text(ENTRY.format(module=module), encoding="utf-8")
+        # pythonfmu imports the module to find its class; this process must not keep it, nor its folder.
         known, loaded = list(sys.path), set(sys.modules)
         try:
             others = sorted(path for path in folder.iterdir() if path != script)

@@ -1,4 +1,4 @@
-"""What only several runs tell together: the same rows twice, and tables under each other's names."""
+"""Compare the runs of a campaign: runs in, a sentence by file out for repeated rows and for swapped names."""
 
 from __future__ import annotations
 
@@ -16,11 +16,24 @@ SAME = 1e-9
 NAMED_LIKE = 0.03
 """Relative difference between a frequency and the number that names it: names are rounded."""
 NUMBER = re.compile(r"([A-Za-z]*)[_-]?(?<![\d.])(\d+(?:[.p]\d+)?)")
+"""Number in a name with the letters before it; "p" may stand for the decimal point."""
 
 
 def twins(runs: Sequence[Run]) -> dict[str, str]:
-    """Return a sentence by file for every run that repeats the rows of an earlier one."""
+    """Find runs that repeat the rows of an earlier run.
+
+    Parameters
+    ----------
+    runs
+        Runs in the order of the campaign; excluded ones are ignored.
+
+    Returns
+    -------
+    dict
+        A sentence by file, for the later run of each pair.
+    """
     place = {run.file: k for k, run in enumerate(runs)}
+    # Equal runs have the same length and the same spread: sorting brings them together, and neighbours are compared.
     used = sorted((run for run in runs if run.use != "excluded"), key=lambda run: (run.t.size, float(np.std(run.y))))
     found: dict[str, str] = {}
     first: Run | None = None
@@ -61,10 +74,23 @@ class _Named:
 
 
 def misnamed(runs: Sequence[Run]) -> dict[str, str]:
-    """Return a sentence by file for runs whose name states another run's frequency.
+    """Find runs whose name states another frequency than their torque has.
 
-    A number counts as the frequency (in rad/s or Hz) where it agrees with the torque's in most runs whose names have
-    that number after the same letters, or where two runs have each other's.
+    Parameters
+    ----------
+    runs
+        Runs of the campaign; excluded, coupled and aperiodic ones are ignored.
+
+    Returns
+    -------
+    dict
+        A sentence by file.
+
+    Notes
+    -----
+    Numbers in names may mean anything. A number counts as a frequency (in rad/s or Hz) only where it agrees with the
+    torque's within 3 % in most runs of the joint whose names have it after the same letters, or where two runs have
+    each other's.
     """
     found: dict[str, str] = {}
     for unit, factor in (("rad/s", 1.0), ("Hz", 1.0 / (2.0 * np.pi))):

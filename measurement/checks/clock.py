@@ -1,4 +1,4 @@
-"""A clock that a joint can be simulated by: rows not too far apart, and no gap in which anything may have happened."""
+"""Check the clocks of a campaign: `Campaign` in and out, refused where rows are too close, too far apart or missing."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from haptid.measurement.values.run import Run
 from haptid.support.errors import InputError
 
 SLOWEST = 0.5
-"""Usual time between rows [s] above which nothing of a joint's friction is left to see."""
+"""Median time between rows [s] above which a joint's friction can no longer be resolved."""
 FASTEST = 1e-9
 """Least time between rows [s]: no joint is sampled faster."""
 LONGEST_GAP, MANY_ROWS = 10.0, 100.0
@@ -17,13 +17,18 @@ LONGEST_GAP, MANY_ROWS = 10.0, 100.0
 
 
 def check_clocks(campaign: Campaign) -> Campaign:
-    """Return the campaign, where the clocks of all its runs can be simulated by.
+    """Return the campaign unchanged, or refuse it where a simulation cannot follow the clock of a run.
+
+    Parameters
+    ----------
+    campaign
+        As it was read; excluded runs are not checked.
 
     Raises
     ------
     InputError
-        Where rows are less than 1e-9 s or usually more than 0.5 s apart, as where the time is in milliseconds, or where
-        a gap is longer than 10 s and than 100 rows: what the joint did meanwhile is not known, and a simulation across
+        Where rows are less than 1e-9 s apart; where their median distance exceeds 0.5 s, as with time in milliseconds;
+        or where a gap is longer than both 10 s and 100 rows: the motion in the gap is unknown, and a simulation across
         it would take hours.
     """
     for run in campaign.runs:

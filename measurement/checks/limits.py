@@ -1,4 +1,4 @@
-"""What a device says of its joints that measured numbers can be held against."""
+"""Limits that a device states of its joints, for comparison with measured numbers: `Campaign` in, `Limits` out."""
 
 from __future__ import annotations
 
@@ -13,19 +13,33 @@ from haptid.model.device.reader import load_device
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Limits:
-    """Largest torque (force) of a joint [N m] ([N]) and its range of motion [rad] ([m]), infinite where not stated."""
+    """Hold the limits of one joint, infinite where the device does not state them.
+
+    Parameters
+    ----------
+    torque
+        Largest torque (force) [N m] ([N]).
+    travel
+        Range of motion, upper minus lower limit [rad] ([m]).
+    """
 
     torque: float = np.inf
     travel: float = np.inf
 
 
 def limits_of(campaign: Campaign) -> dict[int, Limits]:
-    """Return the limits of the device's joints by number; none for ``single_joint``."""
+    """Return the limits of the device's joints by number, empty for ``single_joint``.
+
+    Raises
+    ------
+    InputError
+        Where the file of the device is at fault.
+    """
     if campaign.device == SINGLE_JOINT:
         return {}
     limits = {}
     for number, joint in enumerate(load_device(campaign.device, campaign.folder).joints):
         lower, upper = joint.position_limits
-        stated = (lower, upper) != (-np.pi, np.pi)  # what a device has that says nothing: such a joint may turn on
+        stated = (lower, upper) != (-np.pi, np.pi)  # the default of a device without limits: the joint may turn on
         limits[number] = Limits(torque=joint.torque_limit, travel=upper - lower if stated else np.inf)
     return limits

@@ -1,4 +1,4 @@
-"""A joint that stands still in every run determines nothing: told before any work."""
+"""Refuse a campaign with a configuration at rest, from which nothing is identifiable: `Campaign` in and out."""
 
 from __future__ import annotations
 
@@ -12,16 +12,23 @@ from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
 
 AT_REST = 10.0
-"""Travel over the sensor's noise, below which a joint counts as standing still."""
+"""Travel over the standard deviation of a reading, below which a joint counts as at rest."""
 
 
 def check_motion(campaign: Campaign, prepared: Campaign) -> Campaign:
-    """Return the ``prepared`` campaign, where the joints of every configuration to fit move.
+    """Return the prepared campaign, or refuse it where a configuration to fit does not move.
 
     Parameters
     ----------
     campaign
-        As it was read: it knows which noise is stated.
+        As it was read, with NaN where no noise is stated: the error says whether the noise was stated or estimated.
+    prepared
+        The same campaign with noise filled in and runs held out.
+
+    Returns
+    -------
+    Campaign
+        ``prepared``.
 
     Raises
     ------
@@ -40,7 +47,13 @@ def check_motion(campaign: Campaign, prepared: Campaign) -> Campaign:
 
 
 def locked_posture(run: Run) -> tuple[float, ...]:
-    """Posture with the free joints at 0, where they are ignored."""
+    """Return the posture of the locked joints, with free joints at 0, so that runs in one posture compare equal.
+
+    Returns
+    -------
+    tuple of float
+        Position of every joint of the device [rad] ([m]).
+    """
     return tuple(0.0 if j in run.free_joints else float(x) for j, x in enumerate(run.posture))
 
 
@@ -49,7 +62,7 @@ def _travel(run: Run) -> Array:
 
 
 def _at_rest(campaign: Campaign, runs: Sequence[Run], stated: Sequence[Run]) -> InputError:
-    """Return the error, with the remedy: a stated noise that the rows do not show is at fault, not the motion."""
+    """Return the error with its remedy: correct the stated noise where the rows show less, else measure again."""
     first = runs[0]
     joints = ", ".join(map(str, first.free_joints))
     travel, noise = max(float(_travel(run).max()) for run in runs), float(first.sensor_std.max())

@@ -1,4 +1,11 @@
-"""What every command does with a campaign first: one gate for all, then noise filled in and runs held out."""
+"""Prepare a campaign for a command: folder in, `Campaign` with noise, held-out runs and remarks out.
+
+1. Read the folder.
+2. Refuse numbers, clocks and stated parameters that allow no fit.
+3. Estimate noise and encoder step where they are not stated, then hold out runs for validation.
+4. Refuse configurations at rest, which only the noise decides.
+5. Collect the remarks on likely slips.
+"""
 
 from __future__ import annotations
 
@@ -20,31 +27,63 @@ from haptid.support.errors import LONGEST, one_line, shorten
 
 
 def prepare(campaign: Campaign) -> Campaign:
-    """Estimate noise and resolution where they are not given, then hold out runs where none validates."""
+    """Estimate noise and resolution where they are not stated, then hold out runs where none validates."""
+    # Noise first: the estimates are from whole runs, and both parts of a split run get the same noise.
     return with_validation(campaign_with_noise(campaign))
 
 
 def accepted(campaign: Campaign) -> Campaign:
-    """Return the campaign ready for fits: the one place that decides whether a command can use it.
+    """Return a campaign ready for fits; no other function decides whether a command can use a campaign.
+
+    Parameters
+    ----------
+    campaign
+        As `read_campaign` returns it.
+
+    Returns
+    -------
+    Campaign
+        With noise and resolution of every run, and a validation run for each configuration that has enough rows.
 
     Raises
     ------
     InputError
         Where numbers, clocks, stated parameters or motion allow no fit.
     """
+    # Sizes first: everything after computes with the numbers, which must not overflow.
     campaign = check_stated(check_clocks(check_sizes(campaign)))
     return check_motion(campaign, prepare(campaign))
 
 
 def campaign_for_command(folder: Path | str | None) -> Campaign:
-    """Read and prepare a campaign for a command: its warnings appear on stderr, its remarks are kept with it."""
+    """Read and prepare a campaign for a command; its warnings go to stderr.
+
+    Parameters
+    ----------
+    folder
+        Folder with ``campaign.toml``; None for the embedded Freedom 6S campaign.
+
+    Returns
+    -------
+    Campaign
+        Ready for fits, with its remarks; `tell_remarks` prints them.
+
+    Raises
+    ------
+    InputError
+        Where the folder is at fault, or the campaign allows no fit.
+    """
     with warnings_on_stderr():
         campaign = read_campaign(folder)
         prepared = accepted(campaign)
+    # Remarks are on the campaign as it was read: the prepared one no longer shows which noise was stated.
     return prepared.but(remarks=tuple(remark_lines(remarks_of(campaign))))
 
 
 def tell_remarks(campaign: Campaign) -> None:
-    """Print the remarks on stderr, one line each: a command does so when it has accepted all its input."""
+    """Print the remarks on stderr, one line each.
+
+    Commands call this after they have accepted all their input.
+    """
     for remark in campaign.remarks:
         click.echo(f"remark: {shorten(one_line(remark), LONGEST)}", err=True)

@@ -1,4 +1,7 @@
-"""All remarks on a campaign: what looks like a slip or needs a second look, with the remedy; nothing is refused."""
+"""Collect all remarks on a campaign: `Campaign` in, `Remarks` per run out, each a sentence with its remedy.
+
+Remarks are on likely slips and on circumstances that a fit has to respect; none refuses the campaign.
+"""
 
 from __future__ import annotations
 
@@ -20,16 +23,16 @@ from haptid.measurement.values.run import Array, Run
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remarks:
-    """What is remarked of one run.
+    """Hold the remarks on one run.
 
     Parameters
     ----------
     run
         As it was read.
     noise, resolution
-        Stated, or estimated from its rows, shape (n_joints,) each.
+        Stated, or estimated from the rows of this run [rad] ([m]), shape (n_joints,) each.
     by_joint
-        Sentences for each free joint.
+        Sentences for each free joint, in the order of ``run.free_joints``.
     doubts
         Those of them that speak of a slip; the others tell of circumstances that the commands deal with by themselves.
     """
@@ -42,11 +45,25 @@ class Remarks:
 
 
 def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Remarks, ...]:
-    """Look at every run of a campaign; ``report`` is called after each."""
+    """Return the remarks on every run of a campaign.
+
+    Parameters
+    ----------
+    campaign
+        As it was read, with NaN where no noise is stated.
+    report
+        Called without arguments after each run, for a progress bar.
+
+    Returns
+    -------
+    tuple of Remarks
+        In the order of the runs.
+    """
     limits, between = limits_of(campaign), (twins(campaign.runs), misnamed(campaign.runs), off_scale(campaign))
     made = []
     for run in campaign.runs:
         full = with_noise(run)
+        # Suspicions compare stated with estimated noise, so they need the estimate even where noise is stated.
         unstated = run.but(noise=np.full(run.noise.shape, np.nan), resolution=np.full(run.noise.shape, np.nan))
         stated = bool(np.isfinite([run.noise, run.resolution]).any())
         estimated = with_noise(unstated) if stated else full

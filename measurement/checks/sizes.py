@@ -1,4 +1,4 @@
-"""Numbers of tables that something can have measured: what lies beyond overflows in whatever is made of them."""
+"""Check the size of measured numbers: `Campaign` in and out, refused where fits would overflow."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ SMALLEST_TORQUE = 1e-15
 
 
 def check_sizes(campaign: Campaign) -> Campaign:
-    """Return the campaign, where the numbers of all its runs can be computed with.
+    """Return the campaign unchanged, or refuse it where no sensor can have measured a number.
+
+    Parameters
+    ----------
+    campaign
+        As it was read; excluded runs are not checked.
 
     Raises
     ------
     InputError
-        With the table and the joint at fault.
+        With the table and the joint whose torque, position or velocity is too large, or whose torque is too small.
     """
     for run in campaign.runs:
         if run.use != "excluded":

@@ -1,4 +1,7 @@
-"""What a campaign states of parameters, put into the equations of its device: one way for checks and for fits."""
+"""Put the parameters that a campaign states into equations: `Equations` and overrides in, `Equations` out.
+
+Checks and fits use the same functions, so that a campaign that passes the checks does not fail in the fit.
+"""
 
 from __future__ import annotations
 
@@ -23,14 +26,19 @@ Overrides = Mapping[str, Mapping[str, Any]]
 
 
 def check_stated(campaign: Campaign) -> Campaign:
-    """Return the campaign, refused where it states what the equations of its joints cannot take.
+    """Return the campaign unchanged, or refuse it where the equations of its joints cannot take a stated parameter.
 
-    The joint of a device has no ``gravity_cos`` and ``gravity_sin`` where its axis is vertical, for example.
+    For example, a joint of a device has no ``gravity_cos`` and ``gravity_sin`` where its axis is vertical.
+
+    Parameters
+    ----------
+    campaign
+        As it was read. Joints that no run frees alone are not checked.
 
     Raises
     ------
     InputError
-        With the parameters that the joint has, with what contradicts the device, or with what is wrong with its file.
+        Where a parameter does not exist, its value or bounds are impossible, or the file of the device is at fault.
     """
     device = _device(campaign)
     for joint, stated in campaign.parameter_overrides.items():
@@ -47,7 +55,7 @@ def _device(campaign: Campaign) -> Device | None:
 
 def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: Overrides) -> None:
     runs = campaign.runs_of((joint,))
-    if not runs:  # never alone: what its equations hold depends on the others
+    if not runs:  # no run frees the joint alone: its parameters depend on which joints are free with it
         return
     if device is None:
         friction = campaign.friction.get(joint, DEFAULT)
@@ -58,7 +66,20 @@ def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: 
 
 
 def places(campaign: Campaign, joint: int) -> Callable[[str], str]:
-    """Return what names the place of a joint's parameter in ``campaign.toml``, with its line where it can be told."""
+    """Return a function that names the place of a joint's parameter in ``campaign.toml``.
+
+    Parameters
+    ----------
+    campaign
+        Its folder holds the file; without a file, as for a campaign made in memory, no line is named.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    callable
+        From the parameter's id to file, line and key.
+    """
     path, section = Path(campaign.folder) / "campaign.toml", f"joint.{joint}.parameters"
     source = TomlSource.read(path) if path.is_file() else None
     return lambda id: f"{path}, {section}.{id}" if source is None else source.where(section, id)
@@ -67,16 +88,30 @@ def places(campaign: Campaign, joint: int) -> Callable[[str], str]:
 def overridden(
     equations: Equations, given: Overrides, joint: int, suffix: str = "", where: Callable[[str], str] | None = None
 ) -> Equations:
-    """Return the equations with what a campaign states of the parameters of one joint.
+    """Return the equations with the parameters that a campaign states of one joint.
 
     Parameters
     ----------
+    equations
+        Equations of the configuration.
     given
-        ``{id: {initial, lower, upper, prior, fixed}}``.
+        ``{id: {initial, lower, upper, prior, fixed}}``, in SI units.
+    joint
+        Number of the joint, for errors.
     suffix
-        What the ids of this joint's parameters end in, where several joints are free.
+        End of the ids of this joint's parameters where several joints are free, as ``_4``; else "".
     where
-        Names the place of a parameter in the user's file.
+        Names the place of a parameter in the user's file; None for campaigns without a file.
+
+    Returns
+    -------
+    Equations
+        With other initial values, bounds and priors; formulas stay.
+
+    Raises
+    ------
+    InputError
+        Where the equations have no such parameter, or its bounds are impossible.
     """
     quantities = {q.id: q for q in equations.parameters}
     changes = {}
@@ -90,7 +125,32 @@ def overridden(
 
 
 def changed(quantity: Quantity, entry: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the fields that an entry ``{initial, lower, upper, prior, fixed}`` changes."""
+    """Return the fields of a quantity that a stated entry changes.
+
+    Parameters
+    ----------
+    quantity
+        The parameter as the device or the friction law has it.
+    entry
+        ``{initial, lower, upper, prior, fixed}``, each optional, in SI units.
+    where
+        Place of the entry, for errors.
+
+    Returns
+    -------
+    dict
+        ``initial``, ``lower``, ``upper``, ``prior`` and ``fixed`` of the changed quantity.
+
+    Raises
+    ------
+    InputError
+        Where lower < upper does not hold, or a quantity on a logarithmic scale has a bound that is not positive.
+
+    Notes
+    -----
+    A fixed value loses its prior. An initial value defaults to the mean of a stated prior, and bounds that are not
+    stated widen to hold it; stated bounds clip it. A stated prior frees a quantity that the device fixes.
+    """
     if "fixed" in entry:
         value = float(entry["fixed"])
         return {

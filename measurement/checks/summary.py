@@ -1,4 +1,4 @@
-"""What can be said of a campaign without a model: one row per run and joint, and remarks, as text."""
+"""Describe a campaign without a model: `Campaign` in, one `Row` per run and joint out, laid out as text."""
 
 from __future__ import annotations
 
@@ -27,26 +27,48 @@ HEADER = (
     "noise",
     "step",
 )
+"""Headings of the columns; torque ± is half its range, Hz the rate of the rows, step the encoder's."""
 EVEN = 0.01
 """Row intervals within this share of their median count as even."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One joint of one run: cells under `HEADER`, and remarks in words."""
+    """Hold what the table shows of one joint of one run.
+
+    Parameters
+    ----------
+    cells
+        Texts under `HEADER`, one each.
+    remarks
+        Sentences below the table.
+    """
 
     cells: tuple[str, ...]
     remarks: tuple[str, ...]
 
 
 def unevenness(run: Run) -> float:
-    """Share of the row intervals that differ from their median by more than 1 %."""
+    """Return the share of the row intervals that differ from their median by more than 1 %, from 0 to 1."""
     gaps = np.diff(run.t)
     return float(np.mean(np.abs(gaps / np.median(gaps) - 1) > EVEN))
 
 
 def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Row, ...]:
-    """Describe every joint of every run; ``report`` is called after each run."""
+    """Describe every joint of every run.
+
+    Parameters
+    ----------
+    campaign
+        As it was read, with NaN where no noise is stated.
+    report
+        Called without arguments after each run, for a progress bar.
+
+    Returns
+    -------
+    tuple of Row
+        In the order of the runs and of their free joints. Torques in N m, positions in rad (N and m where prismatic).
+    """
     rows = []
     for one in remarks_of(campaign, report=report):
         rows += [_row(one, column) for column in range(len(one.run.free_joints))]
@@ -83,7 +105,7 @@ def _own_words(run: Run) -> list[str]:
 
 
 def table_text(rows: tuple[Row, ...]) -> str:
-    """Lay the rows out as text, the remarks below."""
+    """Lay the rows out as a text table of aligned columns, with the remarks below."""
     cells = [HEADER, *(row.cells for row in rows)]
     widths = [max(len(line[k]) for line in cells) for k in range(len(HEADER))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]

@@ -1,4 +1,8 @@
-"""What in a run looks like a slip of units, signs or columns: each a remark with the remedy, never a refusal."""
+"""Look for slips of units, signs and columns in one run: `Run` in, remarks with their remedies out, no refusal.
+
+Looked for are degrees for radians, milliseconds for seconds, thousandths of torque's unit, a wrong sign of torque,
+clipped readings, and a stated noise that the rows contradict.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +15,7 @@ from haptid.measurement.values.run import Array, Run
 
 UNLIMITED = Limits()
 MANY_TURNS = 8 * np.pi
-"""Travel [rad] of a joint that turns, four turns, above which degrees are more likely."""
+"""Travel [rad] of a revolute joint, four turns, above which degrees are more likely."""
 SLOW = 0.0501
 """Time between rows [s] above which milliseconds are more likely; 20 Hz is a usual rate."""
 AGAINST = -0.05
@@ -19,17 +23,17 @@ AGAINST = -0.05
 ABOVE = 10.0
 """Torque over the device's limit above which thousandths of the unit are more likely."""
 BEYOND = 1.5
-"""Travel over the device's range of motion from which degrees are likelier: end stops are not stated that well."""
+"""Travel over the device's range of motion above which degrees are more likely than an inexact range."""
 LEAST_BITS, MOST_BITS, EXACTLY = 8, 26, 1e-4
-"""Bits of encoders, and how far a number of counts may be from a power of two in bits."""
+"""Fewest and most bits of an encoder, and largest distance of a number of counts from a power of two [bits]."""
 FLICKERS, BESIDE = 0.5, 0.1
 """Noise over the encoder's step from which readings at rest change level; distance of an end from a level in steps."""
 ORDER, FEWEST = 4, 50
-"""Order of the differences that take the motion out of readings, and fewest of them (or rows) that tell the noise."""
+"""Order of the differences that remove the motion from readings, and fewest of them (or rows) that show the noise."""
 PLATEAU, SHARE = 5, 0.02
 """Equal extreme readings in a row, and their share of a run, from which it looks clipped."""
 FAR = 10.0
-"""Stated noise over what the rows show, and the other way round."""
+"""Ratio of stated to estimated noise, or the inverse, above which the two contradict each other."""
 
 
 def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMITED) -> list[str]:
@@ -37,10 +41,19 @@ def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMI
 
     Parameters
     ----------
+    run
+        As it was read.
     estimated
-        The run with noise and encoder step from its own rows.
+        The same run with noise and encoder step estimated from its rows, also where they are stated.
+    column
+        Column of the joint among ``run.free_joints``.
     limits
         Largest torque and range of motion of the joint that the device states.
+
+    Returns
+    -------
+    list of str
+        One sentence each, with the remedy; empty where nothing looks like a slip.
     """
     checks = (
         _degrees(run, estimated, column, limits.travel),
@@ -68,7 +81,7 @@ def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> s
 
 
 def _is_power_of_two(counts: float) -> bool:
-    """Whether an encoder has so many counts a turn."""
+    """Return whether an encoder may have so many counts per turn: a power of two from 8 to 26 bits."""
     bits = float(np.log2(counts))
     return LEAST_BITS <= bits <= MOST_BITS and abs(bits - round(bits)) < EXACTLY
 
@@ -86,9 +99,10 @@ def _thousandths(run: Run, column: int, limit: float) -> str:
 
 
 def _power(run: Run, column: int) -> str:
-    """Compare ∫τ dq over whole cycles with RMS torque times RMS velocity: friction only takes, springs give back.
+    """Compare ∫τ dq over whole cycles with RMS torque times RMS velocity.
 
-    Where several joints are free, one may drive another; then nothing is said.
+    Over a whole cycle, friction takes work and a spring gives back what it took: the drive's work is positive unless
+    the torque's sign is wrong. Where several joints are free, one may drive another; then nothing is said.
     """
     if len(run.free_joints) > 1:
         return ""
@@ -96,6 +110,7 @@ def _power(run: Run, column: int) -> str:
     if not cycles.omega or cycles.count < 2:
         return ""
     period = 2 * np.pi / cycles.omega
+    # The count includes an unfinished cycle; one period less always fits into the run.
     powers = [
         _share(run, column, run.t[-1] - (k + 1) * period, run.t[-1] - k * period) for k in range(cycles.count - 1)
     ]
@@ -116,10 +131,10 @@ def _share(run: Run, column: int, begin: float, end: float) -> float:
 
 
 def _clipped(run: Run, estimated: Run, column: int) -> str:
-    """Look for readings that rest exactly at an end.
+    """Look for readings that rest exactly at their highest or lowest value.
 
-    With an encoder's step a joint that turns round or sticks rests at a level, too. What tells then is an end that lies
-    beside the levels, or rows that hold still although noise moves all others by more than half a step.
+    With an encoder step, a joint that reverses or sticks rests at a level, too. Such a rest is clipping only where the
+    end lies between the levels, or where noise moves all other readings by more than half a step.
     """
     y, step = run.y[:, column], float(estimated.resolution[column])
     if np.ptp(y) == 0:
@@ -134,7 +149,7 @@ def _clipped(run: Run, estimated: Run, column: int) -> str:
 
 
 def _noise_inside(t: Array, y: Array, step: float) -> float:
-    """Noise of the readings away from both ends: those that rest there would hide it."""
+    """Return the noise of the readings away from both ends, whose constant readings would hide it."""
     inside = (y > y.min()) & (y < y.max())
     whole = np.lib.stride_tricks.sliding_window_view(inside, ORDER + 1).all(axis=1)
     values = contrasts(t, y, ORDER)[whole]
@@ -144,7 +159,7 @@ def _noise_inside(t: Array, y: Array, step: float) -> float:
 
 
 def _is_beside_levels(y: Array, end: float, step: float) -> bool:
-    """Whether an end lies between the levels that the readings next to it have."""
+    """Return whether an end lies between the levels of the encoder, as its nearest reading has them."""
     others = y[y != end]
     nearest = float(others[np.argmin(np.abs(others - end))])
     counts = (end - nearest) / step

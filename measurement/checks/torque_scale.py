@@ -1,4 +1,7 @@
-"""Torque against the inertia that campaign or device states: the rows alone know torque up to a factor only."""
+"""Compare torque with the stated inertia: `Campaign` in, a sentence by file out where their scales disagree.
+
+Rows alone determine torque up to a factor; the inertia that the campaign or its device states fixes it.
+"""
 
 from __future__ import annotations
 
@@ -15,14 +18,26 @@ from haptid.model.joint.coupled_joints import configuration_equations
 FAR = 300.0
 """Torque over acceleration per stated inertia in a joint's fastest run, above which thousandths of the unit are likely.
 
-Friction and springs take most of the torque of slow runs, and of fast ones up to 20 times what the inertia does.
+Friction and springs take most of the torque of slow runs, and in fast runs up to 20 times the inertial torque.
 """
 
 
 def off_scale(campaign: Campaign) -> dict[str, str]:
-    """Return a sentence by file for the fastest run of every joint whose torque is at odds with its stated inertia.
+    """Find joints whose torque contradicts their stated inertia.
 
-    The ratio compared is σ(Kp·τ)/σ(q̈), from smoothed signals, over the inertia.
+    Parameters
+    ----------
+    campaign
+        As it was read; excluded and coupled runs are ignored.
+
+    Returns
+    -------
+    dict
+        A sentence by file, for the fastest run of each such joint: the one with the least torque per acceleration.
+
+    Notes
+    -----
+    Compares Kp·σ(τ)/σ(q̈) with the stated inertia; σ is the standard deviation of the smoothed signals (`smooth`).
     """
     found = {}
     for joint in campaign.joints:

@@ -1,4 +1,4 @@
-"""From the columns of a table to the arrays of a run."""
+"""Pick the columns of the free joints: `Table` in, `Signals` out, the arrays of a run."""
 
 from __future__ import annotations
 
@@ -16,11 +16,28 @@ KNOWN = re.compile(
     r"time_s|(torque|torque_command|torque_measured)_\d+_Nm|(force|force_command|force_measured)_\d+_N|current_\d+_A"
     r"|(position|reference)_\d+_(rad|m)|(velocity|reference_velocity)_\d+_(rad_s|m_s)"
 )
+"""Names of all columns that the campaign format has; others are kept with a warning."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Signals:
-    """Time (n_t,), inputs, positions and velocities (n_t, n_joints), and whatever else the table holds."""
+    """Hold the arrays of one run as its table states them.
+
+    Parameters
+    ----------
+    t
+        Time as the table has it [s], shape (n_t,), strictly increasing; it need not start at 0.
+    u
+        Torques [N m] (forces [N]), shape (n_t, n_joints).
+    y
+        Positions [rad] ([m]), shape (n_t, n_joints).
+    v
+        Velocities [rad/s] ([m/s]), shape (n_t, n_joints), or None where the table lacks one of them.
+    prismatic
+        Whether each joint is prismatic, shape (n_joints,).
+    extra
+        All other columns by name, each of shape (n_t,), NaN where a cell holds no number.
+    """
 
     t: Array
     u: Array
@@ -40,9 +57,24 @@ def read_signals(table: Table, joints: tuple[int, ...], constants: Mapping[int, 
 
     Parameters
     ----------
+    table
+        Table of the run.
+    joints
+        Free joints, ascending. A joint with a column ``position_<j>_m`` is prismatic.
     constants
         Torque per ampere (force per ampere) of the joints whose drive is recorded in amperes [N m/A] ([N/A]);
         u = constant · current where the table has no torque.
+
+    Returns
+    -------
+    Signals
+        Velocities only where the table holds those of all free joints.
+
+    Raises
+    ------
+    InputError
+        Where a column is missing, a joint has positions in rad and in m, a current has no constant, or a cell that
+        is needed holds no finite number.
     """
     t = table.time()
     prismatic = tuple(_slides(table, joint) for joint in joints)

@@ -1,4 +1,4 @@
-"""Where a CSV file goes wrong: the line that a reader of whole tables cannot tell."""
+"""Locate the damage in a CSV file that pandas could not read: path in, `InputError` with the line at fault out."""
 
 from __future__ import annotations
 
@@ -18,8 +18,15 @@ def refuse_damaged(path: Path, kind: str) -> InputError:
 
     Parameters
     ----------
+    path
+        CSV file, or a gzipped one (``.gz``).
     kind
-        What the reader said, for a file in which no line looks wrong.
+        Name of the reader's error, for a file in which no line looks wrong.
+
+    Returns
+    -------
+    InputError
+        For the caller to raise: a byte that is no UTF-8, an odd number of quotes, or more cells than the header has.
     """
     columns = 0
     try:
@@ -40,7 +47,7 @@ def _open(path: Path) -> BinaryIO:
 
 
 def _fault(raw: bytes, where: str, columns: int) -> InputError | None:
-    """Return what is wrong with a line where the header has ``columns`` cells (0: this is the header)."""
+    """Return the error of a damaged line, else None; the header has ``columns`` cells (0: the line is the header)."""
     try:
         line = raw.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -56,15 +63,15 @@ def _fault(raw: bytes, where: str, columns: int) -> InputError | None:
 
 
 def _cells(line: str) -> int:
-    """Count the cells of a line; an empty last one, as some programs write it, is none."""
+    """Count the cells of a line without an empty last one, which some programs write."""
     try:
         cells = next(csv.reader([line.strip()]), [])
-    except csv.Error:  # a lone carriage return, or a cell longer than the library reads: commas tell as much
+    except csv.Error:  # a lone carriage return, or a cell longer than the library reads: the commas are counted
         cells = line.strip().split(",")
     return len(cells) - (len(cells) > 1 and not cells[-1])
 
 
 def too_many_cells(where: str, columns: int, cells: int) -> InputError:
-    """Return the error of a line with more cells than the header."""
+    """Return the error of a line with more ``cells`` than the ``columns`` of the header, mostly by decimal commas."""
     expected = f"{columns} cells, as the header has"
     return InputError(where, expected=expected, got=f"{cells}", todo=DECIMAL_COMMA)

@@ -1,4 +1,4 @@
-"""Which device a campaign names: a built-in one, ``single_joint``, or a file beside the campaign."""
+"""Resolve the device of a campaign: its name in, a built-in name, ``single_joint`` or the path of a file out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SUFFIXES = (".toml", ".urdf")
 
 
 def device_names() -> tuple[str, ...]:
-    """Names of the built-in devices: the TOML files of ``model/devices``, and ``single_joint``."""
+    """Return the names of the built-in devices (the TOML files of ``model/device/built_in``) and ``single_joint``."""
     folder = files("haptid.model.device") / "built_in"
     found = {item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")}
     return tuple(sorted(found | {SINGLE_JOINT}))
@@ -27,7 +27,30 @@ def device_names() -> tuple[str, ...]:
 def resolve_device(device: str, folder: Path, where: str) -> str:
     """Return a built-in name, or the path of the device file.
 
-    A file that does not exist, but bears the name of a built-in device, stands for that device, with a warning.
+    Parameters
+    ----------
+    device
+        As ``campaign.toml`` names it.
+    folder
+        Folder of the campaign, from which a relative path starts.
+    where
+        Place of the name in ``campaign.toml``, for errors and warnings.
+
+    Returns
+    -------
+    str
+        A built-in name, or ``folder`` joined with the file. A file that does not exist but has the name of a built-in
+        device stands for that device.
+
+    Raises
+    ------
+    InputError
+        Where there is no such device or file, or the file lies outside ``folder`` without ``--allow-outside``.
+
+    Warns
+    -----
+    CampaignWarning
+        Where a built-in device replaces a missing file.
     """
     if device in device_names():
         return device
@@ -46,7 +69,19 @@ def resolve_device(device: str, folder: Path, where: str) -> str:
 
 
 def joint_count(device: str) -> int | None:
-    """Return the number of joints; None for ``single_joint`` and where the device file does not list its joints."""
+    """Count the joints of a device without loading it.
+
+    Parameters
+    ----------
+    device
+        As `resolve_device` returns it.
+
+    Returns
+    -------
+    int or None
+        Number of joints. None for ``single_joint``, and for a file that cannot be read or lists no joints:
+        `load_device` states its fault later.
+    """
     if device == SINGLE_JOINT:
         return None
     is_file = device.endswith(SUFFIXES)

@@ -1,4 +1,4 @@
-"""What ``[joint.J]`` tables say: parameters, sensor and drive of single joints."""
+"""Read the ``[joint.J]`` tables: `TomlSource` in, parameters, friction law, sensor and drive by joint number out."""
 
 from __future__ import annotations
 
@@ -20,7 +20,23 @@ Overrides = dict[int, dict[str, dict[str, Any]]]
 
 
 def joint_tables(source: TomlSource) -> dict[int, dict[str, Any]]:
-    """Return the checked ``[joint.J]`` tables by joint number."""
+    """Return the ``[joint.J]`` tables by joint number.
+
+    Parameters
+    ----------
+    source
+        The parsed ``campaign.toml``.
+
+    Returns
+    -------
+    dict
+        Tables with known keys of the right kind; their parameters and sensors are checked elsewhere.
+
+    Raises
+    ------
+    InputError
+        Where a table is headed by no joint number, or holds an unknown key or a value of another kind.
+    """
     tables = source.data.get("joint", {})
     if not isinstance(tables, dict):
         raise InputError(source.where("", "joint"), expected="tables [joint.J]", got=repr(tables))
@@ -32,18 +48,37 @@ def joint_tables(source: TomlSource) -> dict[int, dict[str, Any]]:
 
 
 def read_overrides(source: TomlSource, tables: dict[int, dict[str, Any]]) -> Overrides:
-    """Return the checked ``[joint.J.parameters]`` by joint number."""
+    """Return the ``[joint.J.parameters]`` by joint number.
+
+    Parameters
+    ----------
+    source
+        The parsed ``campaign.toml``, for the places that errors name.
+    tables
+        What `joint_tables` returned.
+
+    Returns
+    -------
+    dict
+        ``{joint: {parameter: {initial, lower, upper, fixed, prior}}}``, in SI units.
+
+    Raises
+    ------
+    InputError
+        Where the friction law of a joint has no such parameter, or its value, bounds or prior are impossible.
+    """
     return {j: _parameters(source, table, j) for j, table in tables.items() if "parameters" in table}
 
 
 def friction_laws(tables: dict[int, dict[str, Any]]) -> dict[int, str]:
-    """Return the friction law by joint, where a table names one."""
+    """Return the id of the friction law by joint, for the joints whose tables name one."""
     return {joint: table["friction"] for joint, table in tables.items() if "friction" in table}
 
 
 def _parameters(source: TomlSource, joint_table: dict[str, Any], joint: int) -> dict[str, dict[str, Any]]:
     section, table = f"joint.{joint}.parameters", joint_table["parameters"]
-    # Where the campaign names no law, the device may: what its joint lacks is refused once the device is read.
+    # Without a law in the campaign, the device's holds, which is not read yet: parameters of any law pass here, and
+    # `check_stated` refuses those that the joint lacks.
     named = "friction" in joint_table
     known = tuple(row.id for row in parameter_rows(joint_table["friction"])) if named else all_ids()
     for name, value in table.items():
@@ -74,7 +109,7 @@ def _check_kinds(source: TomlSource, value: dict[str, Any], section: str, name: 
 
 
 def warn_of_unused(source: TomlSource, tables: dict[int, dict[str, Any]], joints: set[int]) -> None:
-    """Warn of tables of joints that no run frees: a number may be mistyped."""
+    """Warn of each table of a joint outside ``joints``, the joints that some run frees: its number may be mistyped."""
     for joint in sorted(set(tables) - joints):
         there = ", ".join(map(str, sorted(joints)))
         where = source.where(f"joint.{joint}")
@@ -84,9 +119,21 @@ def warn_of_unused(source: TomlSource, tables: dict[int, dict[str, Any]], joints
 def sensor_of(
     source: TomlSource, tables: dict[int, dict[str, Any]], joints: tuple[int, ...], prismatic: tuple[bool, ...]
 ) -> tuple[Array, Array]:
-    """Return noise and resolution of the joints [rad] ([m]), NaN where nothing is said, each of shape (n_joints,).
+    """Return the stated noise and encoder step of the free joints of a run.
 
-    ``[joint.J.sensor]`` overrules ``[sensor]``.
+    Parameters
+    ----------
+    source
+        The parsed ``campaign.toml`` with its table ``[sensor]``.
+    tables
+        What `joint_tables` returned; ``[joint.J.sensor]`` overrules ``[sensor]`` key by key.
+    joints, prismatic
+        Free joints, ascending, and whether each is prismatic.
+
+    Returns
+    -------
+    noise, resolution : ndarray, shape (n_joints,)
+        Standard deviation of the white noise and encoder step [rad] ([m]); NaN where neither table states it.
     """
     common = source.data.get("sensor", {})
     own = [{**common, **tables.get(joint, {}).get("sensor", {})} for joint in joints]
@@ -97,6 +144,6 @@ def sensor_of(
 
 
 def drive_constants(tables: dict[int, dict[str, Any]]) -> dict[int, float]:
-    """Return torque (force) per ampere by joint [N m/A] ([N/A]), where given."""
+    """Return torque (force) per ampere [N m/A] ([N/A]) by joint, for the joints whose tables state it."""
     keys = ("torque_constant_Nm_per_A", "force_constant_N_per_A")
     return {joint: float(table[key]) for joint, table in tables.items() for key in keys if key in table}

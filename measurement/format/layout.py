@@ -1,4 +1,8 @@
-"""How a CSV file is laid out: what a spreadsheet or a logger writes instead is named, with the remedy."""
+"""Check the layout of a CSV file before pandas reads it: path in, nothing out, or an `InputError` with the remedy.
+
+Spreadsheets and loggers write comments, other separators and decimal commas, which pandas would read as wrong numbers
+or refuse without naming the line.
+"""
 
 from __future__ import annotations
 
@@ -11,22 +15,31 @@ from haptid.measurement.format.damage import refuse_damaged, too_many_cells
 from haptid.support.errors import InputError
 
 LINES = 200
-"""Lines from the start that are looked at: a layout is the same all through a file."""
+"""Number of lines from the start that are checked: a layout is the same throughout a file."""
 LONGEST_LINE = 1_000_000
+"""Characters of a line that are read, so that a file without line breaks does not fill the memory."""
 SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"), (" ", "blanks"))
 ALWAYS = ";\t"
 """Signs that separate columns where they occur; the others do where the header holds no comma."""
 BOMB_BYTES, BOMB_RATIO = 64 << 20, 250
-"""Measured tables pack to a third or a twentieth; one that unpacks to more than both is made to fill the memory."""
+"""Bytes, and bytes per byte of the file, that a table may unpack to, whichever is more.
+
+Measured tables pack to between a third and a twentieth of their size; a larger ratio is made to fill the memory.
+"""
 
 
 def check_layout(path: Path) -> None:
     """Refuse comments before the header, a missing header, other separators, decimal commas and ragged rows.
 
+    Parameters
+    ----------
+    path
+        CSV file, or a gzipped one (``.gz``); its first 200 lines are checked.
+
     Raises
     ------
     InputError
-        With the line at fault and what to do.
+        With the line at fault and what to do; also where a gzipped file unpacks to an absurd size.
     """
     try:
         if path.suffix == ".gz":
@@ -42,7 +55,13 @@ def check_layout(path: Path) -> None:
 
 
 def refuse_bomb(path: Path, unpacked: int) -> None:
-    """Raise where a table of ``unpacked`` bytes is absurdly larger than its file."""
+    """Refuse a table of ``unpacked`` bytes that is absurdly larger than its file.
+
+    Raises
+    ------
+    InputError
+        Where it is larger than 64 MiB and than 250 times the file.
+    """
     packed = path.stat().st_size
     if unpacked > max(BOMB_BYTES, BOMB_RATIO * packed):
         expected = f"a table that unpacks to at most {BOMB_RATIO} times its {packed} bytes"
@@ -87,6 +106,7 @@ def _check_rows(path: Path, lines: list[str]) -> None:
     if any('"' in line for line in lines):
         return  # a quoted cell may hold commas
     columns = lines[0].count(",") + 1
+    # A row with fewer cells than the header has empty ones at its end; one with more has, mostly, decimal commas.
     for number, line in enumerate(lines[1:], start=2):
         cells = line.count(",") + 1
         if line.strip() and cells > columns:

@@ -1,4 +1,4 @@
-"""Columns that hold what is asked for under another name or in another unit, with what to do."""
+"""Find the column that holds a missing signal under another name or in another unit: names in, a remedy out."""
 
 from __future__ import annotations
 
@@ -20,11 +20,27 @@ UNITS = (
     (r"(?:force)_?(\d+)(?:_?N)?", r"force_\1_N", "if it holds N, keep the numbers"),
     (r"velocity_(\d+)_deg_s", r"velocity_\1_rad_s", "multiply it by 0.0174533"),
 )
-"""Patterns of names that people use, the name that the format has, and what makes one of the other."""
+"""Patterns of common names, the name in the campaign format, and how to convert; the first match decides.
+
+Names with a unit stand before the same names without: ``t`` and ``timestamp`` are tried after milliseconds.
+"""
 
 
 def advice(column: str, columns: Sequence[str]) -> str:
-    """Say what to do about a missing ``column`` where one of the ``columns`` looks like it; "" where none does."""
+    """Say what to do about a missing column.
+
+    Parameters
+    ----------
+    column
+        Name in the campaign format, as ``position_0_rad``.
+    columns
+        Names that the table has.
+
+    Returns
+    -------
+    str
+        A sentence with the column that looks like it and the factor to its unit; empty where none does.
+    """
     for name in columns:
         for pattern, known, how in UNITS:
             found = re.fullmatch(pattern, name, re.IGNORECASE)

@@ -1,4 +1,7 @@
-"""Where the files that a campaign names lie: inside its folder, unless the user allows more."""
+"""Keep the files that a campaign names inside its folder, unless the user gives ``--allow-outside``.
+
+A campaign may come from a stranger: its tables and devices must not make a command read other files of the user.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,18 @@ _allowed: ContextVar[bool] = ContextVar("outside_allowed", default=False)
 
 
 def allow_outside_option(command: F) -> F:
-    """Add ``--allow-outside`` to a command that reads a campaign; it holds until the command ends."""
+    """Add the option ``--allow-outside`` to a click command that reads a campaign.
+
+    Parameters
+    ----------
+    command
+        Function that becomes the command; it gets no argument for the option.
+
+    Returns
+    -------
+    callable
+        The same function with the option, which holds until the command ends.
+    """
 
     def set_allowed(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
         context.with_resource(outside_allowed(value))
@@ -31,7 +45,13 @@ def allow_outside_option(command: F) -> F:
 
 @contextmanager
 def outside_allowed(value: bool = True) -> Iterator[None]:
-    """Let campaigns that are read inside name files outside their folders, with a warning."""
+    """Allow campaigns that are read in this context to name files outside their folders, with a warning.
+
+    Parameters
+    ----------
+    value
+        False refuses such files, as outside this context.
+    """
     token = _allowed.set(value)
     try:
         yield
@@ -41,6 +61,15 @@ def outside_allowed(value: bool = True) -> Iterator[None]:
 
 def check_inside(folder: Path, name: str, where: str) -> None:
     """Refuse the file ``name`` where it leads out of ``folder`` by "..", as an absolute path or through a link.
+
+    Parameters
+    ----------
+    folder
+        Folder of the campaign.
+    name
+        File as ``campaign.toml`` names it.
+    where
+        Place of the name in ``campaign.toml``, for errors and warnings.
 
     Raises
     ------

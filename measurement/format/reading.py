@@ -1,4 +1,10 @@
-"""Read a campaign: ``campaign.toml`` and one table per run (INTERFACES, section 2), checked to the last cell."""
+"""Read a campaign: folder in, `Campaign` out, checked to the last cell (INTERFACES, section 2).
+
+1. Parse ``campaign.toml`` and check the names of its tables.
+2. Resolve the device, whose joint count the next steps need.
+3. Check the ``[joint.J]`` tables and read the table of each ``[[runs]]`` entry.
+4. Warn of unknown columns and of tables of joints that no run frees.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +28,7 @@ TABLES = ("campaign", "sensor", "joint", "runs")
 
 
 def embedded_campaign() -> Path:
-    """Folder of the campaign that comes with the package."""
+    """Return the folder of the Freedom 6S campaign that comes with the package."""
     return Path(str(files("haptid.measurement") / "campaigns" / "freedom6s"))
 
 
@@ -33,6 +39,11 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
     ----------
     folder
         The folder with ``campaign.toml``; None for the embedded Freedom 6S campaign.
+
+    Returns
+    -------
+    Campaign
+        Noise and resolution are NaN where the campaign does not state them; no run is held out yet.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The ``[[runs]]`` of a campaign: each entry checked, its table read."""
+"""Read the ``[[runs]]`` of a campaign: `TomlSource` in, one `Run` per entry out, each entry and its table checked."""
 
 from __future__ import annotations
 
@@ -24,19 +24,26 @@ def read_runs(
 
     Parameters
     ----------
+    source
+        The parsed ``campaign.toml``.
     device
-        A built-in name or the path of a device file.
+        A built-in name, ``single_joint`` or the path of a device file.
     hold
-        How torque runs between rows, for the runs that do not say.
+        ``zero`` or ``linear``, for the entries that state nothing.
     tables
         The checked ``[joint.J]`` tables by joint number.
 
     Returns
     -------
     runs
-        In the order of the file.
+        In the order of the file; noise and resolution are NaN where they are not stated.
     unknown
-        Names of columns that the format does not know.
+        Names of columns that the format does not know, each once.
+
+    Raises
+    ------
+    InputError
+        Where an entry or a table is at fault, no run is to be fitted, or a joint has a validation run but no fit run.
     """
     listed = source.data.get("runs")
     if not isinstance(listed, list) or not listed:

@@ -1,4 +1,4 @@
-"""Keys of ``campaign.toml`` as data, and the check of one table against them."""
+"""Keys of ``campaign.toml`` as data (one `Key` each), and the check of one TOML table against them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,17 @@ from haptid.support.suggestion import did_you_mean
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Key:
-    """What a key may hold."""
+    """Say which values a key of a TOML table may hold.
+
+    Parameters
+    ----------
+    accepts
+        Whether a value is one of them.
+    words
+        The same in words, for the error.
+    required
+        Whether the table must have the key.
+    """
 
     accepts: Callable[[object], bool]
     words: str
@@ -23,7 +33,7 @@ class Key:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Whether ``value`` is a finite number (true and false are none)."""
+    """Return whether ``value`` is a finite number; true and false, which Python counts as integers, are none."""
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
@@ -60,7 +70,7 @@ def _is_positive(value: object) -> bool:
 
 
 LEAST, MOST = 1e-15, 1e3
-"""No sensor of positions is finer [rad] or [m], and no device's is coarser."""
+"""Least and largest noise or step of a position sensor [rad] or [m], beyond those of any device."""
 
 
 def _is_noise(value: object) -> bool:
@@ -74,7 +84,7 @@ def _is_step(value: object) -> bool:
 LEAST_CONSTANT, MOST_CONSTANT = 1e-9, 1e9
 """Torque (force) per ampere of drives [N m/A] ([N/A]), from the smallest to the largest and far beyond."""
 FARTHEST = 1e4
-"""No locked joint stands farther from home [rad] or [m]."""
+"""Largest position of a locked joint [rad] or [m], beyond that of any device."""
 
 
 def _is_constant(value: object) -> bool:
@@ -134,7 +144,31 @@ PARAMETER = {
 def check_table(
     source: TomlSource, table: object, keys: Mapping[str, Key], section: str, occurrence: int | None = None
 ) -> dict[str, Any]:
-    """Check that ``table`` holds only known keys of the right kind and all required ones; return it."""
+    """Check that a table holds only known keys of the right kind and all required ones.
+
+    Parameters
+    ----------
+    source
+        The parsed file, for the line that an error names.
+    table
+        What stands under the heading; None where there is none.
+    keys
+        Known keys by name.
+    section
+        Heading of the table, as ``joint.4.sensor``.
+    occurrence
+        Number of the table among those with this heading, from 0; None for a heading that occurs once.
+
+    Returns
+    -------
+    dict
+        The table itself.
+
+    Raises
+    ------
+    InputError
+        At the first key at fault.
+    """
     if not isinstance(table, dict):
         raise InputError(source.where("", section), expected=f"a table [{section}]", got=repr(table))
     for name, value in table.items():

@@ -1,4 +1,11 @@
-"""One table of a run, CSV (optionally gzipped) or Parquet, whose cells are checked when they are asked for."""
+"""Read one table of a run: CSV (optionally gzipped) or Parquet in, `Table` out.
+
+1. Check the layout of a CSV file (`check_layout`): pandas would read a wrong separator without an error.
+2. Read all cells as numbers; where one is none, read all again as text, so that an error can show the cell.
+3. Drop blank lines at the end, and refuse fewer than 8 rows.
+
+Cells are checked when a column is asked for: columns that nothing uses may hold anything.
+"""
 
 from __future__ import annotations
 
@@ -24,8 +31,9 @@ from haptid.support.installing.extras import need
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
 LEAST_ROWS = 8
+"""Rows of the shortest table that is read."""
 LARGEST = 1e100
-"""No time, torque, position or velocity is larger, and squares of such numbers are finite."""
+"""Largest time, torque, position or velocity that is read, in any unit: squares of such numbers are finite."""
 LONGEST_CELL = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -34,7 +42,15 @@ EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"floa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """Columns by name, with places for error messages."""
+    """Give the columns of a file by name, as numbers, with their places for error messages.
+
+    Parameters
+    ----------
+    path
+        File of the table.
+    frame
+        Its cells, as numbers or as text.
+    """
 
     path: Path
     frame: pd.DataFrame
@@ -55,25 +71,36 @@ class Table:
         return f"{self.path}, line {index + 2}" if is_text else f"{self.path}, row {index + 1}"
 
     def numbers(self, column: str) -> Array:
-        """Return a column as finite numbers; a cell that is none is an error that names its line.
+        """Return a column as finite numbers.
+
+        Parameters
+        ----------
+        column
+            Name in the campaign format, as ``torque_0_Nm``.
 
         Returns
         -------
         ndarray, shape (n_t,)
+            In the unit that the name states.
+
+        Raises
+        ------
+        InputError
+            Where the column is missing or occurs twice, or a cell holds no finite number; it names the cell's line.
         """
         if column not in self.frame:
             todo = advice(column, self.columns) or f"it has {_some(self.columns)}"
             raise InputError(self.header, expected=f"a column {column}", got="none", todo=todo)
-        if f"{column}.1" in self.frame:
+        if f"{column}.1" in self.frame:  # the name that pandas gives a second column of the same name
             raise InputError(self.header, expected=f"one column {column}", got="two")
         values = self.loosely(column)
-        bad = np.flatnonzero(~(np.abs(values) < LARGEST))
+        bad = np.flatnonzero(~(np.abs(values) < LARGEST))  # negated, so that NaN is bad, too
         if bad.size:
             raise self._no_number(column, int(bad[0]), values[bad[0]])
         return values
 
     def _no_number(self, column: str, index: int, value: float) -> InputError:
-        """Return the error of a cell that is no number, or none that anything measures; it shows what stands there."""
+        """Return the error of a cell that is no finite number or is too large; it shows the cell as it is written."""
         cell = self._as_written(column, index)
         got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), LONGEST_CELL))
         todo = "" if np.isnan(value) else f"no value is above {LARGEST:g}"
@@ -85,6 +112,7 @@ class Table:
         cell = self.frame[column].iloc[index]
         if self.path.suffix == ".parquet" or isinstance(cell, str) or pd.isna(cell):
             return cell
+        # Numbers were read as binary: the file is read again, only for this error.
         texts = _read_frame(self.path, as_text=True)
         return texts.iloc[index, list(self.frame.columns).index(column)]
 
@@ -101,7 +129,13 @@ class Table:
             return np.array([_number(cell) for cell in cells], dtype=np.float64)
 
     def time(self) -> Array:
-        """Return ``time_s``, which must increase from row to row, shape (n_t,)."""
+        """Return the column ``time_s`` [s], shape (n_t,).
+
+        Raises
+        ------
+        InputError
+            Where it is missing, a cell is no finite number, or it does not increase from row to row.
+        """
         t = self.numbers("time_s")
         back = np.flatnonzero(np.diff(t) <= 0)
         if back.size:
@@ -113,9 +147,24 @@ class Table:
 
 
 def read_table(path: Path, *, as_text: bool = False) -> Table:
-    """Read a table, ``as_text`` with every cell as it is written.
+    """Read the table of a run.
 
-    Refused are an unknown kind of file, a broken one, and one with fewer than 8 rows.
+    Parameters
+    ----------
+    path
+        File that ends in ``.csv``, ``.csv.gz`` or ``.parquet``.
+    as_text
+        Whether each cell of a CSV file stays as it is written, for a copy that keeps all digits.
+
+    Returns
+    -------
+    Table
+        With blanks around the column names and blank lines at the end removed.
+
+    Raises
+    ------
+    InputError
+        For a missing file, an unknown kind of file, a damaged one, and one with fewer than 8 rows.
     """
     if not is_file(path):
         names = _neighbours(path)
@@ -161,6 +210,7 @@ def _holds_flags(path: Path, frame: pd.DataFrame, common: dict[str, Any]) -> boo
     binary = [k for k in range(frame.shape[1]) if len(frame) and np.isin(frame.iloc[:, k].to_numpy(), (0.0, 1.0)).all()]
     if not binary:
         return False
+    # Only columns of zeros and ones can be flags, and their first row shows it: the whole file need not be read again.
     texts = pd.read_csv(path, index_col=False, dtype=str, usecols=binary, nrows=1, **common)
     return any(str(cell).strip().lower() in ("true", "false") for cell in texts.iloc[0])
 

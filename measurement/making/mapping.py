@@ -1,4 +1,4 @@
-"""Rename and rescale the columns of somebody's table to those of the campaign format."""
+"""Rename and rescale the columns of a table to those of the campaign format: `Table` in, data frame out."""
 
 from __future__ import annotations
 
@@ -13,23 +13,49 @@ from haptid.measurement.format.table import Table
 from haptid.support.errors import InputError
 
 TORQUE = re.compile(r"(?:torque_(\d+)_Nm|force_(\d+)_N|current_(\d+)_A)")
+"""Columns that drive a joint; one of the groups is its number."""
 FLAG = "--map"
 POSITION = re.compile(r"position_(\d+)_(?:rad|m)")
+"""Columns with the position of a joint; the group is its number."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Target:
-    """A column of the format: name, and the factor to its unit."""
+    """Name a column of the campaign format.
+
+    Parameters
+    ----------
+    name
+        As ``position_0_rad``.
+    factor
+        Number in the unit of ``name`` per number of the user's column.
+    """
 
     name: str
     factor: float = 1.0
 
 
 def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
-    """Read ``COLUMN=NAME`` or ``COLUMN=NAME*FACTOR``, as in ``angle_deg=position_0_rad*0.017453292519943295``."""
+    """Parse the values of ``--map``.
+
+    Parameters
+    ----------
+    entries
+        ``COLUMN=NAME`` or ``COLUMN=NAME*FACTOR``, as ``angle_deg=position_0_rad*0.017453292519943295``.
+
+    Returns
+    -------
+    dict
+        Column of the format by column of the user's table.
+
+    Raises
+    ------
+    InputError
+        Where an entry has another form, the format has no column NAME, or FACTOR is no number.
+    """
     targets: dict[str, Target] = {}
     for entry in entries:
-        column, _, goal = entry.rpartition("=")
+        column, _, goal = entry.rpartition("=")  # from the right: the user's column may hold "=", a NAME may not
         name, _, factor = goal.partition("*")
         if not column or not KNOWN.fullmatch(name):
             expected = "COLUMN=NAME or COLUMN=NAME*FACTOR with a NAME such as torque_0_Nm or position_0_rad"
@@ -42,7 +68,25 @@ def parse_map(entries: tuple[str, ...]) -> dict[str, Target]:
 
 
 def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
-    """Return the table with the mapped columns renamed and multiplied by their factors."""
+    """Rename the mapped columns and multiply them by their factors.
+
+    Parameters
+    ----------
+    table
+        The user's table.
+    targets
+        What `parse_map` returned.
+
+    Returns
+    -------
+    DataFrame
+        All columns of the table. Columns with factor 1 keep their cells as they are written.
+
+    Raises
+    ------
+    InputError
+        Where the table lacks a mapped column, a cell to be scaled is no number, or two columns get the same name.
+    """
     missing = [column for column in targets if column not in table.columns]
     if missing:
         got = ", ".join(table.columns)
@@ -56,7 +100,27 @@ def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
 
 
 def free_joints(columns: list[str], file: str, only: tuple[int, ...] | None = None) -> tuple[int, ...]:
-    """Tell the free joints: those that have both a torque (force, current) and a position, and are among ``only``."""
+    """Return the free joints of a table: those with both a torque (force, current) and a position.
+
+    Parameters
+    ----------
+    columns
+        Names of the columns in the campaign format.
+    file
+        Name of the table, for errors.
+    only
+        Joints to choose from; None for all.
+
+    Returns
+    -------
+    tuple of int
+        Joint numbers, ascending, at least one.
+
+    Raises
+    ------
+    InputError
+        Where no such joint or no ``time_s`` is there.
+    """
     driven = {int(next(filter(None, found.groups()))) for name in columns if (found := TORQUE.fullmatch(name))}
     seen = {int(found.group(1)) for name in columns if (found := POSITION.fullmatch(name))}
     found_joints = driven & seen if only is None else driven & seen & set(only)

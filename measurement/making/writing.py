@@ -18,7 +18,18 @@ from haptid.support.installing.extras import need
 
 
 def run_frame(run: Run) -> pd.DataFrame:
-    """Return the table of a run: ``time_s``, then the columns of each free joint, then the extra ones."""
+    """Return the table of a run.
+
+    Parameters
+    ----------
+    run
+        Run of any use.
+
+    Returns
+    -------
+    DataFrame
+        ``time_s`` as it was recorded, torque, position and velocity of each free joint, then the extra columns.
+    """
     columns: dict[str, Any] = {"time_s": run.t + run.start_time}
     for k, (joint, slides) in enumerate(zip(run.free_joints, run.prismatic, strict=True)):
         unit = "m" if slides else "rad"
@@ -30,21 +41,49 @@ def run_frame(run: Run) -> pd.DataFrame:
 
 
 def write_table(path: Path, frame: pd.DataFrame) -> None:
-    """Write a table in the format that the name of ``path`` tells; numbers keep their last bit."""
+    """Write a table as CSV, gzipped CSV (``.gz``) or Parquet (``.parquet``); numbers keep their last bit.
+
+    Parameters
+    ----------
+    path
+        File to write; its suffix gives the format.
+    frame
+        Columns by their names in the campaign format.
+    """
     stream = io.BytesIO()
     if path.suffix == ".parquet":
         need("parquet", str(path))
         frame.to_parquet(stream, index=False)
     else:
+        # Without the date of writing, the same table gives the same bytes.
         packing = {"method": "gzip", "mtime": 0} if path.suffix == ".gz" else None
         frame.to_csv(stream, index=False, compression=packing, lineterminator="\n")
     write_bytes(path, stream.getvalue())
 
 
 def write_campaign(campaign: Campaign, folder: Path) -> Path:
-    """Write ``campaign`` into the new or empty ``folder``; return the folder.
+    """Write a campaign that `read_campaign` reads.
 
-    The sensor's noise and resolution are written per joint, from the first run that frees it.
+    Parameters
+    ----------
+    campaign
+        Campaign with any runs.
+    folder
+        New or empty folder.
+
+    Returns
+    -------
+    Path
+        ``folder``.
+
+    Raises
+    ------
+    InputError
+        Where ``folder`` holds anything.
+
+    Notes
+    -----
+    Noise and resolution of the sensor are written per joint, as the first run has them that frees the joint.
     """
     refuse_overwrite(folder)
     for run in campaign.runs:
@@ -54,14 +93,31 @@ def write_campaign(campaign: Campaign, folder: Path) -> Path:
 
 
 def refuse_overwrite(folder: Path) -> None:
-    """Raise where ``folder`` holds anything."""
+    """Refuse a ``folder`` that is a file or holds anything, so that no result of the user is lost.
+
+    Raises
+    ------
+    InputError
+        With the remedy.
+    """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         todo = "name another folder with --out"
         raise InputError(str(folder), expected="a new or empty folder", got="one with content", todo=todo)
 
 
 def description(campaign: Campaign) -> dict[str, Any]:
-    """Return the content of ``campaign.toml``."""
+    """Return the content of ``campaign.toml``.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with any runs.
+
+    Returns
+    -------
+    dict
+        Tables ``campaign``, ``joint`` (where something is stated) and ``runs``, and the extra ones, for `tomli_w`.
+    """
     head = {"title": campaign.title, "device": campaign.device, "measured": campaign.measured, "hold": campaign.hold}
     loose = {key: value for key, value in campaign.extra.items() if not isinstance(value, dict)}
     tables = {key: value for key, value in campaign.extra.items() if isinstance(value, dict)}
@@ -70,7 +126,7 @@ def description(campaign: Campaign) -> dict[str, Any]:
         joints.setdefault(str(joint), {})["friction"] = friction
     for joint, parameters in campaign.parameter_overrides.items():
         joints.setdefault(str(joint), {})["parameters"] = parameters
-    for run in reversed(campaign.runs):
+    for run in reversed(campaign.runs):  # reversed, so that the first run that frees a joint decides
         for k, joint in enumerate(run.free_joints):
             sensor = _sensor(run, k)
             if sensor:

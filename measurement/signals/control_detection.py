@@ -1,4 +1,4 @@
-"""Tell runs recorded in open loop from those whose torque a controller made from the measured position."""
+"""Detect position control: `Run` in, the sign of a controller in words out, empty for open-loop runs."""
 
 from __future__ import annotations
 
@@ -10,19 +10,37 @@ from haptid.measurement.values.run import Array, Run
 STEADY = 0.95
 """Share of moving rows at one speed, from which a motion counts as a prescribed sweep."""
 COMMANDED = 3e-4
-"""Noise of a torque over its range, below which it counts as a command rather than what a controller answered."""
+"""Noise of a torque relative to its range, below which the torque counts as an open-loop command."""
 LINKED = 0.3
-"""Correlation of the torque's and the position's noise, from which the torque counts as made from the position."""
+"""Correlation of the torque's and the position's noise, from which the torque counts as fed back from the position."""
 LAGS = 3
+"""Longest delay of a controller that is looked for [rows]."""
 
 
 def position_control(run: Run, column: int = 0) -> str:
-    """Say in a few words why a run looks recorded under position control; empty where it does not.
+    """Name the sign by which a run looks recorded under position control.
 
-    Three signs are looked for: a recorded reference position; a sweep at constant speed by a torque that is no smooth
-    command (a slow cosine can move a viscous joint at nearly constant speed); and torque whose high-frequency part is
-    the position's noise times a gain (a commanded torque knows nothing of the sensor's noise). The last is the
-    correlation of fourth divided differences of u and y, up to three rows of delay.
+    Parameters
+    ----------
+    run
+        Run of any use.
+    column
+        Column of the joint among ``run.free_joints``.
+
+    Returns
+    -------
+    str
+        The first sign found, in a few words; empty for an open-loop run.
+
+    Notes
+    -----
+    Three signs are looked for, in this order:
+
+    1. a recorded reference position;
+    2. a sweep at constant speed by a torque that is no smooth command (a slow cosine can move a viscous joint at nearly
+       constant speed);
+    3. torque whose high-frequency part is the position's noise times a gain: the correlation of fourth divided
+       differences of u and y, up to three rows of delay. A commanded torque is independent of the sensor's noise.
     """
     joint = run.free_joints[column]
     if any(name in run.extra for name in (f"reference_{joint}_rad", f"reference_{joint}_m")):
@@ -35,14 +53,26 @@ def position_control(run: Run, column: int = 0) -> str:
 
 
 def is_commanded(run: Run, column: int) -> bool:
-    """Whether the torque is as smooth as a command: its noise is rounding."""
+    """Return whether a torque is as smooth as a command: its noise is below 3e-4 of its range."""
     return robust_std(contrasts(run.t, run.u[:, column], 4)) < COMMANDED * float(np.ptp(run.u[:, column]))
 
 
 def steady_share(t: Array, y: Array) -> float:
-    """Share of the moving rows whose speed is within 15 % of the median speed.
+    """Return the share of the moving rows whose speed is within 15 % of the median speed.
 
-    Speeds are taken over 1/50 of the run, and rows slower than a tenth of the fastest count as standing.
+    Parameters
+    ----------
+    t, y
+        Time [s] and position in any unit, shape (n_t,).
+
+    Returns
+    -------
+    float
+        From 0 to 1; 0 where fewer than 10 rows move.
+
+    Notes
+    -----
+    Speeds are differences over 1/50 of the rows. Rows slower than a tenth of the fastest count as at rest.
     """
     span = max(t.size // 50, 1)
     speed = np.abs((y[span:] - y[:-span]) / (t[span:] - t[:-span]))
@@ -54,11 +84,27 @@ def steady_share(t: Array, y: Array) -> float:
 
 
 def noise_link(run: Run, column: int, order: int = 4) -> float:
-    """Largest correlation between the high-frequency parts of torque and position, over delays of 0 to 3 rows."""
+    """Return the largest correlation between the noise of torque and position, over delays of 0 to 3 rows.
+
+    Parameters
+    ----------
+    run
+        Run of any use.
+    column
+        Column of the joint among ``run.free_joints``.
+    order
+        Order of the divided differences that remove the motion from both (`contrasts`).
+
+    Returns
+    -------
+    float
+        Absolute correlation, 0 to 1; 0 where torque or position has no noise.
+    """
     u = contrasts(run.t, run.u[:, column], order)
     y = contrasts(run.t, run.y[:, column], order)
     if robust_std(u) < 1e-6 * max(float(np.ptp(run.u[:, column])), 1e-300) or robust_std(y) == 0:
         return 0.0
+    # Steps in a torque and stray readings would decide the correlation alone: both are limited to 3 deviations.
     u = np.clip(u / robust_std(u), -3, 3)
     y = np.clip(y / robust_std(y), -3, 3)
     pairs = [(u[lag:], y[: y.size - lag]) for lag in range(LAGS + 1)]

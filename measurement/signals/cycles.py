@@ -1,4 +1,10 @@
-"""Cut a periodic run into the cycles of its torque."""
+"""Cut a periodic run into the cycles of its torque: `Run` in, `Cycles` with the number of each row's cycle out.
+
+1. The largest bin of a windowed, zero-padded spectrum gives the angular frequency ω of the torque.
+2. ω is refined by least squares of a·cos(ωt) + b·sin(ωt) + c on the rows, which need not be evenly spaced.
+3. The torque counts as periodic where that line carries enough of its variance.
+4. Cycle boundaries lie where the phase of the line passes multiples of 2π.
+"""
 
 from __future__ import annotations
 
@@ -14,28 +20,28 @@ from haptid.measurement.values.run import Array, Run
 PERIODIC = 0.5
 """Least share of the torque's variance on one line for a run to count as periodic."""
 FEW_TURNS = 0.95
-"""The same where the run has fewer than two cycles, so that a drift is not taken for one."""
+"""Least share of that variance where a run has at most two cycles, so that a drift does not count as a cycle."""
 SLIVER = 0.1
-"""A piece at either end shorter than this share of a cycle joins its neighbour."""
+"""Share of a cycle below which a piece at either end of the run joins its neighbour."""
 ROUNDED, ROUGH, SURE = 1e-6, 1e-4, 5.0
-"""Least and largest share of a cycle by which a boundary may be missed, and how many standard errors of the phase."""
+"""Least and largest error of a cycle boundary [cycles], and that error in standard errors of the phase."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cycles:
-    """Cycles of a run.
+    """Hold the frequency of a periodic torque and the cycle of each row.
 
     Parameters
     ----------
     omega
-        Angular frequency of the strongest line of the torque [rad/s]; 0 where it has none.
+        Angular frequency of the strongest line of the torque [rad/s]; 0 where the torque is constant.
     share
-        Share of the torque's variance on that line.
+        Share of the torque's variance on that line, 0 to 1.
     index
         Number of the cycle that each row lies in, from 0, shape (n_t,). All 0 where the torque is not periodic.
     turns
-        Phase of the line in cycles, shape (n_t,), those added by which a boundary may be missed: a row that rounding
-        puts just before one lies behind it.
+        Phase of the line in cycles plus the error of a boundary (`_boundary_error`), shape (n_t,). That error puts a
+        row at a boundary behind the boundary, whichever way it was rounded. All 0 where the torque is not periodic.
     """
 
     omega: float
@@ -45,22 +51,36 @@ class Cycles:
 
     @property
     def count(self) -> int:
-        """Number of cycles, an unfinished one at the end included."""
+        """Number of cycles, including an unfinished one at the end."""
         return int(self.index[-1]) + 1
 
     @property
     def inside(self) -> NDArray[np.bool_]:
-        """Which rows lie in each cycle, shape (n_t, n_cycles)."""
+        """Indicator matrix of the cycles, shape (n_t, n_cycles): True where a row lies in a cycle."""
         return np.asarray(self.index[:, None] == np.arange(self.count))
 
 
 def find_cycles(run: Run, column: int = 0) -> Cycles:
-    """Find the cycles of ``run.u[:, column]``.
+    """Find the cycles of the torque ``run.u[:, column]``; pieces below a tenth of a cycle join their neighbour.
 
-    The strongest line of the spectrum gives ω, refined so that a·cos(ωt) + b·sin(ωt) + c leaves the least squares on
-    the rows as they are. A cycle begins where the phase of that line passes a multiple of 2π: for u = A·cos(ωt), at
-    t = 0. Between other boundaries (an amplifier's lag, say) amplitudes differ, their scatter from cycle to cycle
-    does not.
+    Parameters
+    ----------
+    run
+        Run of any use.
+    column
+        Column of the joint among ``run.free_joints``.
+
+    Returns
+    -------
+    Cycles
+        With one cycle for the whole run where the torque is constant, has less than one cycle, or its strongest line
+        carries less than half of its variance (95 % where the run has at most two cycles).
+
+    Notes
+    -----
+    ω minimises the sum of squares of u − a·cos(ωt) − b·sin(ωt) − c over the rows. A cycle begins where the phase of
+    that line, A·cos(ωt + φ), passes a multiple of 2π: for u = A·cos(ωt), at t = 0. Other boundaries, as an amplifier's
+    lag would give, change the amplitudes of the cycles but not their scatter from cycle to cycle.
     """
     t, u = run.t, run.u[:, column]
     nothing = Cycles(omega=0.0, share=0.0, index=np.zeros(t.size, dtype=np.int64), turns=np.zeros(t.size))
@@ -77,26 +97,34 @@ def find_cycles(run: Run, column: int = 0) -> Cycles:
 
 @lru_cache(maxsize=64)
 def whole_cycles(run: Run) -> Cycles:
-    """Return the cycles of a run with every begun one counted: each has an amplitude of its own.
+    """Return the cycles of a run's first joint with every begun cycle counted: each has an amplitude of its own.
 
-    As `find_cycles`, but short pieces at either end are cycles of their own. Cycle k holds the rows with
-    k ≤ (ωt + φ)/2π < k + 1 for the torque's strongest line A·cos(ωt + φ).
+    Parameters
+    ----------
+    run
+        Run of any use; results are cached per object.
+
+    Returns
+    -------
+    Cycles
+        As `find_cycles` gives them, but short pieces at either end are cycles of their own. Cycle k holds the rows
+        with k ≤ (ωt + φ)/2π < k + 1 for the torque's strongest line A·cos(ωt + φ), k counted from the first row's.
     """
     found = find_cycles(run)
-    if not found.turns.any():  # less than one cycle, or no line that carries the torque: one piece
+    if not found.turns.any():  # not periodic: the whole run is one cycle
         return found
     begun = np.floor(found.turns).astype(np.int64)
     return replace(found, index=begun - begun[0])
 
 
 def _turns(t: Array, u: Array, omega: float, share: float) -> Array:
-    """Return the phase of the line in cycles, shape (n_t,)."""
+    """Return the phase of the line in cycles, plus the error of a boundary, shape (n_t,)."""
     a, b, _ = _line(t, u, omega)[0]
     return np.asarray((omega * t + np.arctan2(-b, a)) / (2 * np.pi) + _boundary_error(share, t.size))
 
 
 def _boundary_error(share: float, rows: int) -> float:
-    """Return the share of a cycle by which a boundary may be missed.
+    """Return the error of a cycle boundary [cycles]: five standard errors of the phase, from 1e-6 to 1e-4.
 
     The phase at an end of the run has the standard error 2·√(2/n)·σ/A, A the line's amplitude and
     σ² = A²/2·(1/share − 1) the power beside it, as if that were noise.
@@ -116,6 +144,7 @@ def _strongest_line(t: Array, u: Array) -> float:
 
 
 def _refine_frequency(t: Array, u: Array, omega: float) -> float:
+    # A quarter of a cycle per run to either side: two bins of the padded spectrum that gave the first guess.
     width = 2 * np.pi / float(t[-1]) / 4
     best = minimize_scalar(lambda w: -_line(t, u, w)[1], bounds=(omega - width, omega + width), method="bounded",
                            options={"xatol": 1e-9 * omega})  # fmt: skip
@@ -132,6 +161,7 @@ def _line(t: Array, u: Array, omega: float) -> tuple[Array, float]:
 def _number_cycles(turns: Array) -> NDArray[np.int64]:
     """Count cycles from 0, slivers at both ends joined to their neighbours."""
     index = np.floor(turns).astype(np.int64)
+    # The first boundary is near: the rows before it count to the first whole cycle. Likewise at the end.
     if 1.0 - turns[0] % 1.0 < SLIVER:
         index = np.maximum(index, index[0] + 1)
     if turns[-1] % 1.0 < SLIVER:

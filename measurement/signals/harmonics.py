@@ -1,4 +1,4 @@
-"""What repeats with the drive: harmonics of the torque's frequency, a basis for residuals that are not noise."""
+"""Basis functions for residuals that repeat with the drive: `Run` and its `Cycles` in, columns (n_t, k) out."""
 
 from __future__ import annotations
 
@@ -14,9 +14,26 @@ MOST = 24
 
 
 def harmonics(run: Run, cycles: Cycles, *, highest: float = HIGHEST, most: int = MOST, drifting: bool = False) -> Array:
-    """Return 1, cos(hωt), sin(hωt) for h = 1.. as columns (n_t, k); with ``drifting`` each also times time.
+    """Return a basis of harmonics of the drive's frequency.
 
-    A run without cycles gets cosines of half-integer multiples of its own length instead.
+    Parameters
+    ----------
+    run
+        Run whose rows the basis has.
+    cycles
+        Cycles of ``run``; their ``omega`` is the fundamental frequency ω.
+    highest
+        Highest angular frequency of a harmonic [rad/s].
+    most
+        Most harmonics.
+    drifting
+        Whether each function also appears multiplied by t/T − 1/2, with T the length of the run [s].
+
+    Returns
+    -------
+    ndarray, shape (n_t, k)
+        Columns 1, cos(hωt) and sin(hωt) for h = 1, 2, …, at least up to h = 1. A run with fewer than two cycles gets
+        cos(πkt/T), k = 0, 1, …, instead: harmonics of half a cycle per run.
     """
     t = run.t
     if cycles.count < 2:

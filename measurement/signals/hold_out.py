@@ -1,4 +1,4 @@
-"""Hold out the last third of the longest run where a configuration has no validation run."""
+"""Hold out the last third of the longest run of a configuration without validation run: `Campaign` in and out."""
 
 from __future__ import annotations
 
@@ -8,19 +8,24 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 
 SHARE = 2.0 / 3.0
+"""Share of a run's duration that is fitted."""
 LEAST_ROWS = 24
+"""Rows of the shortest run that is split."""
 
 
 def hold_out(run: Run) -> tuple[Run, Run]:
-    """Split a run in time: the first two thirds to fit, the last third to judge.
+    """Split a run in time: fit its first two thirds, validate on its last third.
 
-    The part to judge is the whole run, simulated from its start and scored from ``score_from`` on, so that the friction
-    state at the cut need not be guessed.
+    Parameters
+    ----------
+    run
+        Run with at least two rows in its first two thirds.
 
     Returns
     -------
-    fit, validate
-        Both under the run's own file name, each with a note.
+    fit, validate : Run
+        Both have the run's file name and a note. ``validate`` holds all rows: it is simulated from the start and
+        scored from ``score_from`` on, so that the friction state at the cut need not be guessed.
     """
     cut = int(np.searchsorted(run.t, SHARE * run.t[-1]))
     note = f"no validation run: {run.file} is fitted up to {run.t[cut - 1]:.3g} s, its last third was held out"
@@ -36,9 +41,18 @@ def hold_out(run: Run) -> tuple[Run, Run]:
 
 
 def with_validation(campaign: Campaign) -> Campaign:
-    """Return the campaign with a held-out run for every fitted configuration that has no validation run.
+    """Give every fitted configuration without a validation run a held-out one.
 
-    A configuration whose longest run has fewer than 24 rows is left as it is, with a note in that run.
+    Parameters
+    ----------
+    campaign
+        Campaign whose noise is filled in.
+
+    Returns
+    -------
+    Campaign
+        The longest fit run of such a configuration is replaced by the two parts of `hold_out`. A run of fewer than
+        24 rows is kept whole, with a note.
     """
     runs = list(campaign.runs)
     for joints in campaign.configurations:
@@ -46,6 +60,7 @@ def with_validation(campaign: Campaign) -> Campaign:
         if not fits or campaign.runs_of(joints, "validate"):
             continue
         longest = max(fits, key=lambda run: float(run.t[-1]))
+        # By identity: runs do not compare by their content.
         index = next(i for i, run in enumerate(runs) if run is longest)
         runs[index : index + 1] = _parts(longest)
     return campaign.but(runs=tuple(runs))

@@ -1,4 +1,10 @@
-"""White sensor noise and encoder step, estimated from the data where a campaign does not state them."""
+"""Estimate white sensor noise from readings: `Run` in, `Run` with its ``noise`` and ``resolution`` filled in out.
+
+1. Divided differences of orders 3 to 8 remove the motion and keep the standard deviation of white noise (`contrasts`).
+2. A robust standard deviation of each order ignores stray readings (`robust_std`).
+3. The lowest order whose estimate is within 5 % of the smallest gives the noise (`estimate_noise`).
+4. Noise that a campaign leaves open is pooled per joint by the median over its runs (`campaign_with_noise`).
+"""
 
 from __future__ import annotations
 
@@ -9,24 +15,41 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
 
 ORDERS = (3, 4, 5, 6, 7, 8)
+"""Orders of the divided differences that are tried, ascending."""
 CUT = 3.0
+"""Standard deviations beyond which a contrast counts as stray."""
 KEPT = 0.9733
 """Variance of a standard normal variable cut at ±3 (its density renormalised)."""
 FLOOR = 1e-9
+"""Least noise relative to the range of the readings."""
 BLOCK = 20_000
 """Rows whose weights are held at a time: 81 numbers each."""
 
 
 def contrasts(t: Array, y: Array, order: int) -> Array:
-    """Return combinations of ``order + 1`` neighbouring rows that no polynomial below that order reaches.
+    """Remove the motion from a signal by divided differences that keep the standard deviation of white noise.
 
-    d_i = Σ_j w_ij·y_{i+j} / √(Σ_j w_ij²) with w_ij = 1/∏_{k≠j}(t_{i+j} − t_{i+k}): a divided difference scaled so
-    that white noise of standard deviation σ gives d the same σ, whether or not the rows are evenly spaced.
+    Parameters
+    ----------
+    t
+        Time [s], shape (n_t,), strictly increasing; the rows need not be evenly spaced.
+    y
+        Signal in any unit, shape (n_t,).
+    order
+        Order of the divided differences. Polynomials of a lower degree give 0.
 
     Returns
     -------
     ndarray, shape (n_t - order,)
+        Contrasts in the unit of ``y``. Neighbours share rows, so they are correlated.
+
+    Notes
+    -----
+    d_i = Σ_j w_ij·y_{i+j} / √(Σ_j w_ij²) with w_ij = 1/∏_{k≠j}(t_{i+j} − t_{i+k}), j = 0..order. Since the weights
+    have norm 1, white noise of standard deviation σ gives d the standard deviation σ.
     """
+    # Neither the unit of t nor a constant in y changes d; both are taken out, so that products of gaps stay near 1
+    # and a large position does not cost digits.
     rows = np.lib.stride_tricks.sliding_window_view(t / np.median(np.diff(t)), order + 1)
     windows = np.lib.stride_tricks.sliding_window_view(y - y[0], order + 1)
     parts = [slice(first, first + BLOCK) for first in range(0, len(rows), BLOCK)]
@@ -35,13 +58,31 @@ def contrasts(t: Array, y: Array, order: int) -> Array:
 
 def _contrasts(rows: Array, windows: Array) -> Array:
     gaps = rows[:, :, None] - rows[:, None, :]
+    # The identity turns the factor k = j, which is 0, into 1.
     weights = 1.0 / np.prod(gaps + np.eye(rows.shape[1]), axis=2)
     weights /= np.linalg.norm(weights, axis=1, keepdims=True)
     return np.asarray(np.einsum("ij,ij->i", weights, windows), dtype=np.float64)
 
 
 def robust_std(values: Array) -> float:
-    """Return a standard deviation that stray values do not move: 1.4826·median|v|, then cut at ±3 σ until it rests."""
+    """Estimate the standard deviation of zero-mean values of which a few may be stray.
+
+    Parameters
+    ----------
+    values
+        Shape (n,), n ≥ 1, with mean 0.
+
+    Returns
+    -------
+    float
+        In the unit of ``values``.
+
+    Notes
+    -----
+    Starts from 1.4826·median|v|, the standard deviation of a normal variable with that median. Then the values beyond
+    ±3σ are dropped and σ² becomes the mean square of the others over 0.9733, the variance of a standard normal
+    variable cut at ±3, until σ changes by less than 0.1 % (at most 20 times).
+    """
     std = 1.4826 * float(np.median(np.abs(values)))
     for _ in range(20):
         kept = values[np.abs(values) <= CUT * std]
@@ -55,30 +96,39 @@ def robust_std(values: Array) -> float:
 def estimate_noise(t: Array, y: Array, resolution: float = 0.0) -> float:
     """Estimate the standard deviation of the white noise of a reading.
 
-    The motion is taken out by divided differences of rising order; the lowest order is used whose estimate is within
-    5 % of the smallest. What the encoder step accounts for is subtracted: σ = √(max(s² − h²/12, 0)), and never less
-    than 1e-9 of the range, so that a ratio to the noise stays finite.
-
     Parameters
     ----------
     t, y
-        Time [s] and reading [rad] or [m], shape (n_t,).
+        Time [s] and reading [rad] or [m], shape (n_t,), with at least 7 rows.
     resolution
         Encoder step h [rad] or [m].
 
+    Returns
+    -------
+    float
+        Standard deviation σ of the noise without that of the encoder step [rad] or [m], above 0.
+
     Notes
     -----
+    Divided differences of rising order (`contrasts`) remove the motion. With s the robust standard deviation of the
+    lowest order that is within 5 % of the smallest, σ = √(max(s² − h²/12, (1e-9·range)²)). The floor keeps ratios to
+    the noise finite.
+
     Where the joint rests inside one encoder step for most of the run, the step hides the noise and the estimate
     is near 0: √(σ² + h²/12) is then h/√12. Noise of a filtered reading is not white and comes out too small.
     """
     estimates = np.array([robust_std(contrasts(t, y, order)) for order in ORDERS if y.size > 2 * order])
     least = float(estimates.min())
+    # Higher orders remove more motion but average over fewer independent rows: the lowest sufficient one is used.
     lowest = float(estimates[estimates <= 1.05 * least][0])
     return float(np.sqrt(max(lowest**2 - resolution**2 / 12.0, (FLOOR * float(np.ptp(y)) + 1e-15) ** 2)))
 
 
 def with_noise(run: Run) -> Run:
-    """Return the run with every NaN of ``noise`` and ``resolution`` replaced by an estimate from its own rows."""
+    """Return the run with every NaN of ``noise`` and ``resolution`` replaced by an estimate from its own rows.
+
+    Stated values are kept; a stated encoder step also enters the estimate of the noise.
+    """
     if np.isfinite(run.noise).all() and np.isfinite(run.resolution).all():
         return run
     resolution = np.array([estimate_resolution(y) for y in run.y.T])
@@ -88,7 +138,18 @@ def with_noise(run: Run) -> Run:
 
 
 def campaign_with_noise(campaign: Campaign) -> Campaign:
-    """Return the campaign with noise and resolution filled in, pooled per joint by the median over its runs."""
+    """Fill in the noise and the resolution that a campaign leaves open.
+
+    Parameters
+    ----------
+    campaign
+        As it was read; NaN in ``Run.noise`` and ``Run.resolution`` marks a value that nobody stated.
+
+    Returns
+    -------
+    Campaign
+        Each NaN is the median of the estimates over the runs that free the joint. Stated values stay.
+    """
     filled = [with_noise(run) for run in campaign.runs]
     pooled = {joint: _pool(campaign, filled, joint) for joint in {j for run in campaign.runs for j in run.free_joints}}
     runs = [

@@ -1,7 +1,7 @@
-"""Position, speed and acceleration of a measured joint, smoothed by Gaussians of one width.
+"""Smooth position, speed, acceleration and torque of a measured joint by one Gaussian: `Run` in, `Motion` out.
 
-With G a Gaussian, G′∗y and G″∗y are the exact derivatives of the smoothed position G∗y, and G∗τ is smoothed alike: an
-equation that is linear in these signals holds for them as it holds for the raw ones.
+With G a Gaussian, G′∗y and G″∗y are the exact derivatives of the smoothed position G∗y, and G∗τ is smoothed alike.
+Hence an equation that is linear in the raw signals holds for the smoothed ones, too.
 """
 
 from __future__ import annotations
@@ -21,7 +21,17 @@ FEWEST = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """Smoothed signals on an even grid t (n,): position, speed, acceleration and torque, each (n,)."""
+    """Hold the smoothed signals of one joint on an even grid.
+
+    Parameters
+    ----------
+    t
+        Time [s], shape (n,), evenly spaced from 0.
+    q, v, a
+        Position [rad], speed [rad/s] and acceleration [rad/s²] ([m], [m/s], [m/s²]), each of shape (n,).
+    torque
+        Commanded torque [N m] ([N]), shape (n,).
+    """
 
     t: Array
     q: Array
@@ -31,7 +41,18 @@ class Motion:
 
 
 def dominant_period(t: Array, y: Array) -> float:
-    """Return the period of the strongest line in the position's spectrum [s], at most the length of the run."""
+    """Return the period of the strongest line in the spectrum of a position.
+
+    Parameters
+    ----------
+    t, y
+        Time [s] from 0 and position in any unit, shape (n_t,); the rows may be unevenly spaced.
+
+    Returns
+    -------
+    float
+        Period [s], a whole fraction of the length of the run.
+    """
     even = np.linspace(0.0, t[-1], t.size)
     centred = np.interp(even, t, y) - np.mean(y)
     spectrum = np.abs(np.fft.rfft(centred * np.hanning(t.size)))
@@ -39,7 +60,22 @@ def dominant_period(t: Array, y: Array) -> float:
 
 
 def smooth(run: Run, column: int = 0, *, width: float | None = None) -> Motion:
-    """Smooth one joint of a run by a Gaussian of standard deviation ``width`` [s]."""
+    """Smooth one joint of a run by a Gaussian, and differentiate by that Gaussian's derivatives.
+
+    Parameters
+    ----------
+    run
+        Run of any use.
+    column
+        Column of the joint among ``run.free_joints``.
+    width
+        Standard deviation of the Gaussian [s]; None for 1/60 of the motion's dominant period, at least 2 rows.
+
+    Returns
+    -------
+    Motion
+        On an even grid of as many points as the run has rows.
+    """
     n = run.t.size
     t = np.linspace(0.0, run.t[-1], n)
     y, u = (np.interp(t, run.t, signal[:, column]) for signal in (run.y, run.u))

@@ -1,4 +1,7 @@
-"""A measurement campaign: runs of one device, with what the user said about them."""
+"""`Campaign`, the frozen value that `measurement.format.reading` makes of a folder: the runs of one device.
+
+It holds the runs and the statements of ``campaign.toml`` about them: device, friction laws, stated parameters.
+"""
 
 from __future__ import annotations
 
@@ -12,12 +15,12 @@ from haptid.measurement.values.run import Hold, Run, Use
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Campaign:
-    """Runs and their circumstances, as read from a folder.
+    """Hold the runs of one device and what ``campaign.toml`` states about them.
 
     Parameters
     ----------
     folder
-        Where it was read from.
+        Folder from which the campaign was read.
     title
         One line for the head of a report.
     device
@@ -25,19 +28,20 @@ class Campaign:
     measured
         False for synthetic data; every report says so.
     hold
-        How torque runs between rows, unless a run says otherwise.
+        Torque between two rows, for runs that state nothing else: ``zero`` holds it, ``linear`` interpolates it.
     runs
         In the order of ``campaign.toml``.
     parameter_overrides
-        ``{joint: {parameter: {"initial" | "lower" | "upper" | "fixed": number, "prior": {"mean", "std"}}}}``.
+        ``{joint: {parameter: {"initial" | "lower" | "upper" | "fixed": number, "prior": {"mean", "std"}}}}``,
+        in SI units.
     friction
-        Friction law by joint where the campaign names one; the device's otherwise.
+        Friction law by joint; a joint that is not listed has the law of the device.
     noise_given
-        Whether the campaign states the sensor noise of every run; else it is estimated from the data.
+        Whether the campaign states the sensor noise of every run. Where False, noise is estimated from the rows.
     remarks
-        Sentences on what looks like a slip in it, for reports; filled in for commands.
+        Sentences on likely slips in the data, for reports; `campaign_for_command` fills them in.
     extra
-        Tables and keys that nothing here interprets (``source``, ``note``, …).
+        Tables and keys that this package keeps without reading them (``source``, ``note``, …).
     """
 
     folder: Path
@@ -59,7 +63,7 @@ class Campaign:
 
     @property
     def configurations(self) -> tuple[tuple[int, ...], ...]:
-        """Distinct sets of free joints, the smaller sets first, each in ascending order."""
+        """Distinct sets of free joints: smaller sets first, sets of one size in ascending order."""
         return tuple(sorted({run.free_joints for run in self.runs}, key=lambda joints: (len(joints), joints)))
 
     @property
@@ -68,10 +72,23 @@ class Campaign:
         return tuple(joints[0] for joints in self.configurations if len(joints) == 1)
 
     def runs_of(self, free_joints: tuple[int, ...], use: Use | None = None) -> tuple[Run, ...]:
-        """Return the runs with exactly these free joints, and of this use where one is named."""
+        """Return the runs of one configuration.
+
+        Parameters
+        ----------
+        free_joints
+            Joints that the runs free, in any order; a run must free exactly these.
+        use
+            ``fit``, ``validate`` or ``excluded``; None for runs of any use.
+
+        Returns
+        -------
+        tuple of Run
+            In the order of ``campaign.toml``; empty where there is none.
+        """
         wanted = tuple(sorted(free_joints))
         return tuple(run for run in self.runs if run.free_joints == wanted and use in (None, run.use))
 
     def but(self, **changes: Any) -> Campaign:
-        """Return a copy with ``changes``."""
+        """Return a copy whose fields named in ``changes`` have other values."""
         return replace(self, **changes)

@@ -1,4 +1,7 @@
-"""A measured run: the frozen value that everything downstream fits, samples and judges."""
+"""`Run`, the frozen value of one measured time series that fits, samplers and searches take.
+
+Angles and torques of revolute joints are in rad and N m; those of prismatic joints in m and N.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 Use = Literal["fit", "validate", "excluded"]
+"""Use of a run: fitted, kept for validation, or ignored."""
 Hold = Literal["zero", "linear"]
+"""Torque between two rows: that of the row before, or interpolated."""
 
 
 def frozen(values: ArrayLike) -> Array:
-    """Return a read-only float64 copy."""
+    """Return a read-only float64 copy of ``values``, in C order and of the same shape."""
     array = np.array(values, dtype=np.float64, order="C")
     array.flags.writeable = False
     return array
@@ -23,7 +28,7 @@ def frozen(values: ArrayLike) -> Array:
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Run:
-    """One run of a campaign.
+    """Hold the time series of one run with what is known of its sensor and its posture.
 
     Parameters
     ----------
@@ -49,7 +54,7 @@ class Run:
     use
         ``fit``, ``validate`` or ``excluded``.
     hold
-        How torque runs between rows.
+        Torque between two rows: ``zero`` holds the row before, ``linear`` interpolates.
     start_time
         Time of the first row in the table [s].
     reason
@@ -61,7 +66,17 @@ class Run:
     extra
         Further columns of the table, each of shape (n_t,), NaN where a cell holds no number. Nothing fits them.
     score_from
-        First row whose residual is scored; the rows before it only bring the simulation to that point.
+        Index of the first row whose residual is scored. The rows before bring the simulation to that state.
+
+    Raises
+    ------
+    ValueError
+        Where an array has another shape, or ``score_from`` lies outside the rows.
+
+    Notes
+    -----
+    Two runs are equal only where they are the same object (``eq=False``): arrays have no truth value, and caches
+    such as `whole_cycles` may take a run as their key.
     """
 
     file: str
@@ -102,14 +117,17 @@ class Run:
 
     @property
     def sensor_std(self) -> Array:
-        """√(noise² + resolution²/12), shape (n_joints,)."""
+        """Standard deviation of a reading, √(noise² + resolution²/12) [rad] ([m]), shape (n_joints,).
+
+        A reading that is rounded to a step h has an error of variance h²/12, uniform over the step.
+        """
         return np.sqrt(self.noise**2 + self.resolution**2 / 12.0)
 
     @property
     def scored(self) -> slice:
-        """Rows whose residual is scored."""
+        """Slice of the rows whose residual is scored."""
         return slice(self.score_from, None)
 
     def but(self, **changes: Any) -> Run:
-        """Return a copy with ``changes``."""
+        """Return a copy whose fields named in ``changes`` have other values."""
         return replace(self, **changes)

@@ -1,4 +1,4 @@
-"""Units of positions and torques as told to people: those of joints that turn, slide, or both."""
+"""Units of positions and torques for reports: of revolute joints, of prismatic joints, or of both."""
 
 from __future__ import annotations
 
@@ -8,7 +8,19 @@ from haptid.model.equations.joint_parameters import sliding
 
 
 def unit_for(unit: str, prismatic: Iterable[bool]) -> str:
-    """Return a turning joint's unit where all joints turn, what it becomes where all slide, else both.
+    """Return the unit of a quantity for the joints of a plot or a table.
+
+    Parameters
+    ----------
+    unit
+        Unit of the quantity on a revolute joint, as ``N m`` or ``mrad``.
+    prismatic
+        Whether each joint is prismatic.
+
+    Returns
+    -------
+    str
+        ``unit`` where all joints are revolute, its prismatic counterpart where all are prismatic, else both.
 
     >>> unit_for("mrad", [False]), unit_for("N m", [True]), unit_for("rad", [False, True])
     ('mrad', 'N', 'rad or m')

@@ -1,4 +1,4 @@
-"""Warnings about campaigns, and how commands print them: one line each on stderr."""
+"""`CampaignWarning`, and the context in which commands print such warnings: one line each on stderr."""
 
 from __future__ import annotations
 
@@ -10,17 +10,20 @@ import click
 
 
 class CampaignWarning(UserWarning):
-    """Something in a campaign that the user should know and that stops nothing."""
+    """Warn of a fault in a campaign with which a command still goes on."""
 
 
 def warn(message: str) -> None:
-    """Issue a `CampaignWarning` of one line."""
+    """Issue a `CampaignWarning`; line breaks in ``message`` become blanks."""
     warnings.warn(" ".join(message.split()), CampaignWarning, stacklevel=3)
 
 
 @contextmanager
 def warnings_on_stderr() -> Iterator[None]:
-    """Print each `CampaignWarning` raised inside as ``warning: …`` on stderr; other warnings go their usual way."""
+    """Print each `CampaignWarning` raised inside as ``warning: …`` on stderr, also where an error ends the block.
+
+    A sentence that was issued several times is printed once. Other warnings are issued again after the block.
+    """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", CampaignWarning)
         try:
