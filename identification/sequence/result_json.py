@@ -1,4 +1,4 @@
-"""``identification.json`` (schema identification/1): `Step` in, JSON data out; entry in, `Fit` out where a run goes on."""
+"""``identification.json`` (schema identification/1): `Step` in, JSON data out; and an entry in, `Fit` out."""
 
 from __future__ import annotations
 
