@@ -107,6 +107,7 @@ def _solve_nonnegative(A: Array, b: Array, free: tuple[int, ...]) -> Array:
     size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
     lower = np.zeros(A.shape[1])
     lower[list(free)] = -np.inf
+    # Columns of unit size: accelerations and positions differ by orders of magnitude.
     solution = lsq_linear(A / size, b, bounds=(lower, np.inf), method="bvls").x
     return np.asarray(solution / size)
 

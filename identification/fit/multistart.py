@@ -130,6 +130,7 @@ def _result(
     n, scaling, s = problem.n_parameters, problem.scaling, best.x[: problem.n_parameters]
     theta, bent = problem.theta(best.x), curvature(problem, best.x)
     slope = scaling.slope(theta)
+    # Divided by the residual's excess over the noise and by its correlation time, as `Fit.information` promises.
     data = profiled(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
     status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}

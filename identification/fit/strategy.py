@@ -229,7 +229,7 @@ def quiet(found: Fit, options: FitOptions) -> bool:
 
 
 def first_guess(simulator: Simulator) -> Array:
-    """Return the first guesses of all parameters, shape (n_p,)."""
+    """Return the first guesses of all parameters of a simulator's equations, shape (n_p,)."""
     return np.array([q.initial for q in simulator.equations.parameters])
 
 

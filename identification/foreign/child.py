@@ -64,7 +64,7 @@ def serve(connection: Connection, unpacked: Unpacked) -> None:
         answer: Array | str
         try:
             answer = _simulate(unpacked, request)
-        except Exception as error:  # whatever the FMU's functions report is told to the parent, which goes on
+        except Exception as error:  # whatever the FMU's functions report: the parent gets the sentence and goes on
             answer = str(error) or type(error).__name__
         connection.send(answer)
 
@@ -90,6 +90,7 @@ def _simulate(unpacked: Unpacked, request: Request) -> Array:
     inputs, outputs = [of[name] for name in request.inputs], [of[name] for name in request.outputs]
     table = np.column_stack([np.zeros((request.t.size, 0)), *request.inputs.values()])
     first = float(request.t[0])
+    # FMI 2.0 takes the start time before the start values, FMI 3.0 with the initialization mode.
     if second:
         fmu.setupExperiment(startTime=first)
     apply_start_values(fmu, description, dict(request.start))

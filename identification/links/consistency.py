@@ -119,7 +119,18 @@ def _one(name: str, a: tuple[float, float], b: tuple[float, float]) -> Agreement
 
 
 def summary(agreements: Sequence[Agreement]) -> str:
-    """Summarise the comparisons in one sentence, with the names of those that contradict each other."""
+    """Summarise the comparisons in one sentence.
+
+    Parameters
+    ----------
+    agreements
+        Comparisons of all configurations.
+
+    Returns
+    -------
+    str
+        Sentence with the number of comparisons and the names of the contradicting ones.
+    """
     if not agreements:
         return "No quantity was measured in more than one test."
     bad = [a.name for a in agreements if a.contradicts]

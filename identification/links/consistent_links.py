@@ -123,6 +123,7 @@ def _nearest_consistent(device: Device, belief: LinkBelief, measurements: Sequen
     prior = _root(covariance / np.outer(scales, scales))
     cost = cp.sum_squares(prior @ (x - mean / scales))
     for one in measurements:
+        # Standard deviations are taken out first: the cut of eigenvalues in `_root` must not depend on units.
         sigma = np.sqrt(np.diag(one.covariance))
         whitened = _root(one.covariance / np.outer(sigma, sigma)) / sigma
         cost += cp.sum_squares((whitened @ (one.rows * scales)) @ x - whitened @ one.values)

@@ -66,7 +66,10 @@ def physical_draws(
 
 
 def _interval(device: Device, pi: Array, direction: Array) -> tuple[float, float]:
-    """Return the range of s in which π + s·direction is physical."""
+    """Return the range of s in which π + s·direction is physically consistent.
+
+    J(π) + s·J(direction) is positive definite where 1 + s·λ > 0 for every generalised eigenvalue λ.
+    """
     n = 10 * len(device.massive)
     slowest = [_eigenvalues(pi[i : i + 10], direction[i : i + 10]) for i in range(0, n, 10)]
     with np.errstate(divide="ignore"):

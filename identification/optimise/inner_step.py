@@ -25,7 +25,7 @@ SHARE = 0.1
 
 
 def at_inner_step(problem: Problem, step: float) -> Problem:
-    """Return the problem with inner steps of at most ``step`` [s]."""
+    """Return the problem with inner steps of at most ``step`` [s], where its simulator's inner step can be chosen."""
     return replace(problem, simulator=at_step(problem.simulator, step))
 
 
@@ -68,6 +68,7 @@ def coarsen(problem: Problem, x: Array, gain: float) -> Problem:
     if not isinstance(problem.simulator, Stepped):
         return problem
     steps = steps_of(problem)
+    # A generator: the finer and dearer steps are simulated only where the coarser ones are not close enough.
     residuals = _residuals(problem, steps, x, gain)
     now = next(residuals)
     for step, finer in zip(steps[:-1], residuals, strict=True):

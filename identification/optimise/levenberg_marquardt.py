@@ -187,6 +187,7 @@ def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
 
 def _step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> tuple[Array, float]:
     """Return the step and the decrease of the cost that the linear model predicts for it."""
+    # The columns of R have the norms of the Jacobian's; the floor keeps the system regular where a column is 0.
     columns = np.maximum(np.linalg.norm(R, axis=0), 1e-12 * max(float(np.abs(R).max()), 1e-300))
     damped, target = triangle(
         np.vstack((R, np.diag(np.sqrt(damping) * columns))), -np.concatenate((c, np.zeros_like(c)))

@@ -157,7 +157,7 @@ class Scaling:
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of s, shape (n_free,) each; infinite where there is none."""
+        """Lower and upper bounds of s, shape (n_free,) each; infinite where a parameter has none."""
         lower, upper = self.initial, self.initial
         for i, q in zip(self.free, self.quantities, strict=True):
             lower[i], upper[i] = q.lower, q.upper

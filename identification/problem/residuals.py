@@ -140,7 +140,7 @@ class Problem:
         return float(sum((root**2).sum() * run.y.shape[1] for root, run in zip(self.roots, self.runs, strict=True)))
 
     def slices(self) -> tuple[slice, ...]:
-        """Return the slice of x that holds the initial states of each run."""
+        """Return the slice of x that holds the initial state of each run, in the order of the runs."""
         edges = np.cumsum([self.n_parameters, *(len(start.states) for start in self.starts)])
         return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
 
@@ -228,6 +228,7 @@ class Problem:
         return map_threads(one, self.runs, self.x0(x), threads=self.threads)
 
     def _priors(self, x: Array, theta: Array, slope: Array) -> tuple[Array, Array]:
+        """Return residuals (p − mean)/std of parameters and δ of initial states with a prior, and their Jacobian."""
         residuals, rows = [], []
         for k, (i, q) in enumerate(zip(self.scaling.free, self.scaling.quantities, strict=True)):
             if self.options.priors and q.prior is not None:

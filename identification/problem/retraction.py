@@ -68,7 +68,17 @@ class Retraction:
 
     @classmethod
     def of(cls, problem: Problem) -> Retraction:
-        """Find the springs whose stiffness and equilibrium position are both free and of linear scale."""
+        """Find the springs whose stiffness and equilibrium position are both free and of linear scale.
+
+        Parameters
+        ----------
+        problem
+            Problem whose parameters are searched by id (``Ks…`` with ``epos…``).
+
+        Returns
+        -------
+        Retraction
+        """
         scaling = problem.scaling
         place = {id: k for k, id in enumerate(scaling.ids) if not scaling.log[k]}
         springs = []

@@ -49,7 +49,7 @@ class Outcome(Enum):
 
     @property
     def label(self) -> str:
-        """The short form used in files: ``converged``, ``above_noise``, …."""
+        """Short form in files: ``converged``, ``above_noise``, …."""
         return self.name.lower()
 
 

@@ -43,13 +43,13 @@ class Configuration:
 
     @property
     def anchor(self) -> str:
-        """The name without signs that a link would escape."""
+        """Name for links in the report, of letters, digits and a hyphen."""
         joined = "joints" + "".join(map(str, self.free_joints))
         return joined if self.number == 1 else f"{joined}-{self.number}"
 
     @property
     def locked(self) -> str:
-        """Where the locked joints are, as a clause; empty where all are at home."""
+        """Positions of the locked joints [rad] as a sentence; empty where all positions are 0."""
         if not any(self.posture):
             return ""
         places = [f"{j} at {x:+.3g}" for j, x in enumerate(self.posture) if j not in self.free_joints]

@@ -111,7 +111,18 @@ def finite(value: float) -> float | None:
 
 
 def agreement_json(a: Agreement) -> dict[str, Any]:
-    """Convert a comparison between tests to JSON data."""
+    """Convert a comparison between tests to JSON data.
+
+    Parameters
+    ----------
+    a
+        Comparison; values of a single quantity are written where it has them.
+
+    Returns
+    -------
+    dict
+        JSON data; ``comparisons`` is the size of the family.
+    """
     pairs = {"earlier": a.earlier, "later": a.later, "pooled": a.pooled}
     return {
         "name": a.name,

@@ -164,6 +164,7 @@ def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Ste
     name, now = step.configuration.name, step.configuration.free_joints
     first = coefficients_agree(f"{name}: inertia and gravity against earlier tests", belief, one)
     made = [first] if first and done else []
+    # Later tests of the same joints replace earlier ones in the dictionary.
     latest = {earlier.configuration.free_joints: earlier for earlier in done}
     for before, earlier in latest.items():
         if len(before) == 1 and len(now) > 1 and before[0] in now:
@@ -171,6 +172,7 @@ def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Ste
         elif before == now:
             inertial = {c.id for c in one.coefficients} | set(INERTIAL)
             made += [a for a in parameters_agree(earlier.fit, step.fit, "") if a.name not in inertial]
+    # The family is known only when all comparisons of this configuration are made.
     return tuple(replace(a, family=len(made)) for a in made)
 
 

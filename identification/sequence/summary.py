@@ -34,7 +34,18 @@ def table_text(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
 
 
 def step_row(step: Step) -> tuple[str, ...]:
-    """Return the cells of one configuration, in the order of `HEADER`."""
+    """Return the cells of one configuration.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    tuple of str
+        Cells in the order of `HEADER`; the scores are the largest RMS over noise of the fitted and validation runs.
+    """
     fit = step.fit
     return (
         step.configuration.name + (" (torque)" if step.torque_scored else ""),

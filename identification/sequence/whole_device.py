@@ -94,12 +94,14 @@ def _joints(
 ) -> dict[str, float]:
     """Return springs and friction by id with the joint's number, given π; drawn where rng is given."""
     result: dict[str, float] = {}
+    # In the order of the fits: a later configuration replaces the values of an earlier one.
     for step, one in zip(steps, measured, strict=True):
         result |= joint_values(step.configuration.free_joints, _condition_on(step, one, pi, rng))
     return result
 
 
 def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | None) -> dict[str, float]:
+    """Condition the other parameters of a fit on its coefficients at π; draw them where rng is given."""
     fit = step.fit
     known = [fit.free.index(c.id) for c in one.coefficients]
     rest = [k for k in range(len(fit.free)) if k not in known]

@@ -236,6 +236,7 @@ class FmuSlave:
             raise ValueError(msg)
         result = np.full((times.size, out_vr.size), np.nan)
         done = 0
+        # In pieces, because Python hears a signal only between calls of compiled code.
         for rows in pieces(times, step):
             size = rows.stop - rows.start
             done = self._run(

@@ -132,7 +132,17 @@ class TorqueSimulator:
 
     @classmethod
     def of(cls, joint: Equations) -> TorqueSimulator:
-        """Compile the torque equation of a joint."""
+        """Compile the torque equation of a joint.
+
+        Parameters
+        ----------
+        joint
+            Equations of motion of a single joint.
+
+        Returns
+        -------
+        TorqueSimulator
+        """
         return cls.of_torque(torque_equations(joint))
 
     @classmethod

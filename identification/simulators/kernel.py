@@ -37,7 +37,18 @@ class KernelSimulator:
 
     @classmethod
     def of(cls, equations: Equations) -> KernelSimulator:
-        """Compile ``equations`` with the observer."""
+        """Compile equations with the observer.
+
+        Parameters
+        ----------
+        equations
+            The equations without observer.
+
+        Returns
+        -------
+        KernelSimulator
+            With the default inner step.
+        """
         return cls(equations, CompiledKernel.of(with_observer(equations)))
 
     def with_step(self, step: float) -> KernelSimulator:

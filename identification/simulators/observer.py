@@ -39,7 +39,7 @@ class Observed:
         return self.base.equations
 
     def with_step(self, step: float) -> Observed:
-        """Return the same with inner steps of at most ``step`` [s]."""
+        """Return the same simulator with inner steps of at most ``step`` [s]."""
         return replace(self, base=at_step(self.base, step))
 
     def simulate(

@@ -70,7 +70,7 @@ class Simulator(Protocol):
 
 @runtime_checkable
 class Stepped(Protocol):
-    """A simulator whose inner step can be chosen."""
+    """Simulator whose inner step can be chosen."""
 
     def with_step(self, step: float) -> Simulator:
         """Return the same simulator with inner steps of at most ``step`` [s]."""

@@ -76,7 +76,7 @@ def curvature(problem: Problem, x: Array) -> Curvature:
 
 
 def _start_priors(problem: Problem, blocks: Blocks) -> Array:
-    """Information of the priors of initial velocities, which belong to the run rather than to the parameters."""
+    """Return the information of the priors of initial velocities, which belong to the runs, not to the parameters."""
     rows = blocks.prior_jacobian[:, problem.n_parameters :]
     result = np.zeros((problem.size, problem.size))
     result[problem.n_parameters :, problem.n_parameters :] = rows.T @ rows
@@ -129,7 +129,8 @@ def autocovariance(residuals: tuple[Array, ...], longest: int) -> Array:
 
 
 def _window(c: Array, rows: int) -> Array:
-    """Bartlett's weights up to twice the lag at which the correlation enters its own scatter."""
+    """Return Bartlett's weights up to twice the lag at which the correlation enters its own scatter."""
+    # The scatter of an estimated correlation of white residuals is 1/√rows; two of these count as 0.
     quiet = np.flatnonzero(np.abs(c) < 2.0 * c[0] / np.sqrt(rows))
     died = int(quiet[0]) if quiet.size else c.size - 1
     last = min(max(2 * died, 1), c.size - 1) if died > 1 else 1
@@ -138,6 +139,7 @@ def _window(c: Array, rows: int) -> Array:
 
 def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
     n = problem.size
+    # Residuals without their time weights: c(l) is stationary only if the weights do not change it along the run.
     roots = [np.maximum(root, 0.0)[:, None] for root in problem.roots]
     plain = tuple(
         np.where(root > 0, r / np.where(root > 0, root, 1.0), 0.0) for r, root in zip(blocks.rows, roots, strict=True)

@@ -67,6 +67,7 @@ def with_jackknife(
     slope = scaling.slope(fit.theta)
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) / slope
     wide = np.maximum(std, jackknife_std(problem, x, workers or Here())[:n])
+    # Scaling by the growth keeps the correlations of the sandwich; a parameter without deviation stays without.
     grown = np.where(std > 0, wide / np.where(std > 0, std, 1.0), 1.0)
     status = statuses(scaling, x[:n], wide)
     return fit.but(

@@ -72,7 +72,24 @@ class _Walk:
     cost: float
 
     def end(self, k: int, direction: Array, width: float, target: float) -> float | None:
-        """Return the value of parameter ``k`` at which the cost has risen by ``target``; ``width`` has the sign."""
+        """Find the value of a parameter at which the cost has risen by a wanted amount.
+
+        Parameters
+        ----------
+        k
+            Index of the parameter.
+        direction
+            Direction in which a quadratic cost is lowest at a given value of the parameter, shape (n,); entry k is 1.
+        width
+            Scaled standard deviation of the parameter, negative for the lower end.
+        target
+            Wanted rise of the cost [squares over the noise].
+
+        Returns
+        -------
+        float or None
+            Value in the parameter's unit; None where no end is found.
+        """
         low, high = (float(b[k]) for b in self.problem.scaling.bounds)
         room = (high if width > 0 else low) - float(self.x[k])
         distance, at, start = np.sqrt(LEVEL) * width, 0.0, self.x
@@ -120,6 +137,7 @@ def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
         if not np.isfinite(cost):
             return x, cost
         J = blocks.jacobian[:, others]
+        # A direction that the data do not see would make R singular, which `step_within` cannot solve.
         ridge = RIDGE * np.diag(np.maximum(np.linalg.norm(J, axis=0), 1e-12))
         R, c = triangle(np.vstack((J, ridge)), np.concatenate((blocks.residual, np.zeros(others.size))))
         step = np.zeros(x.size)

@@ -30,7 +30,15 @@ from haptid.model.equations.equations import Equations
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pair:
-    """FMUs of the whole device and of its controller."""
+    """FMUs of the closed loop.
+
+    Parameters
+    ----------
+    device
+        FMU of the whole device.
+    controller
+        FMU of its controller.
+    """
 
     device: Fmu
     controller: Fmu
