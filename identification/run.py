@@ -44,6 +44,7 @@ from haptid.support.command import common_options, exit_codes, parse_joints, pro
 from haptid.support.files.files import write_json, write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
+"""Packages whose versions are written to identification.json."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -26,7 +26,9 @@ MOST_FILES = 100_000
 """Largest number of entries of an archive."""
 _DESCRIPTION = "modelDescription.xml"
 _LARGEST_DESCRIPTION = 100_000_000
+"""Largest size of a model description [B]."""
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}")
+"""Names of C, of at most 200 characters."""
 _UNREADABLE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, NotImplementedError, ValueError)
 """Exceptions of zipfile for damaged archives, passwords and unknown methods of compression."""
 

@@ -34,7 +34,6 @@ def sort_into_basins(problem: Problem, descents: Sequence[Descent]) -> tuple[Bas
     -----
     A start belongs to a basin where its cost exceeds the basin's smallest by at most 2 squares over the noise or 0.1 %.
     """
-    # Equal costs are ordered by the start's number: the result is the same for any number of workers.
     order = sorted((k for k, d in enumerate(descents) if np.isfinite(d.cost)), key=lambda k: (descents[k].cost, k))
     groups: list[list[int]] = []
     for k in order:

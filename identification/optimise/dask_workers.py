@@ -21,7 +21,9 @@ from haptid.support.processes.threads import single_threaded
 
 T = TypeVar("T")
 PROBE = f"import {__name__}"
+"""Statement that scheduler and workers must be able to run."""
 LOCAL = ("localhost", "127.0.0.1", "::1")
+"""Names of this machine, to which an unencrypted connection needs no warning."""
 CERTIFICATES = "name ca-file, client.cert and client.key under distributed.comm.tls in Dask's configuration"
 
 

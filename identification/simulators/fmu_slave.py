@@ -40,6 +40,7 @@ from haptid.support.errors import NumericalError
 from haptid.support.files.cache import cache_folder, is_sealed, seal, writing_to_cache
 
 FUNCTIONS = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")
+"""Functions of the FMU that the compiled loop calls, in the order of its arguments."""
 KEPT_MESSAGES = 20
 """Number of the slave's messages that are kept beside the latest one."""
 
