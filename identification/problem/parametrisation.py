@@ -136,7 +136,7 @@ class Scaling:
         with np.errstate(over="ignore"):
             moved = np.where(self.log, np.exp(s), self.centre + self.unit * s)
         lower, upper = np.array([(q.lower, q.upper) for q in self.quantities]).reshape(-1, 2).T
-        # exp(ln p) may miss a bound by rounding, and an FMU refuses a value outside its bounds.
+        # exp(ln p) may miss a bound by rounding: no parameter leaves its bounds.
         theta[list(self.free)] = np.clip(moved, lower, upper)
         return theta
 
