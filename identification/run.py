@@ -44,11 +44,30 @@ from haptid.support.command import common_options, exit_codes, parse_joints, pro
 from haptid.support.files.files import write_json, write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
+"""Packages whose versions are written to identification.json."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """What one call of the command is to do."""
+    """Inputs of one call of the command.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs.
+    device
+        Device of the campaign; None for a single joint.
+    configurations
+        Configurations to fit, in order.
+    options
+        Choices of the fits.
+    kind
+        Packaging of the FMU that the fits run; None runs the kernel in process.
+    out
+        Folder of the results.
+    scheduler
+        Address of a Dask scheduler; None runs in this process or in processes of this machine.
+    """
 
     campaign: Campaign
     device: Device | None
@@ -60,7 +79,7 @@ class Job:
 
     @property
     def build(self) -> Build:
-        """From equations to the simulator that runs the fits."""
+        """Function from equations to the simulator that runs the fits."""
         kind = self.kind
 
         def through_fmu(equations: Equations) -> Simulator:
@@ -72,12 +91,12 @@ class Job:
 
     @property
     def file(self) -> Path:
-        """Where the results go."""
+        """File of the results."""
         return self.out / "identification.json"
 
 
 def in_process(equations: Equations) -> Simulator:
-    """Return the kernel's simulator."""
+    """Build the simulator that runs the compiled kernel in this process."""
     return KernelSimulator.of(equations)
 
 
@@ -159,6 +178,7 @@ def _fit_configurations(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
             for step in sequence.steps(job.configurations):
                 steps.append(step)
                 data["configurations"].append(step_json(step))
+                # After every configuration: an interrupted command is continued from the finished ones.
                 write_json(job.file, data)
                 bar.update()
                 if len(steps) < len(job.configurations):

@@ -1,4 +1,10 @@
-"""The fit of one configuration, by whichever strategy its runs allow."""
+"""The fit of one configuration: `Equations` and `Run`s in, `Fit` out, by the strategy that the runs allow.
+
+1. Choose a strategy from the runs (`identification.fit.strategy`).
+2. Fit by simulation, freely or through an observer, unless the strategy is ``torque``.
+3. For ``torque``, fit through an observer with few starts, and keep that fit where its residual is at the noise.
+4. Otherwise fit the torque (`identification.fit.torque_fit`).
+"""
 
 from __future__ import annotations
 
@@ -15,6 +21,7 @@ from haptid.model.equations.equations import Equations
 from haptid.support.numbers import plain
 
 TRIAL_STARTS = 2
+"""Largest number of starts of the fit through an observer that decides whether the torque is fitted."""
 
 
 def fit_runs(
@@ -25,15 +32,38 @@ def fit_runs(
     options: FitOptions | None = None,
     workers: Workers | None = None,
 ) -> tuple[Fit, bool]:
-    """Return the fit of ``runs``, and whether it is the torque that was fitted.
+    """Fit one configuration by the strategy that its runs allow.
 
-    A sweep under position control is simulated through an observer first: what reaches the noise there needs no torque
-    scored, and a position is the stricter test.
+    Parameters
+    ----------
+    equations
+        Equations of the configuration.
+    build
+        Function from equations to a simulator.
+    runs
+        All runs of the configuration.
+    options
+        Choices of the fit; the defaults where None.
+    workers
+        Workers that run the starts; those of the options where None.
+
+    Returns
+    -------
+    fit : Fit
+        Its notes say which strategy was used and why, where the simulation was not free.
+    torque_scored : bool
+        Whether the residual is a torque.
+
+    Raises
+    ------
+    NumericalError
+        Where no start gave a finite simulation.
     """
     options = options or FitOptions()
     strategy = choose_for(runs)
     if strategy.kind != "torque":
         return fit_simulated(build(equations), runs, options=options, workers=workers), False
+    # The observer comes first because a position is the stricter test: at the noise there, no torque need be scored.
     trial = options.but(starts=min(options.starts, TRIAL_STARTS))
     seen = fit_simulated(build(equations), runs, options=trial, workers=workers)
     if quiet(seen, options):

@@ -1,13 +1,15 @@
-"""First guesses and bounds of a single joint from its data alone.
+"""First guesses and bounds of a single joint from its data alone: `Equations` and `Run`s in, `Equations` out.
 
-Where the joint slides, friction is Coulomb plus viscous, and the smoothed signals obey an equation linear in the
-unknowns,
+1. Smooth the positions into motions, without the ends of the runs.
+2. Solve an equation linear in the unknowns, over all runs, with M, σ2, Fc ≥ 0. It holds in gross sliding, where
+   friction is Coulomb plus viscous:
 
-    Kp·τ = M·q̈ + σ2·q̇ + Fc·sgn q̇ + k·q + c    (k = Ks + g_s, c = g_c − Ks·epos, for small q),
+       Kp·τ = M·q̈ + σ2·q̇ + Fc·sgn q̇ + k·q + c    (k = Ks + g_s, c = g_c − Ks·epos, for small q).
 
-solved with M, σ2, Fc ≥ 0 over all runs: inertia from the response at speed, Coulomb torque from the plateaus'
-height, k and c from static balance. Over a wide range, gravity is told from the spring by cos q and sin q. What the
-friction law has beyond that gets sizes in proportion, by its own `guess`: it is what the fit is for.
+   Inertia follows from the response at speed, the Coulomb torque from the height of the plateaus, k and c from static
+   balance. Over a wide range of positions, columns cos q and sin q distinguish gravity from the spring.
+3. Give the other parameters of the friction law sizes in proportion, by the law's own `guess`; the fit refines them.
+4. Set bounds around the guesses (`guess`).
 """
 
 from __future__ import annotations
@@ -26,14 +28,26 @@ from haptid.model.friction.law import FrictionLaw, Sliding
 from haptid.model.friction.registry import DEFAULT, law_named
 
 WIDE = 1.2
-"""Range of positions [rad] from which gravity and spring are told apart."""
+"""Range of positions [rad] above which gravity and spring are distinguished."""
 SPAN = 100.0
-"""Positive parameters are sought within this factor of their guess."""
+"""Factor [1] of a positive parameter's guess to its bounds on either side."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guess:
-    """Guesses by parameter id, and the scales of the data: largest torque, travel, middle of travel, largest speed."""
+    """First guesses and the scales of the data.
+
+    Parameters
+    ----------
+    values
+        First guesses by parameter id.
+    torque
+        Largest torque [N m].
+    travel, centre
+        Range and mean of the positions [rad].
+    speed
+        Largest speed [rad/s].
+    """
 
     values: Mapping[str, float]
     torque: float
@@ -43,7 +57,23 @@ class Guess:
 
 
 def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, friction: str = DEFAULT) -> Guess:
-    """Estimate the parameters of one joint from its runs; ``gain`` is Kp, ``friction`` the id of its law."""
+    """Estimate the parameters of one joint from its runs.
+
+    Parameters
+    ----------
+    runs
+        Runs of the joint.
+    gain
+        Kp, factor on the recorded torque.
+    gravity
+        Whether the joint has gravity parameters.
+    friction
+        Id of the friction law.
+
+    Returns
+    -------
+    Guess
+    """
     law = law_named(friction)
     motions = [_moving_part(smooth(run)) for run in runs]
     q, v, a, torque = (np.concatenate([getattr(m, name) for m in motions]) for name in ("q", "v", "a", "torque"))
@@ -51,6 +81,7 @@ def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, 
     travel, speed = max(float(np.ptp(q)), 1e-9), max(float(np.max(np.abs(v))), 1e-9)
     size = max(float(np.max(np.abs(torque))), 1e-12)
     wide = gravity and travel > WIDE
+    # tanh for sgn: the Coulomb torque sets in gradually, over about 2 % of the largest speed.
     columns = [a, v, np.tanh(v / (0.02 * speed)), q, np.ones_like(q)]
     if wide:
         columns += [np.cos(q), np.sin(q)]
@@ -76,6 +107,7 @@ def _solve_nonnegative(A: Array, b: Array, free: tuple[int, ...]) -> Array:
     size = np.maximum(np.linalg.norm(A, axis=0), 1e-300)
     lower = np.zeros(A.shape[1])
     lower[list(free)] = -np.inf
+    # Columns of unit size: accelerations and positions differ by orders of magnitude.
     solution = lsq_linear(A / size, b, bounds=(lower, np.inf), method="bvls").x
     return np.asarray(solution / size)
 
@@ -83,6 +115,7 @@ def _solve_nonnegative(A: Array, b: Array, free: tuple[int, ...]) -> Array:
 def _values(
     c: Array, law: FrictionLaw, *, torque: float, travel: float, speed: float, acceleration: float, wide: bool
 ) -> dict[str, float]:
+    # No guess of 0: bounds are multiples of a guess on the logarithmic scale, and epos divides by the spring.
     coulomb = max(float(c[2]), 1e-2 * torque)
     inertia = max(float(c[0]), 1e-2 * torque / max(acceleration, 1e-12))
     k, offset = float(c[3]), float(c[4])
@@ -100,12 +133,20 @@ def _values(
 
 
 def guess(equations: Equations, runs: Sequence[Run], *, given: Mapping[str, Mapping[str, object]]) -> Equations:
-    """Return the equations of one joint with guesses and bounds from ``runs`` for all that ``given`` does not state.
+    """Set first guesses and bounds of one joint from its runs.
 
     Parameters
     ----------
+    equations
+        Equations of the joint.
+    runs
+        Runs that the guesses are estimated from.
     given
-        What the campaign says of the parameters, by id; an entry keeps whatever it states.
+        Entries of the campaign by parameter id; a parameter with an entry stays as it is.
+
+    Returns
+    -------
+    Equations
     """
     fixed = given.get("Kp", {}).get("fixed", equations.parameter("Kp").initial)
     gain = float(fixed) if isinstance(fixed, int | float) else 1.0

@@ -1,7 +1,11 @@
-"""A fit: many starts, the best minimum, what it means.
+"""Multistart fit: `Simulator`, `Run`s and `FitOptions` in, `Fit` out.
 
-`fit` is what the command, the posterior and the search for missing effects call; it knows a model only as a
-`Simulator`.
+1. Draw starts around the first guess (`sobol_starts`).
+2. Follow every start to a minimum (`descend_from`), until enough starts share the best one.
+3. Group the minima into basins and take the best.
+4. Compute covariance, statuses, identifiable combinations, scores, outcome and warnings at the best minimum.
+
+The command, the posterior and the search for missing effects call `fit`; it knows a model only as a `Simulator`.
 """
 
 from __future__ import annotations
@@ -32,23 +36,34 @@ from haptid.support.linear_algebra import profiled
 from haptid.support.processes.threads import single_threaded
 
 MANY_AGREE = 4
-"""Starts that must share the best minimum where it lies above the noise."""
+"""Number of starts that must share the best minimum where it lies above the noise."""
 
 
 def fit(
     simulator: Simulator, runs: Sequence[Run], *, options: FitOptions | None = None, workers: Workers | None = None
 ) -> Fit:
-    """Fit the free parameters of ``simulator.equations`` to the runs with ``use == "fit"``.
+    """Fit the free parameters of a simulator's equations to runs by multistart least squares.
 
     Parameters
     ----------
+    simulator
+        Model of the configuration.
     runs
-        All runs of the configuration; those to validate are only scored, excluded ones ignored.
+        All runs of the configuration: those with ``use == "fit"`` are fitted, those with ``use == "validate"`` are only
+        scored, and excluded ones are ignored.
+    options
+        Choices of the fit; the defaults where None.
     workers
-        Where the starts run; processes as ``options.workers`` says where None.
+        Workers that run the starts; as many processes as ``options.workers`` says where None.
+
+    Returns
+    -------
+    Fit
 
     Raises
     ------
+    InputError
+        Where a fitted run has a joint without sensor noise and resolution.
     NumericalError
         Where no start gave a finite simulation.
     """
@@ -77,16 +92,29 @@ def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, worke
 
 
 def descend_from(problem: Problem, theta: Array) -> Descent:
-    """One start, from parameters theta and first samples; runs in a worker."""
+    """Follow one start to a minimum; a worker runs it.
+
+    Parameters
+    ----------
+    problem
+        Problem to minimise.
+    theta
+        Parameters of the start, shape (n_p,); the initial states start at the first samples.
+
+    Returns
+    -------
+    Descent
+    """
     return descend(problem, problem.first(theta))
 
 
 def _more(problem: Problem, done: Sequence[Descent]) -> int:
-    """How many more starts are needed at least: until enough share the best minimum, more of them above the noise."""
+    """Return how many more starts are needed at least until enough of them share the best minimum."""
     options = problem.options
     basins = sort_into_basins(problem, done)
     if not basins:
         return 1
+    # Above the noise the residual cannot confirm that a minimum is the best: more starts must agree on it.
     quiet = basins[0].over_noise <= options.tolerance
     return max((options.agree if quiet else MANY_AGREE) - len(basins[0].starts), 0)
 
@@ -102,6 +130,7 @@ def _result(
     n, scaling, s = problem.n_parameters, problem.scaling, best.x[: problem.n_parameters]
     theta, bent = problem.theta(best.x), curvature(problem, best.x)
     slope = scaling.slope(theta)
+    # Divided by the residual's excess over the noise and by its correlation time, as `Fit.information` promises.
     data = profiled(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
     status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
@@ -142,7 +171,7 @@ def _result(
 
 
 def _over_motion(runs: Sequence[Run], scores: Sequence[RunScore]) -> float:
-    """RMS of the residual over that of the motion about its mean, the largest of the joints."""
+    """Return the RMS of the residual over that of the motion about its mean, the largest of the joints."""
     fitted = {score.file: score for score in scores if score.use == "fit"}
     residual = np.mean([fitted[run.file].rmse ** 2 for run in runs], axis=0)
     motion = np.mean([np.var(run.y, axis=0) for run in runs], axis=0)
@@ -163,13 +192,14 @@ class _Theta:
 def _scores(
     problem: Problem, theta: Array, runs: tuple[Run, ...], x0: dict[str, Array], fitted: dict[str, Array]
 ) -> tuple[RunScore, ...]:
-    """Judge all runs; ``fitted`` are the simulated outputs of those that were fitted."""
+    """Score all runs; ``fitted`` holds the simulated outputs of the fitted ones by file."""
     known, made = _Theta(theta), []
     for run in runs:
         if run.use == "fit":
             r = (run.y - fitted[run.file][:, : run.y.shape[1]])[run.scored]
             made.append(score_of(run, r, x0[run.file]))
         elif run.use == "validate":
+            # The held-out part of a fitted file goes on from the initial state that the fit gave its fitted part.
             start = x0.get(run.file) if run.score_from else None
             made.append(score(problem.simulator, known, run, x0=start, free_velocity=problem.options.free_velocity))
     return tuple(made)

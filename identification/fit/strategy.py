@@ -1,10 +1,11 @@
-"""What a run allows: free simulation, simulation through a stated observer, or scoring the torque.
+"""Strategy of a fit: `Run`s and perhaps a `Simulator` in, `Strategy` or the `Fit` by that strategy out.
 
-1. A torque that a position controller made holds the joint where it is told to be: simulated freely, a model that lacks
-   something drifts. Simulate through an observer; a single joint swept at constant speed, where speed and acceleration
-   say little, has its torque scored instead unless the observer leaves the noise (`identification.fit.fit_runs`).
-2. Where an error of the start grows beyond `LIMIT` during a run, what a free simulation leaves is the growth of small
-   errors of torque: simulate through an observer that forgets faster than the motion changes.
+1. The torque of a position controller holds the joint at the controller's reference, so that a model with a discrepancy
+   drifts in a free simulation: simulate through an observer. A single joint swept at constant speed, where speed and
+   acceleration say little, has its torque scored instead, unless the residual of the observer is at the noise
+   (`identification.fit.fit_runs`).
+2. Where an error of the initial position grows beyond `LIMIT` during a run, the residual of a free simulation is the
+   growth of small errors of torque: simulate through an observer that forgets faster than the motion changes.
 3. Otherwise simulate freely, the strictest test.
 """
 
@@ -32,15 +33,26 @@ from haptid.support.numbers import plain
 
 Kind = Literal["open_loop", "observer", "torque"]
 LIMIT = 30.0
-"""Growth of an error of the start from which a free simulation is not compared with the data."""
+"""Growth of an error of the initial position [1] above which a free simulation is not compared with the data."""
 FASTER = 3.0
-"""Gain of the observer over the circular frequency of the fastest joint's strongest line."""
+"""Observer gain over the circular frequency of the fastest joint's strongest spectral line."""
 LEAST_GAIN, MOST_GAIN = 5.0, 60.0
+"""Smallest and largest observer gain [1/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strategy:
-    """How runs are fitted, why, and the gain [1/s] of the observer where they are simulated through one."""
+    """Strategy of a fit.
+
+    Parameters
+    ----------
+    kind
+        ``open_loop`` for free simulation, ``observer``, or ``torque``.
+    reason
+        Sentence that says why.
+    gain
+        Observer gain [1/s]; 0 for free simulation.
+    """
 
     kind: Kind
     reason: str
@@ -51,7 +63,21 @@ OPEN_LOOP = Strategy(kind="open_loop", reason="simulated freely from the recorde
 
 
 def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = None) -> Strategy:
-    """Say how ``run`` can be fitted; growth is judged where ``simulator`` and ``theta`` are given."""
+    """Choose the strategy that one run allows.
+
+    Parameters
+    ----------
+    run
+        Run to fit.
+    simulator, theta
+        Simulator and parameters (n_p,) that the growth of an error is computed with; without them only position control
+        is judged.
+
+    Returns
+    -------
+    Strategy
+    """
+    # Position control comes first: under it a free simulation drifts, however slowly errors grow.
     signs = {j: position_control(run, k) for k, j in enumerate(run.free_joints)}
     signs = {j: sign for j, sign in signs.items() if sign}
     if signs:
@@ -80,13 +106,38 @@ def _controlled(run: Run, why: str) -> Strategy:
 
 
 def observer_gain(run: Run) -> float:
-    """Return the observer's gain [1/s]: `FASTER` times 2π over the shortest of the joints' strongest periods."""
+    """Compute the observer gain of a run.
+
+    Parameters
+    ----------
+    run
+        Run with the measured positions.
+
+    Returns
+    -------
+    float
+        `FASTER`·2π/T [1/s] within its limits, T the shortest of the joints' dominant periods.
+    """
     period = min(dominant_period(run.t, y) for y in run.y.T)
     return float(np.clip(round(FASTER * 2.0 * np.pi / period), LEAST_GAIN, MOST_GAIN))
 
 
 def choose_for(runs: Sequence[Run], simulator: Simulator | None = None, theta: Array | None = None) -> Strategy:
-    """Choose for all fitted runs of a configuration together: the most careful of their strategies, largest gain."""
+    """Choose the strategy of all fitted runs of a configuration together.
+
+    Parameters
+    ----------
+    runs
+        All runs of the configuration; those with ``use == "fit"`` count.
+    simulator, theta
+        As for `choose`.
+
+    Returns
+    -------
+    Strategy
+        ``torque`` where one run needs it, else ``observer`` where one run needs it, else ``open_loop``; of several the
+        one with the largest gain.
+    """
     chosen = [choose(run, simulator, theta) for run in runs if run.use == "fit"]
     for kind in ("torque", "observer"):
         of_kind = [one for one in chosen if one.kind == kind]
@@ -102,19 +153,50 @@ def fit_simulated(
     options: FitOptions | None = None,
     workers: Workers | None = None,
 ) -> Fit:
-    """Fit by free simulation where the runs allow it, else through the observer; the notes of the fit say which.
+    """Fit by free simulation where the runs allow it, else through the observer.
 
-    Growth is judged at the first guesses, and again at what was found, because a poor guess may move calmly or wildly
-    where the machine does not. A free fit that leaves the noise stands, whatever the growth.
+    Parameters
+    ----------
+    simulator
+        Simulator of the configuration.
+    runs
+        All runs of the configuration.
+    options
+        Choices of the fit; the defaults where None.
+    workers
+        Workers that run the starts and refits.
+
+    Returns
+    -------
+    Fit
+        Through the observer, its notes say why and what a free simulation gives, and its ``observer_gain`` is not 0.
+
+    Raises
+    ------
+    NumericalError
+        Where no start gave a finite simulation.
+
+    Notes
+    -----
+    1. Choose a strategy at the first guesses.
+    2. Fit freely where that is the choice. The fit stands where the estimates allow free simulation as well, or where
+       its residual is at the noise.
+    3. Otherwise fit through the observer.
+    4. Where the estimates of that fit allow free simulation, or its residual is at the noise, fit freely from them. The
+       free fit stands where the estimates allowed it, or where its residual is at the noise.
+    5. Otherwise the fit through the observer stands, with the jackknife's standard deviations where its residual is
+       above the noise.
     """
     options = options or FitOptions()
     theta = first_guess(simulator) if options.start is None else np.array(options.start)
     strategy = choose_for(runs, simulator, theta)
     if strategy.kind == "open_loop":
         free = fit(simulator, runs, options=options, workers=workers)
+        # Judged again at the estimates: a poor guess may damp or amplify errors where the machine does not.
         strategy = choose_for(runs, simulator, free.theta)
         if strategy.kind == "open_loop" or quiet(free, options):
             return free
+    # `Observed` raises every smaller gain to its own: levels below it would repeat the last one.
     gains = (*(gain for gain in options.gains if gain > strategy.gain), 0.0)
     seen = fit(Observed(simulator, strategy.gain), runs, options=options.but(gains=gains), workers=workers)
     again = choose_for(runs, simulator, seen.theta)
@@ -129,17 +211,46 @@ def fit_simulated(
 
 
 def quiet(found: Fit, options: FitOptions) -> bool:
-    """Whether what the fit left is the sensor's noise."""
+    """Say whether the residual of a fit is at the noise.
+
+    Parameters
+    ----------
+    found
+        Fit to judge.
+    options
+        Options with the tolerance.
+
+    Returns
+    -------
+    bool
+        Whether RMS over noise in the best basin is at most ``options.tolerance``.
+    """
     return bool(found.basins[0].over_noise <= options.tolerance)
 
 
 def first_guess(simulator: Simulator) -> Array:
-    """Return the first guesses of all parameters, shape (n_p,)."""
+    """Return the first guesses of all parameters of a simulator's equations, shape (n_p,)."""
     return np.array([q.initial for q in simulator.equations.parameters])
 
 
 def free_simulation(simulator: Simulator, found: Fit, runs: Sequence[Run]) -> tuple[str, ...]:
-    """Return one sentence per run on what a free simulation would leave, so that nobody takes the observer's for it."""
+    """Simulate the runs freely at the estimates and put their residuals into words.
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the configuration, without the observer.
+    found
+        Fit through the observer.
+    runs
+        All runs of the configuration; excluded ones are left out.
+
+    Returns
+    -------
+    tuple of str
+        One sentence per run with the RMS of the residual [rad], so that no reader takes the observer's residual for
+        that of a free simulation.
+    """
     sentences = []
     for run in runs:
         if run.use != "excluded":

@@ -1,8 +1,10 @@
-"""Fit of one joint to its torque, with the measured motion as input, for runs recorded under position control.
+"""Torque fit of one joint for runs recorded under position control: `Equations` and `Run`s in, `Fit` out.
 
-What is fitted and scored is in `identification.simulators.inverse_dynamics`. Error bars come from the
-jackknife wherever the torque's noise is not reached: a slow sweep then shows inertia, Stribeck speed or viscous
-friction only as far as every part of it agrees on them.
+1. Exchange torque and position of the runs, and turn the equation into the torque equation
+   (`identification.simulators.inverse_dynamics`).
+2. Fit without observer.
+3. Where the residual is above the torque's noise, widen the standard deviations by the jackknife: a slow sweep then
+   identifies inertia, Stribeck velocity or viscous friction only as far as all its parts agree on them.
 """
 
 from __future__ import annotations
@@ -30,9 +32,28 @@ def fit_torque(
     options: FitOptions | None = None,
     workers: Workers | None = None,
 ) -> Fit:
-    """Fit ``equations`` of one joint to the torque of the runs with ``use == "fit"`` and score the others.
+    """Fit one joint to the torque of its runs, with the measured motion as input.
 
-    The fit's residuals, scores and noise are torques [N m] or forces [N]; its notes say how large they are.
+    Parameters
+    ----------
+    equations
+        Equations of the joint.
+    runs
+        All runs of the joint: those with ``use == "fit"`` are fitted, the others scored.
+    options
+        Choices of the fit; the observer gains are replaced by 0.
+    workers
+        Workers that run the starts and refits.
+
+    Returns
+    -------
+    Fit
+        Residuals, scores and noise are torques [N m], or forces [N] of a prismatic joint; the notes say how large.
+
+    Raises
+    ------
+    NumericalError
+        Where no start gave a finite simulation.
     """
     options = (options or FitOptions()).but(gains=(0.0,))
     simulator = TorqueSimulator.of(equations)

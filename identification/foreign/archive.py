@@ -1,4 +1,9 @@
-"""The archive of an FMU that somebody else made: looked through before a byte of it is unpacked or run."""
+"""Archive of a foreign FMU: path in, `Unpacked` out, checked before a byte of the archive is unpacked or run.
+
+1. Check names, links, number and size of the entries.
+2. Check that the model description is plain XML of FMI 2.0 or 3.0, without document type.
+3. Unpack, read the model description with fmpy, and check that this platform's library is there.
+"""
 
 from __future__ import annotations
 
@@ -16,13 +21,16 @@ import fmpy
 from haptid.support.errors import InputError, one_line
 
 LARGEST = 2_000_000_000
-"""Bytes of an archive once it is unpacked."""
+"""Largest size of an unpacked archive [B]."""
 MOST_FILES = 100_000
+"""Largest number of entries of an archive."""
 _DESCRIPTION = "modelDescription.xml"
 _LARGEST_DESCRIPTION = 100_000_000
+"""Largest size of a model description [B]."""
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}")
+"""Names of C, of at most 200 characters."""
 _UNREADABLE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, NotImplementedError, ValueError)
-"""What zipfile raises for damaged archives, passwords and unknown methods of compression."""
+"""Exceptions of zipfile for damaged archives, passwords and unknown methods of compression."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -32,9 +40,9 @@ class Unpacked:
     Parameters
     ----------
     path, folder
-        The archive, and where its files are.
+        The archive, and the folder with its files.
     description
-        What fmpy read from its model description.
+        Model description as fmpy read it.
     """
 
     path: Path
@@ -43,7 +51,18 @@ class Unpacked:
 
 
 def unpack_checked(path: Path, folder: Path) -> Unpacked:
-    """Unpack the FMU ``path`` into ``folder``, which exists and is empty.
+    """Check a foreign FMU and unpack it.
+
+    Parameters
+    ----------
+    path
+        Archive of the FMU.
+    folder
+        Folder to unpack into, which exists and is empty.
+
+    Returns
+    -------
+    Unpacked
 
     Raises
     ------
@@ -70,6 +89,7 @@ def unpack_checked(path: Path, folder: Path) -> Unpacked:
 def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
     names = [entry.filename for entry in entries]
     for entry in entries:
+        # zipfile shortens `filename` (at a NUL, for one): the name as the archive has it is what must be checked.
         where, name = f"{path}: {entry.filename!r}", entry.orig_filename
         if not _stays_inside(name):
             raise InputError(where, expected="a name within the archive's folder", got=repr(name))
@@ -91,7 +111,7 @@ def _stays_inside(name: str) -> bool:
 
 
 class _RefusedError(ValueError):
-    """What an XML text holds that it should not."""
+    """The XML declares a document type."""
 
 
 def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
@@ -136,6 +156,7 @@ def _described(path: Path, folder: Path) -> Any:
     if description.coSimulation is None:
         raise InputError(where, expected="an FMU for co-simulation", got="model exchange alone")
     identifier = description.coSimulation.modelIdentifier
+    # The identifier becomes the name of the library that is loaded: a path in it would lead out of the folder.
     if not _IDENTIFIER.fullmatch(identifier or ""):
         where = f"{where}: modelIdentifier"
         raise InputError(where, expected="a name as C has them", got=repr(identifier))

@@ -1,4 +1,7 @@
-"""What runs in the child process of a foreign FMU: its code is loaded here and nowhere else."""
+"""Child process of a foreign FMU: `Request` in, outputs or an error sentence out.
+
+The FMU's code is loaded in this process and nowhere else.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ from haptid.identification.foreign.archive import Unpacked
 from haptid.measurement.values.run import Array
 
 LARGEST_WRITTEN = 100_000_000
-"""Bytes of a file that an FMU may write [B]."""
+"""Largest size of a file that an FMU may write [B]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -29,7 +32,7 @@ class Request:
     start
         Start values by variable.
     inputs
-        What is set at each row by variable, shape (n_t,) each; it holds until the next row.
+        Values that are set at each row by variable, shape (n_t,) each; a value holds until the next row.
     outputs
         Variables that are read at each row.
     """
@@ -41,7 +44,16 @@ class Request:
 
 
 def serve(connection: Connection, unpacked: Unpacked) -> None:
-    """Send True, then answer every `Request` with the outputs, shape (n_t, n_outputs), or a sentence of what failed."""
+    """Answer requests until the connection is closed.
+
+    Parameters
+    ----------
+    connection
+        Connection to the parent: True is sent first, then for every `Request` the outputs, shape (n_t, n_outputs), or a
+        sentence that says what failed.
+    unpacked
+        The FMU on disk.
+    """
     _quiet()
     connection.send(True)
     while True:
@@ -52,13 +64,13 @@ def serve(connection: Connection, unpacked: Unpacked) -> None:
         answer: Array | str
         try:
             answer = _simulate(unpacked, request)
-        except Exception as error:  # whatever the FMU's functions report is told to the parent, which goes on
+        except Exception as error:  # whatever the FMU's functions report: the parent gets the sentence and goes on
             answer = str(error) or type(error).__name__
         connection.send(answer)
 
 
 def _quiet() -> None:
-    """Send what the FMU prints nowhere, write no core dump, and bound the files that it writes."""
+    """Discard what the FMU prints, write no core dump, and bound the size of the files that the FMU writes."""
     nowhere = os.open(os.devnull, os.O_RDWR)
     for stream in (0, 1, 2):
         os.dup2(nowhere, stream)
@@ -78,6 +90,7 @@ def _simulate(unpacked: Unpacked, request: Request) -> Array:
     inputs, outputs = [of[name] for name in request.inputs], [of[name] for name in request.outputs]
     table = np.column_stack([np.zeros((request.t.size, 0)), *request.inputs.values()])
     first = float(request.t[0])
+    # FMI 2.0 takes the start time before the start values, FMI 3.0 with the initialization mode.
     if second:
         fmu.setupExperiment(startTime=first)
     apply_start_values(fmu, description, dict(request.start))

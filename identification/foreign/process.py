@@ -1,4 +1,7 @@
-"""A foreign FMU behind a process border: its crash, its hang and its prints cannot reach the command that runs it."""
+"""A foreign FMU in a process of its own: path in, `ForeignFmu` out, which turns inputs into outputs.
+
+A crash, a hang or a print of the FMU cannot reach the command that runs it.
+"""
 
 from __future__ import annotations
 
@@ -23,23 +26,23 @@ from haptid.support.errors import InputError, NumericalError
 LIMIT_S = 60.0
 """Longest wait for one simulation [s]."""
 _BEGINNING_S = 120.0
-"""Longest wait for a child to import this package, which takes its time on a loaded machine [s]."""
+"""Longest wait for a child to import this package, which takes long on a loaded machine [s]."""
 
 
 class ForeignFmu:
-    """An FMU 2.0 or 3.0 for co-simulation, run in a child process; a child that ended is replaced.
+    """FMU 2.0 or 3.0 for co-simulation that runs in a child process; the next simulation replaces a child that ended.
 
     Parameters
     ----------
     path
-        The archive; it is looked through and unpacked into a folder that `close` removes.
+        Archive of the FMU; it is checked and unpacked into a folder that `close` removes.
     limit_s
         Longest wait for one simulation [s].
 
     Raises
     ------
     InputError
-        As `identification.foreign.archive.unpack_checked`.
+        Where `identification.foreign.archive.unpack_checked` refuses the archive.
     """
 
     def __init__(self, path: Path, *, limit_s: float = LIMIT_S) -> None:
@@ -65,7 +68,7 @@ class ForeignFmu:
     def simulate(
         self, t: Array, *, start: Mapping[str, float], inputs: Mapping[str, Array], outputs: Sequence[str]
     ) -> Array:
-        """Step from row to row and return the outputs, shape (n_t, n_outputs).
+        """Step from row to row, setting the inputs and reading the outputs.
 
         Parameters
         ----------
@@ -74,9 +77,13 @@ class ForeignFmu:
         start
             Start values by variable.
         inputs
-            What is set at each row by variable, shape (n_t,) each.
+            Values that are set at each row by variable, shape (n_t,) each.
         outputs
             Variables that are read at each row after its inputs are set.
+
+        Returns
+        -------
+        ndarray, shape (n_t, n_outputs)
 
         Raises
         ------
@@ -104,7 +111,7 @@ class ForeignFmu:
         return y
 
     def close(self) -> None:
-        """End the child and remove what was unpacked."""
+        """End the child and remove the unpacked files."""
         self._stop()
         shutil.rmtree(self._folder, ignore_errors=True)
 
@@ -121,7 +128,7 @@ class ForeignFmu:
         return connection.recv()
 
     def _started(self) -> Connection:
-        """Return the connection to a child that is ready, so that a simulation's time is its own."""
+        """Return the connection to a child that is ready: its beginning does not count as time of a simulation."""
         if self._connection is None:
             here, there = multiprocessing.Pipe()
             context = multiprocessing.get_context("spawn")

@@ -1,7 +1,7 @@
-"""The same quantity measured in several tests: pooled and tested, disagreement shown.
+"""Agreement of tests that measured the same quantity: fits and `LinkBelief` in, χ² tests (`Agreement`) out.
 
-Coefficients: the innovation y − A·π against (A·P·Aᵀ + R), χ² with as many degrees of freedom as coefficients. Joint
-parameters fitted alone and again in a coupled test: d = a − b against V_a + V_b.
+- Coefficients: χ² = dᵀ(A·P·Aᵀ + R)⁻¹d of the innovation d = y − A·π, with as many degrees of freedom as coefficients.
+- Joint parameters fitted alone and again in a coupled test: χ² = (a − b)²/(V_a + V_b), with one degree of freedom.
 """
 
 from __future__ import annotations
@@ -17,23 +17,24 @@ from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.support.linear_algebra import symmetric_inverse
 
 DOUBT = 1e-3
-"""Probability, after Bonferroni for the comparisons of one configuration, below which tests contradict each other."""
+"""Family-wise p-value (Bonferroni over one configuration's comparisons) below which tests contradict each other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Agreement:
-    """How a test agrees with those before it.
+    """Comparison of a test with earlier ones.
 
     Parameters
     ----------
     name
-        ``joint 5: inertia and gravity``, ``Ks_0``.
+        Quantity, such as ``joint 5: inertia and gravity`` or ``Ks_0``.
     chi2, dof, p
-        Statistic, degrees of freedom, and the probability of a larger one by chance.
+        Statistic, degrees of freedom, and p-value.
     family
-        Comparisons made together with this one.
+        Number of comparisons of this configuration, for Bonferroni's correction.
     earlier, later, pooled
-        Values of a single quantity where it is one; None otherwise.
+        Value and standard deviation of a single quantity in either test, and weighted by inverse variance; None for
+        several coefficients.
     """
 
     name: str
@@ -47,17 +48,33 @@ class Agreement:
 
     @property
     def contradicts(self) -> bool:
-        """Whether chance hardly explains the difference."""
+        """Whether the family-wise p-value is below `DOUBT`."""
         return self.p * self.family < DOUBT
 
 
 def coefficients_agree(name: str, belief: LinkBelief, one: Measurement) -> Agreement | None:
-    """Test a configuration's coefficients against the belief before it; None where it has none."""
+    """Test the coefficients of a configuration against the belief from earlier tests.
+
+    Parameters
+    ----------
+    name
+        Name of the comparison.
+    belief
+        Belief over π before this configuration.
+    one
+        Measured coefficients of the configuration.
+
+    Returns
+    -------
+    Agreement or None
+        None where the configuration has no coefficients.
+    """
     if not one.coefficients:
         return None
     mean, covariance = belief.predict(one.coefficients)
     total = covariance + one.covariance
     scale = np.sqrt(np.diag(total))
+    # Scaled to standard deviations first: the cut of the pseudo-inverse must not depend on the coefficients' units.
     d = (one.values - mean) / scale
     statistic = float(d @ symmetric_inverse(total / np.outer(scale, scale)) @ d)
     dof = len(d)
@@ -65,7 +82,20 @@ def coefficients_agree(name: str, belief: LinkBelief, one: Measurement) -> Agree
 
 
 def parameters_agree(earlier: Fit, later: Fit, suffix: str) -> tuple[Agreement, ...]:
-    """Test parameters of a joint's own test against those of a coupled test, whose ids end in ``suffix``."""
+    """Test the parameters that two fits share.
+
+    Parameters
+    ----------
+    earlier, later
+        Fits of the same joint.
+    suffix
+        Ending of the joint's ids in the later fit, such as ``_0`` in a coupled test.
+
+    Returns
+    -------
+    tuple of Agreement
+        One comparison for every parameter that is free in both fits.
+    """
     made = []
     for id in earlier.free:
         other = f"{id}{suffix}"
@@ -89,7 +119,18 @@ def _one(name: str, a: tuple[float, float], b: tuple[float, float]) -> Agreement
 
 
 def summary(agreements: Sequence[Agreement]) -> str:
-    """Return one sentence on all tests."""
+    """Summarise the comparisons in one sentence.
+
+    Parameters
+    ----------
+    agreements
+        Comparisons of all configurations.
+
+    Returns
+    -------
+    str
+        Sentence with the number of comparisons and the names of the contradicting ones.
+    """
     if not agreements:
         return "No quantity was measured in more than one test."
     bad = [a.name for a in agreements if a.contradicts]

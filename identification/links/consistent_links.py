@@ -1,7 +1,7 @@
-"""Physical links from measured coefficients: the consistent ones nearest to the first guesses that agree with the data.
+"""Physically consistent links: `Device` and measured coefficients in, `LinkEstimates` out, by semidefinite programming.
 
 minimise  Σ ‖R^{-1/2} (A π − y)‖² + ‖S⁻¹ (π − π₀)‖²   subject to, for every link, the pseudo-inertia
-J = [[½ tr(L) 1 − L, h], [hᵀ, m]] ⪰ 0, and rotor inertias ≥ 0.
+J = [[½ tr(L) 1 − L, h], [hᵀ, m]] ⪰ 0, and rotor inertias ≥ 0, with π₀ the device's first guesses.
 J ⪰ 0 says that some distribution of mass has these parameters: positive mass, triangle inequalities (Wensing, Kim &
 Slotine 2018). S Sᵀ is the prior covariance of π; R the measured covariance.
 """
@@ -28,10 +28,17 @@ MARGIN = 1e-5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """One link parameter: value, standard deviation, what fixed it.
+    """Estimate of one link parameter.
 
-    `status`: ``identified`` (the data at least halved its prior standard deviation), ``unidentifiable`` (only the
-    combinations it stands in are known), ``prior`` (in nothing that was measured), ``fixed``.
+    Parameters
+    ----------
+    value, std
+        Value and standard deviation.
+    unit
+        Unit of both.
+    status
+        ``identified`` where the data at least halved the prior standard deviation, ``unidentifiable`` where they did
+        not, ``prior`` where no measured coefficient contains the parameter, ``fixed`` where it has no prior deviation.
     """
 
     value: float
@@ -42,18 +49,18 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinkEstimates:
-    """The consistent links.
+    """Physically consistent links.
 
     Parameters
     ----------
     links
-        Link → parameter of `STANDARD` → estimate; motors as ``motor_<name>`` → ``J``.
+        Estimate by link and parameter of `STANDARD`; motors as ``motor_<name>`` with ``J``.
     standard
-        Standard parameter id → value: what the full model takes.
+        Values of the full model's standard parameters by id.
     pi
-        π, shape (n_pi,).
+        Inertial parameters π, shape (n_pi,).
     misfit
-        (A π − y)/σ of every measured coefficient, by configuration.
+        (A π − y)/σ of every measured coefficient, shape (n_coefficients,) by configuration.
     """
 
     links: dict[str, dict[str, Estimate]]
@@ -63,7 +70,25 @@ class LinkEstimates:
 
 
 def consistent_links(device: Device, measurements: Sequence[Measurement]) -> LinkEstimates:
-    """Return the links that agree with the measurements, are physical, and lie nearest to the first guesses."""
+    """Estimate physically consistent links from measured coefficients and first guesses.
+
+    Parameters
+    ----------
+    device
+        Device with first guesses and prior standard deviations of its links.
+    measurements
+        Measured coefficients of every configuration.
+
+    Returns
+    -------
+    LinkEstimates
+        Standard deviations are those of the Gaussian belief without the constraints, and at most the prior's.
+
+    Raises
+    ------
+    NumericalError
+        Where the solver finds no optimum.
+    """
     belief = LinkBelief.from_device(device)
     for one in measurements:
         belief = belief.update(one.coefficients, one.values, one.covariance)
@@ -92,11 +117,13 @@ def _scales(device: Device, pi: Array) -> Array:
 def _nearest_consistent(device: Device, belief: LinkBelief, measurements: Sequence[Measurement]) -> Array:
     mean, covariance = pi_prior(device)
     scales = _scales(device, mean)
+    # In units of each link's own size: the solver's tolerances and `MARGIN` then mean the same for every link.
     x = cp.Variable(mean.size)
     known = np.diag(covariance) <= 0
     prior = _root(covariance / np.outer(scales, scales))
     cost = cp.sum_squares(prior @ (x - mean / scales))
     for one in measurements:
+        # Standard deviations are taken out first: the cut of eigenvalues in `_root` must not depend on units.
         sigma = np.sqrt(np.diag(one.covariance))
         whitened = _root(one.covariance / np.outer(sigma, sigma)) / sigma
         cost += cp.sum_squares((whitened @ (one.rows * scales)) @ x - whitened @ one.values)
@@ -134,7 +161,19 @@ def _pseudo_inertia(x: cp.Expression) -> cp.Expression:
 
 
 def pseudo_inertia(values: Sequence[float]) -> Array:
-    """Return J, shape (4, 4), of one link from its ten π."""
+    """Build the pseudo-inertia of one link.
+
+    Parameters
+    ----------
+    values
+        Mass m [kg], first moments h [kg m], and the inertia tensor L about the frame's origin [kg m²] as L11, L22, L33,
+        L12, L13, L23.
+
+    Returns
+    -------
+    ndarray, shape (4, 4)
+        J = [[½ tr(L) 1 − L, h], [hᵀ, m]].
+    """
     m, hx, hy, hz, L11, L22, L33, L12, L13, L23 = values
     half = (L11 + L22 + L33) / 2
     return np.array(

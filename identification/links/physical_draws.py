@@ -1,4 +1,4 @@
-"""Draws of the inertial parameters from their Gaussian belief, restricted to what masses can be.
+"""Draws of the inertial parameters from their Gaussian belief: `LinkBelief` in, physically consistent π out.
 
 Hit-and-run (Smith 1984) in whitened coordinates: along a random direction the belief is a normal distribution, and the
 pseudo-inertia of every link stays positive definite on one interval around the present point, found from the
@@ -17,13 +17,36 @@ from haptid.model.device.device import Device
 from haptid.model.planning.inertial_belief import LinkBelief
 
 STEPS = 300
-"""Steps between draws: several times the number of directions in which single parameters stay open."""
+"""Number of steps between draws: several times the number of directions that the data do not identify."""
 
 
 def physical_draws(
     device: Device, belief: LinkBelief, start: Array, count: int, rng: np.random.Generator
 ) -> tuple[Array, ...]:
-    """Return ``count`` draws of π (n_pi,), beginning at ``start``, which must be physical."""
+    """Draw physically consistent inertial parameters from their belief.
+
+    Parameters
+    ----------
+    device
+        Device with the links.
+    belief
+        Gaussian belief over π.
+    start
+        Physically consistent first point, shape (n_pi,).
+    count
+        Number of draws.
+    rng
+        Random numbers.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n_pi,) each
+
+    References
+    ----------
+    Smith, Efficient Monte Carlo procedures for generating points uniformly distributed over bounded regions, 1984.
+    """
+    # Scaled before the eigenvalues are cut: masses and inertias differ by orders of magnitude.
     scale = np.sqrt(np.maximum(np.diag(belief.covariance), 1e-300))
     values, vectors = np.linalg.eigh(belief.covariance / np.outer(scale, scale))
     kept = values > 1e-14 * values[-1]
@@ -43,7 +66,10 @@ def physical_draws(
 
 
 def _interval(device: Device, pi: Array, direction: Array) -> tuple[float, float]:
-    """Return the range of s in which π + s·direction is physical."""
+    """Return the range of s in which π + s·direction is physically consistent.
+
+    J(π) + s·J(direction) is positive definite where 1 + s·λ > 0 for every generalised eigenvalue λ.
+    """
     n = 10 * len(device.massive)
     slowest = [_eigenvalues(pi[i : i + 10], direction[i : i + 10]) for i in range(0, n, 10)]
     with np.errstate(divide="ignore"):

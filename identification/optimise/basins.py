@@ -1,4 +1,4 @@
-"""Which starts ended in the same minimum."""
+"""Basins of a fit: the `Descent` of every start in, the minima that they share out."""
 
 from __future__ import annotations
 
@@ -11,11 +11,29 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Basin
 
 SAME = 2.0
-"""Costs (sums of squares over the noise) this close belong to one minimum: far below what tells two models apart."""
+"""Difference of costs [squares over the noise] below which two starts share a minimum: far below a difference that
+distinguishes two models."""
 
 
 def sort_into_basins(problem: Problem, descents: Sequence[Descent]) -> tuple[Basin, ...]:
-    """Return the minima, the best first; a start whose simulation left the finite numbers is in none."""
+    """Group the starts by the cost that they reached.
+
+    Parameters
+    ----------
+    problem
+        Problem that was minimised.
+    descents
+        Results of the starts, in the order of the starts.
+
+    Returns
+    -------
+    tuple of Basin
+        Minima, the best first; starts whose cost is not finite belong to none.
+
+    Notes
+    -----
+    A start belongs to a basin where its cost exceeds the basin's smallest by at most 2 squares over the noise or 0.1 %.
+    """
     order = sorted((k for k, d in enumerate(descents) if np.isfinite(d.cost)), key=lambda k: (descents[k].cost, k))
     groups: list[list[int]] = []
     for k in order:

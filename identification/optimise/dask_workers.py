@@ -1,4 +1,7 @@
-"""The same tasks on a running Dask cluster; a lost worker costs its own tasks, which run again elsewhere."""
+"""Workers of a fit on a running Dask cluster: address of the scheduler in, `Cluster` out.
+
+The tasks of a lost worker run again on another one.
+"""
 
 from __future__ import annotations
 
@@ -18,17 +21,25 @@ from haptid.support.processes.threads import single_threaded
 
 T = TypeVar("T")
 PROBE = f"import {__name__}"
+"""Statement that scheduler and workers must be able to run."""
 LOCAL = ("localhost", "127.0.0.1", "::1")
+"""Names of this machine, to which an unencrypted connection needs no warning."""
 CERTIFICATES = "name ca-file, client.cert and client.key under distributed.comm.tls in Dask's configuration"
 
 
 class Cluster(Submitting, AbstractContextManager["Cluster"]):
-    """A client of the scheduler at ``address``.
+    """Runs tasks on the workers of a Dask scheduler.
 
     Parameters
     ----------
     address
         ``tls://host:port``, with the certificates that Dask's configuration names, or ``tcp://host:port``, unencrypted.
+
+    Raises
+    ------
+    InputError
+        Where the address is malformed, no scheduler answers, certificates are missing, or haptid cannot be imported
+        there.
     """
 
     def __init__(self, address: str) -> None:
@@ -55,7 +66,7 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
         self.count = max(len(self._client.scheduler_info()["workers"]), 1)
 
     def submit(self, function: Callable[..., Any], *task: Any) -> Any:
-        """Start a task; it is tried again where its worker is lost."""
+        """Start a task; Dask tries the task again where its worker is lost."""
         return self._client.submit(single_threaded, function, *task, retries=3, pure=False)
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
@@ -85,7 +96,7 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
 
 
 def _is_encrypted(address: str) -> bool:
-    """Whether the connection is encrypted; one that is not and leaves this machine is told on stderr."""
+    """Check the address and return whether it is encrypted; warn of an unencrypted one that leaves this machine."""
     try:
         parts = urlsplit(address)
         scheme, host, port = parts.scheme, parts.hostname, parts.port

@@ -1,7 +1,12 @@
-"""Output-injection homotopy: refit with the observer gain lowered step by step to zero, then polish.
+"""Output-injection homotopy: `Problem` and first unknowns in, `Descent` out.
 
 A free simulation of LuGre friction has false minima next to the true one. Pulled towards the measured position with
 gain L [1/s], the simulation stays near the data, the cost has fewer minima, and the minimum moves continuously with L.
+
+1. Move the first unknowns inside bounds and orderings (`feasible`).
+2. Minimise at every observer gain of the options, in their order, each level from the minimum of the level
+   before; the levels run at a coarser inner step where the data allow it.
+3. Polish the last minimum by Levenberg–Marquardt at the model's own inner step.
 """
 
 from __future__ import annotations
@@ -17,25 +22,38 @@ from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array
 
 LOOSE, FINAL, POLISHED = 1e-3, 1e-5, 1e-8
-"""Relative decrease of the cost at which a level ends: above the last, at it, and in the polish."""
+"""Relative decrease of the cost below which a minimisation ends: levels before the last, last level, polish."""
 FEW, MANY = 15, 60
-"""Most iterations of a level above the last, and of the last."""
+"""Largest number of iterations of a level before the last, and of the last level and the polish."""
 LEAST_DAMPING = 1e-3
+"""Smallest λ [1] that is added to SLSQP's first Hessian."""
 
 
 def descend(problem: Problem, x: Array) -> Descent:
-    """Follow the minimum from the first gain to the last; the last level ends with a Gauss–Newton polish.
+    """Follow the minimum from the first observer gain to the last and polish it.
 
-    The levels run at a coarser inner step where that is close enough (`inner_step`), the polish at the model's own.
+    Parameters
+    ----------
+    problem
+        Problem whose options name gains and method.
+    x
+        First unknowns, shape (n,).
+
+    Returns
+    -------
+    Descent
+        Minimum at the last gain and the model's own inner step; ``calls`` counts all levels.
     """
     gains, calls = problem.options.gains, 0
     x = feasible(problem, x)
     coarse = problem
     for number, gain in enumerate(gains):
+        # The inner step is chosen far from the minimum and again near it, where a smaller residual asks for more.
         if number in {0, len(gains) - 1}:
             coarse = coarsen(problem, x, gain)
         level = _level(coarse, x, number)
         x, calls = level.x, calls + level.calls
+    # Levenberg–Marquardt knows bounds and orderings only: under the passivity constraint SLSQP polishes.
     if problem.options.passive:
         exact = slsqp(problem, x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
         return replace(exact, calls=calls + exact.calls)
@@ -44,18 +62,33 @@ def descend(problem: Problem, x: Array) -> Descent:
 
 
 def _level(problem: Problem, x: Array, number: int) -> Descent:
-    """Minimise at one gain. Steps are damped strongly at first, where parameters and data may lie far apart."""
+    """Minimise at one gain."""
     gains = problem.options.gains
     last = number == len(gains) - 1
     iterations, tolerance = (MANY, FINAL) if last else (FEW, LOOSE)
     if problem.options.method == "gauss_newton":
         return minimise(problem, x, gains[number], iterations=iterations, tolerance=0.0, relative=tolerance)
+    # Strong damping in the first levels, where the parameters may be far from the minimum.
     damping = max(0.1**number, LEAST_DAMPING)
     return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping)
 
 
 def feasible(problem: Problem, x: Array) -> Array:
-    """Return x moved inside bounds and orderings, by a hair."""
+    """Move the unknowns strictly inside bounds and orderings.
+
+    Parameters
+    ----------
+    problem
+        Problem with bounds and orderings.
+    x
+        Unknowns, shape (n,).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        x with its parameters at least 1e-6 of the range from finite bounds, and moved along the gradient of each
+        ordering that is not met by 1e-3.
+    """
     lower, upper = problem.scaling.bounds
     n = problem.n_parameters
     inside = x.copy()

@@ -1,8 +1,11 @@
-"""The inner step along the homotopy: as coarse as the data allow, judged by halving it.
+"""Inner step of the integration along the homotopy: `Problem` in, `Problem` with a coarser inner step out.
 
 On the way to the minimum the integration's error need only be small against the residual, ‖y_h − y_{h/2}‖ ≤ `SHARE`·‖r‖
-in units of the noise: it then moves the minimum of a level less than the next level does. The polish at the end takes
-the model's own inner step again, so that nothing of it is left in the result.
+in units of the noise: it then moves the minimum of a level less than the next level does. The polish at the end uses
+the model's own inner step again, so that the result does not depend on the coarser one.
+
+1. List inner steps from one per row down to the model's own, each half of the one before (`steps_of`).
+2. Simulate at each and at its half, and take the first one that meets the condition (`coarsen`).
 """
 
 from __future__ import annotations
@@ -18,26 +21,54 @@ from haptid.measurement.values.run import Array
 from haptid.model.kernel.generate import DEFAULT_STEP
 
 SHARE = 0.1
-"""Largest difference that halving the step may make, as a share of the residual."""
+"""Largest change of the residual by halving the inner step, as a share of the residual's norm."""
 
 
 def at_inner_step(problem: Problem, step: float) -> Problem:
-    """Return the problem with inner steps of at most ``step`` [s]."""
+    """Return the problem with inner steps of at most ``step`` [s], where its simulator's inner step can be chosen."""
     return replace(problem, simulator=at_step(problem.simulator, step))
 
 
 def steps_of(problem: Problem) -> tuple[float, ...]:
-    """Return inner steps [s] to choose from, the coarsest first: from one per row down to the model's own."""
+    """List the inner steps to choose from.
+
+    Parameters
+    ----------
+    problem
+        Problem whose runs give the time between rows.
+
+    Returns
+    -------
+    tuple of float
+        Inner steps [s], the coarsest first: from about one per row down to the model's own, by halves.
+    """
     longest = max(float(np.median(np.diff(run.t))) for run in problem.runs)
     halvings = max(int(np.ceil(np.log2(longest / DEFAULT_STEP))), 0)
     return tuple(DEFAULT_STEP * 2.0**k for k in range(halvings, -1, -1))
 
 
 def coarsen(problem: Problem, x: Array, gain: float) -> Problem:
-    """Return the problem at the coarsest inner step that x allows at this gain; as it is where there is no choice."""
+    """Choose the coarsest inner step whose integration error is small against the residual at x.
+
+    Parameters
+    ----------
+    problem
+        Problem with the model's own inner step.
+    x
+        Unknowns, shape (n,).
+    gain
+        Observer gain L [1/s].
+
+    Returns
+    -------
+    Problem
+        The problem at that inner step; unchanged where the simulator's inner step cannot be chosen, or where no coarser
+        one meets the condition.
+    """
     if not isinstance(problem.simulator, Stepped):
         return problem
     steps = steps_of(problem)
+    # A generator: the finer and dearer steps are simulated only where the coarser ones are not close enough.
     residuals = _residuals(problem, steps, x, gain)
     now = next(residuals)
     for step, finer in zip(steps[:-1], residuals, strict=True):

@@ -1,9 +1,14 @@
-"""Levenberg–Marquardt under bounds and orderings: each step is a damped linear least-squares problem with inequalities.
+"""Levenberg–Marquardt under bounds and orderings: `Problem` and first unknowns in, `Descent` out.
 
-Steps are damped in the scale of the Jacobian's own columns (Marquardt 1963; damping after Nielsen 1999: the gain ratio
-of a step sets the next one). No fixed ridge holds directions that the data see little of, so that long valleys (gravity
-and spring) are walked to the end. Steps follow the valley of `identification.problem.retraction` and respect bounds and
-orderings as `identification.problem.bounded_lsq` does.
+1. Reduce Jacobian and residual at x to a triangular system (`triangle_by_runs`).
+2. Solve min ‖J·d + r‖² + λ·‖D·d‖² under bounds and orderings, D the norms of the Jacobian's columns.
+3. Stop where the predicted decrease is below the tolerance, also without damping, or where progress has stalled.
+4. Move x along d (`identification.problem.retraction`) and simulate.
+5. Accept the step where the cost falls by a share of the prediction, and set λ by the gain ratio; else raise λ.
+
+Damping in the scale of the columns is Marquardt's (1963); the update of λ by the gain ratio is Nielsen's (1999). No
+fixed ridge holds directions that the data see little of, so that long valleys (gravity and spring) are followed to
+their minimum.
 """
 
 from __future__ import annotations
@@ -18,21 +23,33 @@ from haptid.identification.problem.retraction import Retraction
 from haptid.measurement.values.run import Array
 
 FLOOR = 1e-10
-"""Least damping: keeps a direction that the data do not see at all from making the step singular."""
+"""Smallest damping λ [1]: a direction that the data do not see at all does not make the step singular."""
 ROOF = 1e9
-"""Damping at which no step is left to try."""
+"""Damping λ [1] above which the minimiser stops."""
 FAR = 1e4
-"""Squares beyond one a row, over which the tolerance grows with them: where so much more than noise is left, nothing is
-told by less, and Gauss-Newton steps creep."""
+"""Excess of the cost over one square a row [squares over the noise] from which the tolerance grows in proportion: a
+small decrease decides nothing where the residual is so far above the noise, and Gauss-Newton steps creep there."""
 STALLED = 10
-"""Simulations in a row that have to bring the tolerance each, on average."""
+"""Number of successive simulations whose average decrease of the cost must reach the tolerance."""
 ACCEPTED = 1e-4
-"""Least share of the predicted decrease that a step must bring."""
+"""Actual over predicted decrease of the cost above which a step is accepted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Descent:
-    """Where a minimiser stopped: x (n,), cost ‖r‖², calls of the simulations, and whether it met its tolerance."""
+    """Result of a minimiser.
+
+    Parameters
+    ----------
+    x
+        Unknowns with the smallest cost, shape (n,).
+    cost
+        Cost ‖r‖² [squares over the noise].
+    calls
+        Number of simulations of all runs.
+    converged
+        Whether the minimiser met its tolerance.
+    """
 
     x: Array
     cost: float
@@ -50,27 +67,37 @@ def minimise(
     relative: float = 0.0,
     damping: float = 1e-3,
 ) -> Descent:
-    """Minimise ‖r(x)‖² from ``x``.
+    """Minimise ‖r(x)‖² under bounds and orderings by Levenberg–Marquardt steps.
 
     Parameters
     ----------
-    problem, x
-        What is minimised, and where it begins, shape (n,).
+    problem
+        Problem with residuals r(x).
+    x
+        First unknowns, shape (n,).
     gain
         Observer gain L [1/s].
     iterations
-        Most simulations of all runs.
-    tolerance, relative
-        It stops where the predicted decrease is below ``tolerance`` (squares over the noise, growing where far more
-        than noise is left, see `FAR`) or below the share ``relative`` of the cost. `STALLED` simulations that bring
-        less end it too.
+        Largest number of simulations of all runs.
+    tolerance
+        Predicted decrease of the cost below which the minimiser stops [squares over the noise]; it grows where the
+        residual is far above the noise (`FAR`).
+    relative
+        The same as a share of the cost; the larger of both counts.
     damping
-        Damping of the first step.
+        Damping λ of the first step.
+
+    Returns
+    -------
+    Descent
+        Its cost is infinite, with x unchanged, where the first simulation is not finite.
 
     Notes
     -----
-    Along a narrow valley a damped step promises little however far the minimum is. So where it does, the step without
-    damping has to promise as little, or else is tried.
+    The minimiser also stops where `STALLED` successive simulations decrease the cost by less than the tolerance each,
+    on average. Along a narrow valley the predicted decrease of a damped step is small however far the minimum is:
+    before the minimiser stops, the predicted decrease of the step with the damping `FLOOR` must be small as well;
+    otherwise that step is tried.
     """
     along = Retraction.of(problem)
     now = problem.blocks(x, gain)
@@ -83,10 +110,12 @@ def minimise(
         limits = along.constraints(x)
         enough = max(tolerance * max(1.0, (cost - now.residual.size) / FAR), relative * cost)
         d, predicted = _step(R, c, damping, *limits)
+        # A small prediction may be the damping's doing: the undamped step decides, once for every accepted point.
         if predicted <= enough and not freed:
             freed, damping = True, FLOOR
             d, predicted = _step(R, c, damping, *limits)
         stalled = len(costs) > STALLED and costs[-STALLED - 1] - cost < STALLED * enough
+        # With damping above 1 a small prediction says that the step is short, not that the minimum is near.
         converged = stalled or (predicted <= enough and damping < 1.0)
         if converged or damping > ROOF:
             break
@@ -100,26 +129,53 @@ def minimise(
             R, c = triangle_by_runs(trial)
             damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
         else:
+            # From 1e-6 upwards: a rejected undamped step would take many more simulations to become shorter.
             damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
         costs.append(cost)
     return Descent(x=x, cost=cost, calls=calls, converged=converged)
 
 
 def cost_of(blocks: Blocks) -> float:
-    """Return ‖r‖², infinite where a residual or a derivative is not a finite number."""
+    """Compute the cost ‖r‖².
+
+    Parameters
+    ----------
+    blocks
+        Residuals of the runs and of the priors.
+
+    Returns
+    -------
+    float
+        Cost [squares over the noise]; infinite where a residual or a derivative is not a finite number.
+    """
     r = blocks.residual
     finite = np.isfinite(r).all() and all(np.isfinite(J).all() for J in blocks.jacobians or ())
     return float(r @ r) if finite else float("inf")
 
 
 def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
-    """Return R, c as `triangle` does for all rows, by QR run after run (Golub and Van Loan 2013, section 5.2).
+    """Reduce all residuals to triangular form, by a QR decomposition of each run and one of the results.
 
-    A run's rows do not depend on the initial states of the others: those columns are left out of its QR.
+    Parameters
+    ----------
+    blocks
+        Residuals and Jacobians of the runs and of the priors.
+
+    Returns
+    -------
+    R : ndarray, shape (n, n)
+        Upper triangular matrix with RᵀR = JᵀJ over all rows.
+    c : ndarray, shape (n,)
+        Right-hand side, as in `triangle`.
+
+    References
+    ----------
+    Golub & Van Loan, Matrix Computations, 2013, section 5.2.
     """
     parts, targets = [blocks.prior_jacobian], [blocks.prior]
     for J, r in zip(blocks.jacobians or (), blocks.rows, strict=True):
         flat = J.reshape(-1, J.shape[-1])
+        # A run's rows do not depend on the initial states of the other runs: its QR leaves those columns out.
         moved = np.flatnonzero(flat.any(axis=0))
         R, c = triangle(flat[:, moved], r.ravel())
         part = np.zeros((moved.size, flat.shape[1]))
@@ -131,6 +187,7 @@ def triangle_by_runs(blocks: Blocks) -> tuple[Array, Array]:
 
 def _step(R: Array, c: Array, damping: float, A: Array, slack: Array) -> tuple[Array, float]:
     """Return the step and the decrease of the cost that the linear model predicts for it."""
+    # The columns of R have the norms of the Jacobian's; the floor keeps the system regular where a column is 0.
     columns = np.maximum(np.linalg.norm(R, axis=0), 1e-12 * max(float(np.abs(R).max()), 1e-300))
     damped, target = triangle(
         np.vstack((R, np.diag(np.sqrt(damping) * columns))), -np.concatenate((c, np.zeros_like(c)))

@@ -1,8 +1,11 @@
-"""SLSQP on the logarithm of the mean square, in variables in which the Gauss–Newton Hessian is the identity.
+"""SLSQP on the logarithm of the mean square: `Problem` and first unknowns in, `Descent` out.
 
-f(x) = ln(‖r‖²/N), ∇f = 2·Jᵀr/‖r‖². With x = x₀ + T·w, (T·Tᵀ)⁻¹ = 2·JᵀJ/‖r‖² + λ·1 at the start: SLSQP (Kraft 1988)
-begins with the right curvature instead of learning it, and λ keeps its first steps short where the data say little.
-Bounds and orderings become linear inequalities in w.
+1. At x₀ choose variables w with x = x₀ + T·w and (T·Tᵀ)⁻¹ = 2·JᵀJ/‖r‖² + λ·1: the Gauss–Newton Hessian becomes the
+   identity, SLSQP (Kraft 1988) begins with the right curvature instead of learning it, and λ keeps its first steps
+   short where the data say little.
+2. Minimise f(w) = ln(‖r‖²/N), ∇f = (dx/dw)ᵀ·2·Jᵀr/‖r‖², N the sum of the weights; bounds and orderings are linear
+   inequalities in w.
+3. Start again at the best point with new variables, until the cost no longer falls.
 """
 
 from __future__ import annotations
@@ -21,11 +24,11 @@ from haptid.identification.problem.retraction import Retraction
 from haptid.measurement.values.run import Array
 
 WORST = 80.0
-"""Value of f where a simulation left the finite numbers."""
+"""Value of f [1] where a simulation is not finite."""
 
 
 class _Cost:
-    """f and ∇f in w, counting calls; remembers the best point."""
+    """Compute f and ∇f in w, count the simulations and keep the best point."""
 
     def __init__(self, problem: Problem, x: Array, gain: float, damping: float) -> None:
         self.problem, self.gain, self.x, self.calls = problem, gain, x, 0
@@ -69,9 +72,27 @@ def slsqp(
     tolerance: float = 1e-9,
     damping: float = 1e-3,
 ) -> Descent:
-    """Minimise from ``x``, which must be feasible; the best point seen is returned.
+    """Minimise ‖r(x)‖² under bounds and orderings by SLSQP, started again until the cost no longer falls.
 
-    Where SLSQP stops by itself, it is started anew in fresh variables until that no longer helps.
+    Parameters
+    ----------
+    problem
+        Problem with residuals r(x); with ``options.passive`` passivity is a constraint too.
+    x
+        First unknowns, feasible, shape (n,).
+    gain
+        Observer gain L [1/s].
+    iterations
+        Number of simulations of all runs after which SLSQP is not started again.
+    tolerance
+        SLSQP's tolerance of f; ten times of it, as a share of the cost, is a decrease too small for another start.
+    damping
+        λ, added to the Hessian of f at the beginning of each start.
+
+    Returns
+    -------
+    Descent
+        Best point of all evaluations.
     """
     calls = 0
     while True:

@@ -1,4 +1,7 @@
-"""Starts of a fit: the first guess, then scrambled Sobol points around it (Sobol 1967; Owen 1998)."""
+"""Starts of a fit: `Scaling` and first guess in, parameter vectors out.
+
+The first guess comes first, then scrambled Sobol points around it (Sobol 1967; Owen 1998).
+"""
 
 from __future__ import annotations
 
@@ -13,10 +16,30 @@ FACTOR = 2.0
 
 
 def sobol_starts(scaling: Scaling, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
-    """Return ``count`` parameter vectors (n_p,), theta first; those with a prior are drawn from it, within 2 std."""
+    """Draw the starts of a fit.
+
+    Parameters
+    ----------
+    scaling
+        Free parameters with their scales, bounds and priors.
+    theta
+        First start, shape (n_p,).
+    count
+        Number of starts.
+    seed
+        Seed of the scrambling.
+
+    Returns
+    -------
+    tuple of ndarray, shape (n_p,) each
+        ``theta``, then points uniform within `FACTOR` of a logarithmic parameter or within the unit of a linear one;
+        a parameter with a prior is normal around ``theta`` with the prior's standard deviation, within two of them.
+        All are clipped to the bounds. ``theta`` alone where no parameter is free.
+    """
     n = len(scaling.free)
     if count < 2 or n == 0:
         return (theta,)
+    # Sobol points are balanced in powers of two: the next power is drawn, and the first points are taken.
     drawn = qmc.Sobol(n, scramble=True, rng=np.random.default_rng([seed, 17])).random_base2(
         int(np.ceil(np.log2(count)))
     )

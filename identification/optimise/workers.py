@@ -1,8 +1,9 @@
-"""Where the starts of a fit run: here, in processes, or on a Dask cluster. The results do not depend on which.
+"""Workers of a fit: a function and its tasks in, results in the order of the tasks out.
 
-Tasks are consumed in their order, and whether enough are done is decided on the results so far in that order, so that
-neither the number of workers nor their speed can change an outcome. BLAS runs single-threaded everywhere: its sums
-would otherwise depend on the number of threads.
+Tasks run in this process, in processes of this machine, or on a Dask cluster; the results do not depend on the choice.
+Results are taken in the order of the tasks, and the decision whether enough tasks are done uses the results so far in
+that order, so that neither the number of workers nor their speed changes an outcome. BLAS runs single-threaded
+everywhere: its sums would otherwise depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -18,18 +19,33 @@ from haptid.support.processes.threads import single_threaded
 
 T = TypeVar("T")
 Enough = Callable[[Sequence[Any]], int]
-"""From the results so far, how many more are needed at least; 0 ends."""
+"""Function from the results so far to the smallest number of further results that are needed; 0 ends."""
 
 
 class Workers(Protocol):
     """Runs functions of picklable arguments."""
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
-        """Return the results of the first tasks, as many as ``more`` asks for."""
+        """Run tasks until enough are done.
+
+        Parameters
+        ----------
+        function
+            Function of a task's arguments; picklable where it runs in another process.
+        tasks
+            Arguments of the tasks, in their order.
+        more
+            Function from the results so far to the smallest number of further results that are needed.
+
+        Returns
+        -------
+        list
+            Results of the first tasks, in order, until ``more`` is 0 or all tasks are done.
+        """
 
 
 class Here:
-    """One task after the other in this process."""
+    """Runs one task after the other in this process."""
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
         """See `Workers`."""
@@ -42,7 +58,10 @@ class Here:
 
 
 class Submitting:
-    """In-order consumption over anything that returns futures; subclasses say how to submit and to drop."""
+    """Takes results of futures in the order of the tasks; subclasses say how a task is submitted.
+
+    ``count`` is the number of workers.
+    """
 
     count: int
 
@@ -51,10 +70,11 @@ class Submitting:
         raise NotImplementedError
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
-        """See `Workers`; as many tasks as there are workers are under way from the start."""
+        """See `Workers`; as many tasks as there are workers run from the beginning."""
         futures: list[Any] = []
         results: list[T] = []
         while (needed := more(results)) > 0 and len(results) < len(tasks):
+            # Tasks beyond the needed ones keep all workers busy; their results are dropped where enough are done.
             ahead = min(max(self.count, len(results) + needed), len(tasks))
             futures += [self.submit(function, *task) for task in tasks[len(futures) : ahead]]
             results.append(futures[len(results)].result())
@@ -64,7 +84,7 @@ class Submitting:
 
 
 class Processes(Submitting, AbstractContextManager["Processes"]):
-    """Processes on this machine, started on first use."""
+    """Runs tasks in ``count`` processes of this machine, which start with the first task."""
 
     def __init__(self, count: int) -> None:
         self.count = count
@@ -79,6 +99,6 @@ class Processes(Submitting, AbstractContextManager["Processes"]):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop: what has not begun is dropped, what runs is ended where an error or Ctrl-C came."""
+        """Drop the tasks that have not begun; end the running ones after an error or Ctrl-C."""
         if self._pool is not None:
             self._pool.__exit__(kind, error, trace)

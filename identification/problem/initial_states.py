@@ -1,8 +1,10 @@
-"""Initial states of a run as nuisance parameters: the position always, the velocity where the run starts in motion.
+"""Initial states of a run as nuisance parameters: `Equations` and `Run` in, `Start` out.
 
-x₀ = m + w·δ with δ fitted per run. The position's m is the first sample and its w the sensor's deviation; the
-first row of the residual is its prior. The velocity's m is the measured one, else 0; its w comes from the first
-samples, and its prior is δ ~ N(0, 1).
+The initial position is always fitted, the initial velocity where the run starts in motion: x₀ = m + w·δ with δ fitted
+per run.
+
+- Position: m is the first sample, w the sensor's standard deviation; the first row of the residual is its prior.
+- Velocity: m is the measured velocity, else 0; w comes from the first samples; the prior is δ ~ N(0, 1).
 """
 
 from __future__ import annotations
@@ -16,13 +18,14 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 
 FIRST_ROWS = 9
+"""Number of rows at the beginning of a run that the parabola of the initial velocity is fitted to."""
 MOVING = 6.0
-"""Slope over its standard deviation from which a run counts as started in motion."""
+"""Initial velocity over its standard deviation above which a run counts as started in motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Start:
-    """Where a run may start.
+    """Initial state of one run as a linear function x₀ = base + w·δ of its nuisance parameters δ.
 
     Parameters
     ----------
@@ -42,14 +45,37 @@ class Start:
     prior: Array
 
     def at(self, delta: Array) -> Array:
-        """Return the initial state x₀, shape (n_x,)."""
+        """Evaluate the initial state x₀ = base + w·δ.
+
+        Parameters
+        ----------
+        delta
+            δ, shape (n_δ,).
+
+        Returns
+        -------
+        ndarray, shape (n_x,)
+        """
         x0 = self.base.copy()
         x0[list(self.states)] += self.unit * delta
         return x0
 
 
 def first_slopes(run: Run) -> tuple[Array, Array]:
-    """Return initial velocities by a parabola through the first rows, and their standard deviations [rad/s]."""
+    """Estimate the initial velocities by a parabola through the first `FIRST_ROWS` rows.
+
+    Parameters
+    ----------
+    run
+        Run with positions y [rad], shape (n_t, n_joints).
+
+    Returns
+    -------
+    velocity : ndarray, shape (n_joints,)
+        Derivative of the parabola at t = 0 [rad/s].
+    std : ndarray, shape (n_joints,)
+        Standard deviation of the velocity that the sensor's noise causes [rad/s].
+    """
     n = min(FIRST_ROWS, run.t.size)
     A = np.stack((np.ones(n), run.t[:n], run.t[:n] ** 2), axis=1)
     inverse = np.linalg.pinv(A)
@@ -57,9 +83,26 @@ def first_slopes(run: Run) -> tuple[Array, Array]:
 
 
 def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> Start:
-    """Return the nuisance parameters of ``run``: velocities join where asked for, measured, or seen at its start.
+    """Choose the nuisance parameters of a run's initial state, their units and their priors.
 
-    Equations without joints are driven by the measured motion: their nuisances are all states, of their nominal size.
+    Parameters
+    ----------
+    equations
+        Equations that are simulated.
+    run
+        Run whose first rows give positions and velocities.
+    free_velocity
+        Whether the initial velocities are fitted in any case; otherwise they are fitted where the run has measured
+        velocities, or where the slope of a joint's first rows exceeds `MOVING` standard deviations.
+
+    Returns
+    -------
+    Start
+
+    Notes
+    -----
+    Equations without joints are driven by the measured motion: all their states are fitted, in units of their nominal
+    size and with the prior δ ~ N(0, 1).
     """
     n = len(equations.joints)
     base = np.array(initial_state(equations, run))
@@ -71,6 +114,7 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
     moving = np.abs(slope) > MOVING * std
     if free_velocity or run.v is not None or bool(moving.any()):
         states += range(n, 2 * n)
+        # The prior N(0, w²) is centred at rest without measured velocities: w must then cover the slope itself.
         unit += list(np.maximum(3.0 * std, 0.3 * np.abs(base[n : 2 * n]) if run.v is not None else np.abs(slope)))
         prior += [True] * n
     return Start(base=base, states=tuple(states), unit=np.array(unit), prior=np.array(prior))

@@ -1,4 +1,4 @@
-"""Choices of a fit."""
+"""Choices of a fit: `FitOptions`, which the command, the posterior and the search for missing effects hand on."""
 
 from __future__ import annotations
 
@@ -19,29 +19,31 @@ class FitOptions:
     method
         ``slsqp`` (with a final Gauss–Newton polish) or ``gauss_newton`` throughout.
     starts
-        Most starts; fewer are made once ``agree`` of them share the best minimum at the noise.
+        Largest number of starts; fewer run once ``agree`` of them share the best minimum at the noise.
     gains
-        Observer gains L [1/s] that are gone through, the last of them 0.
+        Observer gains L [1/s] of the homotopy in their order, the last of them 0.
     seed, workers
-        Seed of the starts; processes that share them. The result does not depend on the number of processes.
+        Seed of the starts; number of processes that share them. The result does not depend on that number.
     weights
         Time weights of the first and the second half of a run.
     start
-        First start θ (n_p,); the first guesses where None.
+        First start θ, shape (n_p,); the first guesses where None.
     priors
-        Whether the parameters' priors count.
+        Whether the parameters' priors enter the cost.
     robust
         Whether the pseudo-Huber loss replaces the square.
     free_velocity
         Whether the initial velocities are fitted too (they always are where a run starts in motion).
     agree
-        How many starts must share the best minimum before the rest are left out.
+        Number of starts that must share the best minimum at the noise before no further start runs.
     tolerance
-        RMS over noise up to which a residual counts as noise.
+        RMS of the residual over the noise up to which the residual counts as noise.
     passive
         Whether passivity is demanded where the friction law has a constraint for it (LuGre: σ2 ≥ σ1·(Fs − Fc)/Fc).
     profile
         Whether profile likelihoods are followed to the ends of their 95 % intervals.
+    quiet
+        Whether the command shows no progress bar; the fit does not depend on it.
     """
 
     method: Method = "slsqp"
@@ -61,5 +63,15 @@ class FitOptions:
     quiet: bool = True
 
     def but(self, **changes: Any) -> FitOptions:
-        """Return a copy with ``changes``."""
+        """Return a copy with some options replaced.
+
+        Parameters
+        ----------
+        changes
+            New values by the option's name.
+
+        Returns
+        -------
+        FitOptions
+        """
         return FitOptions(**{**{name: getattr(self, name) for name in self.__slots__}, **changes})

@@ -1,7 +1,8 @@
-"""Scaled parameters: what an optimiser moves, against what the equations take.
+"""Scaled parameters: `Equations` in, `Scaling` out, which converts between physical and scaled parameters.
 
 s = ln p for a quantity of scale ``log``, s = (p − p₀)/w otherwise, with p₀ the first guess and w the prior's standard
-deviation, a quarter of the range, or the first guess, whichever is the first that exists.
+deviation, a quarter of the range, or the size of the first guess, in this order of preference. Optimisers move s,
+equations take p.
 """
 
 from __future__ import annotations
@@ -16,11 +17,23 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 
 WIDEST = 1e6
-"""A linear range wider than this many first guesses says nothing about the size of the quantity."""
+"""Width of a linear range, over the first guess, above which the range is not used as the size of the quantity."""
 
 
 def linear_unit(quantity: Quantity) -> float:
-    """Return the typical size w of a quantity of linear scale, in its own unit."""
+    """Choose the unit w of a quantity of linear scale.
+
+    Parameters
+    ----------
+    quantity
+        Quantity with first guess, bounds and perhaps a prior.
+
+    Returns
+    -------
+    float
+        The prior's standard deviation, else a quarter of the range, else the size of the first guess (1 where that is
+        0), in the quantity's own unit.
+    """
     if quantity.prior is not None:
         return quantity.prior.std
     span = quantity.upper - quantity.lower
@@ -35,13 +48,13 @@ class Scaling:
     Parameters
     ----------
     equations
-        Whose parameters these are.
+        Equations that the parameters belong to.
     free
         Indices of the parameters that are fitted, ascending, shape (n_free,).
     log
-        Which of them are logarithms, shape (n_free,).
+        Whether a free parameter is scaled by its logarithm, shape (n_free,).
     centre, unit
-        p₀ and w of the linear ones (0 and 1 of the logarithms), shape (n_free,).
+        p₀ and w of the parameters of linear scale (0 and 1 of the logarithms), shape (n_free,).
     """
 
     equations: Equations
@@ -52,7 +65,17 @@ class Scaling:
 
     @classmethod
     def of(cls, equations: Equations) -> Scaling:
-        """Scale every parameter that is not fixed."""
+        """Scale every parameter that is not fixed.
+
+        Parameters
+        ----------
+        equations
+            Equations with bounds, priors and first guesses.
+
+        Returns
+        -------
+        Scaling
+        """
         free = tuple(i for i, q in enumerate(equations.parameters) if not q.fixed)
         chosen = [equations.parameters[i] for i in free]
         return cls(
@@ -79,42 +102,87 @@ class Scaling:
         return np.array([q.initial for q in self.equations.parameters])
 
     def scaled(self, theta: Array) -> Array:
-        """Return s (n_free,) of the parameters theta (n_p,)."""
+        """Convert physical into scaled parameters.
+
+        Parameters
+        ----------
+        theta
+            All parameters in their units, shape (n_p,).
+
+        Returns
+        -------
+        ndarray, shape (n_free,)
+            s; −∞ for a logarithm of 0.
+        """
         p = np.asarray(theta, dtype=np.float64)[list(self.free)]
+        # Both branches of `where` are evaluated: a linear parameter of 0 or below would warn in the logarithm.
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.log, np.log(p), (p - self.centre) / self.unit)
 
     def physical(self, s: Array) -> Array:
-        """Return theta (n_p,) of s (n_free,); the fixed parameters keep their first guesses.
+        """Convert scaled into physical parameters.
 
-        Rounding takes no parameter beyond its bounds.
+        Parameters
+        ----------
+        s
+            Scaled parameters, shape (n_free,).
+
+        Returns
+        -------
+        ndarray, shape (n_p,)
+            θ in physical units, clipped to the bounds; the fixed parameters keep their first guesses.
         """
         theta = self.initial
         with np.errstate(over="ignore"):
             moved = np.where(self.log, np.exp(s), self.centre + self.unit * s)
         lower, upper = np.array([(q.lower, q.upper) for q in self.quantities]).reshape(-1, 2).T
+        # exp(ln p) may miss a bound by rounding: no parameter leaves its bounds.
         theta[list(self.free)] = np.clip(moved, lower, upper)
         return theta
 
     def slope(self, theta: Array) -> Array:
-        """Return dp/ds of the free parameters at theta, shape (n_free,)."""
+        """Differentiate the physical by the scaled parameters.
+
+        Parameters
+        ----------
+        theta
+            All parameters in their units, shape (n_p,).
+
+        Returns
+        -------
+        ndarray, shape (n_free,)
+            dp/ds: p for a logarithm, w otherwise.
+        """
         return np.where(self.log, theta[list(self.free)], self.unit)
 
     @property
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of s, shape (n_free,) each; infinite where there is none."""
+        """Lower and upper bounds of s, shape (n_free,) each; infinite where a parameter has none."""
         lower, upper = self.initial, self.initial
         for i, q in zip(self.free, self.quantities, strict=True):
             lower[i], upper[i] = q.lower, q.upper
         return self.scaled(lower), self.scaled(upper)
 
     def orderings(self) -> tuple[Array, Array]:
-        """Return A (n, n_free) and b (n,) with A·s ≥ b where pairs of parameters must keep their order."""
+        """Write the orderings of pairs of parameters as linear inequalities A·s ≥ b.
+
+        Returns
+        -------
+        A : ndarray, shape (n_orderings, n_free)
+            Coefficients; orderings between fixed parameters are left out.
+        b : ndarray, shape (n_orderings,)
+            Limits.
+
+        Notes
+        -----
+        Two parameters of linear scale keep p_a ≥ p_b as it stands, two logarithms keep ln p_a ≥ ln p_b.
+        """
         rows, limits = [], []
         for above, below in self.equations.orderings:
             row, limit = np.zeros(len(self.free)), 0.0
             for id, sign in ((above, 1.0), (below, -1.0)):
                 quantity = self.equations.parameter(id)
+                # A fixed parameter is a constant: it moves to the right-hand side.
                 if quantity.fixed:
                     limit -= sign * (math.log(quantity.initial) if quantity.scale == "log" else quantity.initial)
                     continue

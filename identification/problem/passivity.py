@@ -1,6 +1,7 @@
-"""Passivity of friction as a constraint, on request, where the law asks for one: LuGre does (σ2 ≥ σ1·(Fs − Fc)/Fc).
+"""Passivity of friction as a constraint of the optimiser: `Problem` in, constraint in SLSQP's form out.
 
-Measured joints need not obey it, so fits leave it out unless asked.
+A friction law may state an expression that must not be negative; LuGre states σ2 ≥ σ1·(Fs − Fc)/Fc. Measured joints
+need not obey it, so fits apply the constraint on request only.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from haptid.model.friction.registry import law_named
 
 @cache
 def _formula(friction: str) -> tuple[tuple[str, ...], Callable[..., Any]]:
-    """Return the ids that a law's constraint has, and the function of them that gives it and its slopes."""
+    """Return the parameter ids in a law's constraint, and a function of their values for constraint and gradient."""
     expression = law_named(friction).passivity
     if expression is None:
         return (), lambda: ()
@@ -30,7 +31,22 @@ def _formula(friction: str) -> tuple[tuple[str, ...], Callable[..., Any]]:
 
 
 def margin(equations: Equations, theta: Array) -> tuple[Array, Array]:
-    """Return what must not be negative, one number for each joint whose law asks for it, and its gradient (n, n_p)."""
+    """Evaluate the passivity constraint of every joint whose friction law states one.
+
+    Parameters
+    ----------
+    equations
+        Equations of the joints.
+    theta
+        Parameters, shape (n_p,).
+
+    Returns
+    -------
+    value : ndarray, shape (n,)
+        Constraint expressions, passive where not negative; n counts the joints whose law states a constraint.
+    gradient : ndarray, shape (n, n_p)
+        Derivatives by the parameters.
+    """
     place = {q.id: i for i, q in enumerate(equations.parameters)}
     values, gradients = [], []
     for joint, friction in zip(equations.joints, equations.friction, strict=True):
@@ -48,7 +64,22 @@ def margin(equations: Equations, theta: Array) -> tuple[Array, Array]:
 
 
 def passivity(problem: Problem, point: Callable[[Array], Array], tangent: Callable[[Array], Array]) -> dict[str, Any]:
-    """Return the constraint in SLSQP's form, for variables w with x = point(w), dx/dw = tangent(w)."""
+    """Build the passivity constraint for SciPy's SLSQP.
+
+    Parameters
+    ----------
+    problem
+        Problem with the unknowns x.
+    point
+        Map from the optimiser's variables w to the unknowns x, both shape (n,).
+    tangent
+        dx/dw, shape (n, n).
+
+    Returns
+    -------
+    dict
+        Inequality constraint with value and Jacobian as functions of w.
+    """
     scaling, n = problem.scaling, problem.n_parameters
 
     def value(w: Array) -> Array:

@@ -1,4 +1,6 @@
-"""The least-squares problem of a fit: scaled parameters and initial states in, whitened residuals and Jacobian out.
+"""The least-squares problem of a fit: `Simulator`, `Run`s and `FitOptions` in, `Problem` out.
+
+A `Problem` maps the unknowns x to whitened residuals r and their Jacobian (`Blocks`); its cost is ‖r‖².
 
 x = (s, δ₁, …, δ_K): scaled parameters (`Scaling`), then the initial states of each run (`Start`).
 r = (√λ·(y_meas − y_sim)/σ for every row, run and joint; velocity priors δ; parameter priors (p − mean)/std).
@@ -24,16 +26,16 @@ from haptid.support.processes.threads import map_threads
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Blocks:
-    """Residuals of the runs apart from those of the priors: the whitened rows keep their order in time.
+    """Whitened residuals by run, in the order of time, and residuals of the priors.
 
     Parameters
     ----------
     rows
-        Per run r (n_t, n_y).
+        Residuals √λ·(y_meas − y_sim)/σ by run, shape (n_t, n_y) each.
     jacobians
-        Per run ∂r/∂x (n_t, n_y, n), or None where not asked for.
+        ∂r/∂x by run, shape (n_t, n_y, n) each, or None without derivatives.
     prior, prior_jacobian
-        Residuals of the priors (n_prior,) and their Jacobian (n_prior, n).
+        Residuals of the priors, shape (n_prior,), and their Jacobian, shape (n_prior, n).
     """
 
     rows: tuple[Array, ...]
@@ -55,7 +57,23 @@ class Blocks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """Runs to fit by one simulator; picklable, so that starts can run in other processes."""
+    """Least-squares problem of some runs and one simulator; picklable, so that starts can run in other processes.
+
+    Parameters
+    ----------
+    simulator
+        Model that simulates the runs.
+    scaling
+        Free parameters of the simulator's equations and their scales.
+    runs
+        Runs whose residuals count.
+    starts
+        Initial states of the runs as nuisance parameters.
+    roots
+        Roots √λ of the time weights by run, shape (n_t,) each.
+    options
+        Choices of the fit: weights, priors, loss, gains.
+    """
 
     simulator: Simulator
     scaling: Scaling
@@ -68,7 +86,26 @@ class Problem:
 
     @classmethod
     def of(cls, simulator: Simulator, runs: tuple[Run, ...], options: FitOptions) -> Problem:
-        """Lay out the unknowns of ``runs``, all of which count."""
+        """Build the problem: scale the parameters, choose the initial states and weight the rows.
+
+        Parameters
+        ----------
+        simulator
+            Model that simulates the runs.
+        runs
+            Runs to fit, whatever their ``use``.
+        options
+            Choices of the fit.
+
+        Returns
+        -------
+        Problem
+
+        Raises
+        ------
+        InputError
+            Where a run has a joint without sensor noise and resolution, because residuals are divided by their σ.
+        """
         equations = simulator.equations
         for run in runs:
             if not bool(np.all(run.sensor_std > 0)):
@@ -99,30 +136,38 @@ class Problem:
 
     @property
     def weight(self) -> float:
-        """Σλ over all rows and joints: the cost divided by it is the weighted mean square over the noise."""
+        """Sum Σλ of the weights over rows and joints; cost/Σλ is the weighted mean square over the noise."""
         return float(sum((root**2).sum() * run.y.shape[1] for root, run in zip(self.roots, self.runs, strict=True)))
 
     def slices(self) -> tuple[slice, ...]:
-        """Return where the initial states of each run lie in x."""
+        """Return the slice of x that holds the initial state of each run, in the order of the runs."""
         edges = np.cumsum([self.n_parameters, *(len(start.states) for start in self.starts)])
         return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
 
     def theta(self, x: Array) -> Array:
-        """Return the physical parameters, shape (n_p,)."""
+        """Return the physical parameters θ (n_p,) of the unknowns x (n,)."""
         return self.scaling.physical(x[: self.n_parameters])
 
     def x0(self, x: Array) -> tuple[Array, ...]:
-        """Return the initial state of every run."""
+        """Return the initial state of every run, shape (n_x,) each, of the unknowns x (n,)."""
         return tuple(start.at(x[part]) for start, part in zip(self.starts, self.slices(), strict=True))
 
     def first(self, theta: Array) -> Array:
-        """Return x at the parameters theta with every run started at its first sample."""
+        """Return the unknowns x (n,) at the parameters theta (n_p,), with every run started at δ = 0."""
         x = np.zeros(self.size)
         x[: self.n_parameters] = self.scaling.scaled(theta)
         return x
 
     def constraints(self) -> tuple[Array, Array]:
-        """Return A, b of A·x ≥ b: finite bounds and orderings."""
+        """Write finite bounds and orderings as linear inequalities A·x ≥ b.
+
+        Returns
+        -------
+        A : ndarray, shape (n_c, n)
+            Coefficients; those of initial states are 0.
+        b : ndarray, shape (n_c,)
+            Limits.
+        """
         lower, upper = self.scaling.bounds
         eye = np.eye(self.n_parameters)
         order, limit = self.scaling.orderings()
@@ -132,7 +177,21 @@ class Problem:
         return np.pad(A, ((0, 0), (0, self.size - self.n_parameters))), b
 
     def blocks(self, x: Array, gain: float = 0.0, *, jacobian: bool = True) -> Blocks:
-        """Simulate every run at x with observer gain ``gain`` [1/s]."""
+        """Simulate every run at x and form whitened residuals and their Jacobian.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+        gain
+            Observer gain L [1/s]; 0 simulates freely.
+        jacobian
+            Whether the simulator's sensitivities are used to form ∂r/∂x.
+
+        Returns
+        -------
+        Blocks
+        """
         theta = self.theta(x)
         slope = self.scaling.slope(theta)
         rows, jacobians = [], []
@@ -141,6 +200,7 @@ class Problem:
             scale = root[:, None] / run.sensor_std
             r = scale * (run.y - y.y[:, : run.y.shape[1]])
             outer = np.ones_like(r)
+            # The loss turns residuals in units of the noise, so that it comes after the whitening.
             if self.options.robust:
                 r, outer = pseudo_huber(r)
             rows.append(r)
@@ -168,6 +228,7 @@ class Problem:
         return map_threads(one, self.runs, self.x0(x), threads=self.threads)
 
     def _priors(self, x: Array, theta: Array, slope: Array) -> tuple[Array, Array]:
+        """Return residuals (p − mean)/std of parameters and δ of initial states with a prior, and their Jacobian."""
         residuals, rows = [], []
         for k, (i, q) in enumerate(zip(self.scaling.free, self.scaling.quantities, strict=True)):
             if self.options.priors and q.prior is not None:

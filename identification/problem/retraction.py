@@ -1,4 +1,4 @@
-"""Steps along the valley of a spring and its equilibrium position.
+"""Steps along the valley of a spring and its equilibrium position: `Problem` in, `Retraction` out.
 
 Data fix the spring's torque at q = 0, o = Ks·epos, far better than Ks and epos apart, and gravity shares it: a straight
 step in (Ks, epos) changes o by ΔKs·Δepos and climbs out of the valley. A step d therefore moves Ks and o linearly, with
@@ -19,12 +19,22 @@ from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array
 
 LEAST = 1e-9
-"""Least spring, as a share of its typical size, at which its equilibrium position still moves with it."""
+"""Smallest stiffness, over its scale w, at which the equilibrium position still follows the step in stiffness."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spring:
-    """Places of Ks and epos among the unknowns, and their scales: p = centre + unit·s."""
+    """Indices of Ks and epos among the unknowns, and their scales: p = centre + unit·s.
+
+    Parameters
+    ----------
+    stiffness, position
+        Indices of Ks and epos in x.
+    stiffness_centre, stiffness_unit
+        Centre and unit of Ks [N m/rad].
+    position_centre, position_unit
+        Centre and unit of epos [rad].
+    """
 
     stiffness: int
     position: int
@@ -34,7 +44,7 @@ class Spring:
     position_unit: float
 
     def physical(self, x: Array) -> tuple[float, float]:
-        """Return Ks and epos."""
+        """Return Ks [N m/rad] and epos [rad] of the unknowns x (n,)."""
         return (
             self.stiffness_centre + self.stiffness_unit * float(x[self.stiffness]),
             self.position_centre + self.position_unit * float(x[self.position]),
@@ -43,14 +53,32 @@ class Spring:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Retraction:
-    """How the unknowns of a problem move, and what bounds their steps."""
+    """Moves the unknowns of a problem along curved valleys and bounds the steps.
+
+    Parameters
+    ----------
+    problem
+        Problem with the unknowns x (n,).
+    springs
+        Springs whose stiffness and equilibrium position are moved together.
+    """
 
     problem: Problem
     springs: tuple[Spring, ...]
 
     @classmethod
     def of(cls, problem: Problem) -> Retraction:
-        """Find the springs whose stiffness and equilibrium position are both free and of linear scale."""
+        """Find the springs whose stiffness and equilibrium position are both free and of linear scale.
+
+        Parameters
+        ----------
+        problem
+            Problem whose parameters are searched by id (``Ks…`` with ``epos…``).
+
+        Returns
+        -------
+        Retraction
+        """
         scaling = problem.scaling
         place = {id: k for k, id in enumerate(scaling.ids) if not scaling.log[k]}
         springs = []
@@ -63,10 +91,22 @@ class Retraction:
         return cls(problem=problem, springs=tuple(springs))
 
     def move(self, x: Array, d: Array) -> Array:
-        """Return x moved along d."""
+        """Move the unknowns along a step.
+
+        Parameters
+        ----------
+        x, d
+            Unknowns and step, shape (n,).
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            x + d, with epos⁺ = (Ks·epos + Ks·d_e + epos·d_K)/Ks⁺ for every spring.
+        """
         y = x + d
         for spring in self.springs:
             (K, e), (after, _) = spring.physical(x), spring.physical(y)
+            # Without a stiffness above 0, before and after, the quotient has no meaning: the step stays straight.
             if min(K, after) > LEAST * spring.stiffness_unit:
                 d_K, d_e = after - K, spring.position_unit * float(d[spring.position])
                 y[spring.position] = (
@@ -75,7 +115,18 @@ class Retraction:
         return y
 
     def slope(self, x: Array, d: Array) -> Array:
-        """Return ∂move(x, d)/∂d, shape (n, n)."""
+        """Differentiate `move` by the step.
+
+        Parameters
+        ----------
+        x, d
+            Unknowns and step, shape (n,).
+
+        Returns
+        -------
+        ndarray, shape (n, n)
+            ∂move(x, d)/∂d.
+        """
         result, y = np.eye(x.size), self.move(x, d)
         for spring in self.springs:
             (K, e), (after, now) = spring.physical(x), spring.physical(y)
@@ -86,8 +137,22 @@ class Retraction:
         return result
 
     def constraints(self, x: Array) -> tuple[Array, Array]:
-        """Return A and slack (≤ 0) of A·d ≥ slack: bounds and orderings of the moved unknowns."""
+        """Write bounds and orderings of the moved unknowns as linear inequalities A·d ≥ slack of the step.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        A : ndarray, shape (n_c, n)
+            Coefficients.
+        slack : ndarray, shape (n_c,)
+            Limits, none above 0.
+        """
         A, b = self.problem.constraints()
+        # Where rounding has x beyond a bound, slack 0 keeps d = 0 feasible.
         A, slack = A.copy(), np.minimum(b - A @ x, 0.0)
         for spring in self.springs:
             stiffness = spring.physical(x)[0]

@@ -1,4 +1,7 @@
-"""Time weights of a run's rows (Tam, Kubica & Wang 2005, eq. 3): the first half, with its transients, counts less."""
+"""Time weights: `Run` in, weight of every row out (Tam, Kubica & Wang 2005, eq. 3).
+
+The first half of a run, with its transients, has the smaller weight.
+"""
 
 from __future__ import annotations
 
@@ -11,12 +14,22 @@ PAPER = (0.5, 1.0)
 
 
 def time_weights(run: Run, halves: tuple[float, float] = PAPER) -> Array:
-    """Return λ, shape (n_t,): ``halves[0]`` up to half of the run's time, ``halves[1]`` after.
+    """Weight the squared residuals of a run's rows.
 
-    The first row has weight 1 whatever the halves: it is the prior N(y[0], σ²) of the fitted initial position. Other
-    rows before ``score_from`` weigh nothing.
+    Parameters
+    ----------
+    run
+        Run with times t [s] and its first scored row.
+    halves
+        Weights of the first and the second half of the run's time.
+
+    Returns
+    -------
+    ndarray, shape (n_t,)
+        λ ≥ 0. The first row has weight 1 whatever ``halves`` says; other rows before ``run.score_from`` have weight 0.
     """
     weights = np.where(run.t <= 0.5 * run.t[-1], halves[0], halves[1])
     weights[: run.score_from] = 0.0
+    # The first row is the prior N(y[0], σ²) of the fitted initial position: it has weight 1 and is never left out.
     weights[0] = 1.0
     return weights

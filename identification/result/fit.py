@@ -1,4 +1,7 @@
-"""The result of a fit: frozen values that uncertainty, the search for missing effects and the report build on."""
+"""The result of a fit: `Fit`, which uncertainty, the search for missing effects and the report take in.
+
+All values are frozen: equations, estimates, covariance, scores of the runs, minima and statuses.
+"""
 
 from __future__ import annotations
 
@@ -15,18 +18,20 @@ from haptid.model.equations.equations import Equations
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunScore:
-    """How well one run is simulated.
+    """Score of one run.
 
     Parameters
     ----------
+    file, use
+        File of the run, and its use: ``fit`` or ``validate``.
     rmse
         RMS of (measured − simulated) per joint [rad], shape (n_joints,).
     over_noise
         RMS of (measured − simulated)/σ over rows and joints; σ = √(noise² + resolution²/12).
     nrmse
-        RMS over the range of the measured position, the largest of the joints.
+        RMS of (measured − simulated) over the range of the measured position, the largest of the joints.
     x0
-        Initial state that was used; its position is fitted with the prior N(y[0], σ²).
+        Initial state of the simulation, shape (n_x,); its position is fitted with the prior N(y[0], σ²).
     """
 
     file: str
@@ -44,7 +49,19 @@ class RunScore:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Basin:
-    """A minimum that some starts reached: RMS over the noise, which starts, parameters (n_p,), simulations spent."""
+    """Minimum that one or several starts reached.
+
+    Parameters
+    ----------
+    over_noise
+        Root of the weighted mean square of the residual over the noise at the minimum.
+    starts
+        Numbers of the starts, from 0.
+    theta
+        Parameters at the minimum, shape (n_p,).
+    simulations
+        Number of simulated runs of these starts.
+    """
 
     over_noise: float
     starts: tuple[int, ...]
@@ -54,7 +71,15 @@ class Basin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Combination:
-    """Σ coefficient·parameter (linearised at the estimate) that the data know where its members alone stay open."""
+    """Identifiable combination Σ coefficient·parameter, linearised at the estimate.
+
+    Parameters
+    ----------
+    coefficients
+        Coefficient by id of the members, which the data do not identify alone; the largest member has 1.
+    value, std
+        Value and standard deviation of the sum, in the unit of the largest member.
+    """
 
     coefficients: Mapping[str, float]
     value: float
@@ -63,7 +88,7 @@ class Combination:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interval:
-    """Ends of a 95 % interval in the parameter's unit; None where its bound, or nothing, ends it."""
+    """95 % interval of a parameter, in its unit; an end is None where a bound ends the interval or no end was found."""
 
     lower: float | None
     upper: float | None
@@ -71,29 +96,46 @@ class Interval:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fit:
-    """An identified configuration.
+    """Fit of one configuration.
 
     Parameters
     ----------
     equations
-        What was fitted, with bounds and priors.
+        Equations that were fitted, with bounds and priors.
     theta
         All parameters in the order of ``equations.parameters``, shape (n_p,).
     free
         Ids of the fitted parameters.
     covariance
-        Of the fitted parameters in physical units, shape (n_free, n_free), residual correlation taken into account.
+        Covariance of the fitted parameters in physical units, shape (n_free, n_free), residual correlation taken into
+        account.
     information
         Fisher information of the data alone about the fitted parameters (no priors), shape (n_free, n_free), divided by
         the residual's excess over the noise and by its correlation time.
     cost
         Weighted mean square of residual over noise at the minimum; 1 is the noise.
+    outcome
+        How the fit ended.
+    basins
+        Minima that the starts reached, the best first.
+    starts
+        Number of starts that ran.
     x0
         Fitted initial state of every run by file.
     sigma
         Sensor standard deviation used, by file, shape (n_joints,) each.
     correlation_time
         Integrated autocorrelation time of the residuals, in rows; 1 is white.
+    simulations, wall_s
+        Number of simulated runs, and duration of the fit [s].
+    statuses
+        ``identified``, ``unidentifiable``, ``prior``, ``at_bound`` or ``fixed`` by id.
+    combinations
+        Identifiable combinations of parameters that the data do not identify alone.
+    warnings, notes
+        Sentences on missing excitation; sentences on runs and strategy.
+    runs
+        Scores of fitted and validation runs.
     observer_gain
         Gain [1/s] with which the measured position was fed back in the residuals and scores; 0 for a free simulation.
     profiles
@@ -137,16 +179,31 @@ class Fit:
 
     @property
     def values(self) -> dict[str, float]:
-        """Parameters by id."""
+        """Estimates of all parameters by id, in their units."""
         return {q.id: float(v) for q, v in zip(self.equations.parameters, self.theta, strict=True)}
 
     def index(self, id: str) -> int:
-        """Return the place of a parameter in ``theta``; KeyError where there is none."""
+        """Find the place of a parameter in ``theta``.
+
+        Parameters
+        ----------
+        id
+            Id of the parameter.
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        KeyError
+            Where the equations have no such parameter.
+        """
         for i, quantity in enumerate(self.equations.parameters):
             if quantity.id == id:
                 return i
         raise KeyError(id)
 
     def but(self, **changes: Any) -> Fit:
-        """Return a copy with ``changes``."""
+        """Return a copy with the fields that ``changes`` names replaced."""
         return replace(self, **changes)

@@ -1,4 +1,4 @@
-"""How a fit ended, in words."""
+"""Outcome of a fit: basins and residuals over the noise in, one `Outcome` with its sentence out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Outcome(Enum):
-    """Sentences; the name goes into files, the value to the reader."""
+    """How a fit ended: the name goes into files, the value is the sentence for the reader."""
 
     CONVERGED = "converged: several starts agree on the best minimum, and what is left is the sensor's noise"
     ABOVE_NOISE = (
@@ -49,39 +49,45 @@ class Outcome(Enum):
 
     @property
     def label(self) -> str:
-        """The short form used in files: ``converged``, ``above_noise``, …."""
+        """Short form in files: ``converged``, ``above_noise``, …."""
         return self.name.lower()
 
 
 ROWS_PER_PARAMETER = 10
-"""Rows of the fitted runs for each fitted parameter, below which nothing is concluded from a residual."""
+"""Readings of the fitted runs per fitted parameter, below which nothing is concluded from a residual."""
 EXPLAINED = 0.5
-"""RMS of the residual over the RMS of the motion about its mean, from which a model counts as explaining nothing."""
+"""RMS of the residual over the RMS of the motion about its mean, above which a model counts as explaining nothing."""
 UNSEEN_ABOVE = 1.2
-"""Times the tolerance that runs which no fit saw may reach: a run's own noise varies about the pooled one."""
+"""Factor on the tolerance for runs that no fit saw: a run's own noise varies about the pooled one."""
 
 
 def outcome_of(
     reached: int, rms_over_noise: float, tolerance: float, *, unseen: float, rows: int, parameters: int
 ) -> Outcome:
-    """Return how a fit ended.
+    """Judge how a fit ended.
 
     Parameters
     ----------
     reached
-        Starts in the best basin.
+        Number of starts in the best basin.
     rms_over_noise, unseen
         RMS of the residual over the noise: of the fitted runs, and the largest of runs that no fit saw (0 for none).
     tolerance
-        RMS over noise up to which only the noise is left.
+        RMS of the residual over the noise up to which the residual counts as noise.
     rows, parameters
-        Readings of the fitted runs, and how many parameters they determine.
+        Number of readings of the fitted runs, and of fitted parameters.
+
+    Returns
+    -------
+    Outcome
     """
+    # The order matters: without free parameters or with too few rows, no later comparison means anything.
     if parameters == 0:
         return Outcome.FIXED
     if rows < ROWS_PER_PARAMETER * parameters:
         return Outcome.TOO_FEW_ROWS
     quiet = rms_over_noise <= tolerance
+    # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.
     if quiet and not unseen <= UNSEEN_ABOVE * tolerance:
         return Outcome.UNSEEN
     if reached > 1:
@@ -90,15 +96,23 @@ def outcome_of(
 
 
 def with_cause(outcome: Outcome, *, over_motion: float, excited: bool) -> Outcome:
-    """Return the outcome, or what lies behind it where a residual above the noise has a plainer cause.
+    """Replace an outcome above the noise by its plain cause, where there is one.
 
     Parameters
     ----------
+    outcome
+        Outcome as `outcome_of` judged it.
     over_motion
         RMS of the residual over that of the motion about its mean, in the fitted runs.
     excited
         Whether the torque changes in some fitted run.
+
+    Returns
+    -------
+    Outcome
+        ``outcome`` itself where the residual is at the noise or no plain cause is seen.
     """
+    # Without a changing torque a model cannot explain the motion: this cause comes before `UNEXPLAINED`.
     if outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY):
         return outcome
     if not excited:

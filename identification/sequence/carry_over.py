@@ -1,8 +1,8 @@
-"""What earlier configurations found, carried into the next: coefficients as priors, joint parameters as starts.
+"""Results of earlier configurations in the next one: `Equations` and `LinkBelief` in, `Equations` with priors out.
 
-Coefficients of different configurations are linear in the same inertial parameters π; a Gaussian over π
-(`LinkBelief`) takes in what the data of one test say alone and predicts the coefficients of the next. Springs and
-friction of a joint start at what its own test found; they get no prior from it, so that the coupled test is free to
+Coefficients of different configurations are linear in the same inertial parameters π: a Gaussian over π (`LinkBelief`)
+is updated with the data of one test alone and predicts the coefficients of the next, as priors. Springs and friction of
+a joint start at the estimates of the joint's own test; they get no prior from it, so that the coupled test is free to
 disagree.
 """
 
@@ -20,9 +20,10 @@ from haptid.model.rigid_body.locked_dynamics import Coefficient
 from haptid.support.linear_algebra import profiled
 
 LEAST = 1e-6
-"""Least information of a measured coefficient, as a share of its prior's."""
+"""Smallest information of a measured coefficient, as a share of its prior's information."""
 CAUTION = 3.0
-"""A carried prior is this much wider than the belief: tests on different days agree less well than their noise says."""
+"""Standard deviation of a carried prior over that of the belief: tests on different days agree less well than their
+noise says."""
 
 
 def carry_over(
@@ -32,14 +33,25 @@ def carry_over(
     found: Mapping[str, float],
     stated: Sequence[str] = (),
 ) -> Equations:
-    """Return the equations with the belief as prior of the coefficients and found values as first guesses.
+    """Set priors of the coefficients from the belief, and first guesses from earlier fits.
 
     Parameters
     ----------
+    equations
+        Equations of the next configuration.
+    belief
+        Gaussian belief over π from the earlier configurations.
+    coefficients
+        Coefficients of the next configuration, linear in π.
     found
         Values by id of joint parameters that earlier configurations fitted.
     stated
-        Ids that the campaign itself states: they stay as they are.
+        Ids with an entry in the campaign, which stay as they are.
+
+    Returns
+    -------
+    Equations
+        With the prior N(A·π, `CAUTION`²·A·P·Aᵀ) of each coefficient, no wider than its prior before.
     """
     changes: dict[str, dict[str, object]] = {}
     if coefficients:
@@ -62,8 +74,22 @@ def _prior(q: Quantity, mean: float, std: float) -> dict[str, object]:
 
 
 def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement:
-    """Return what the data of a fit say of its coefficients, the fit's priors taken out again.
+    """Remove the priors from the estimates of a fit's coefficients.
 
+    Parameters
+    ----------
+    fit
+        Fit with estimates, information of the data, and priors.
+    coefficients
+        Coefficients of the configuration; those that were not fitted are left out.
+
+    Returns
+    -------
+    Measurement
+        Values y, shape (n,), and covariance I⁻¹, shape (n, n), from the data alone.
+
+    Notes
+    -----
     With I the data's information about the coefficients (all other parameters profiled) and P⁻¹ that of the priors, the
     estimate θ obeys I·(θ − y) = −P⁻¹·(θ − m), hence y = θ + I⁻¹·P⁻¹·(θ − m).
     """
@@ -75,6 +101,7 @@ def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement
     mean = np.array([q.prior.mean if q.prior else 0.0 for q in quantities])
     theta = np.array([fit.values[c.id] for c in chosen])
     floor = LEAST * np.array([1.0 / c.prior_std**2 if c.prior_std > 0 else 1e-12 for c in chosen])
+    # The fit has divided its information by this product: the prior's information is divided alike.
     inflated = max(fit.cost, 1.0) * max(fit.correlation_time, 1.0)
     covariance = np.linalg.inv(information + np.diag(floor))
     values = theta + covariance @ (prior / inflated * (theta - mean))

@@ -1,4 +1,4 @@
-"""Which configurations of a campaign are fitted, and in which order."""
+"""Configurations of a campaign in the order of their fits: `Campaign` and `Device` in, `Configuration`s out."""
 
 from __future__ import annotations
 
@@ -15,9 +15,18 @@ from haptid.support.errors import InputError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
-    """Free joints, the posture of the locked ones [rad], and the runs made in it.
+    """Free joints, posture of the locked joints, and the runs that were recorded in it.
 
-    `number` counts the postures in which these joints were tested, from 1.
+    Parameters
+    ----------
+    free_joints
+        Numbers of the free joints.
+    posture
+        Positions of the locked joints [rad], one entry per joint of the device.
+    runs
+        Runs of this configuration, whatever their use.
+    number
+        Number of the posture among those in which these joints were tested, from 1.
     """
 
     free_joints: tuple[int, ...]
@@ -34,13 +43,13 @@ class Configuration:
 
     @property
     def anchor(self) -> str:
-        """The name without signs that a link would escape."""
+        """Name for links in the report, of letters, digits and a hyphen."""
         joined = "joints" + "".join(map(str, self.free_joints))
         return joined if self.number == 1 else f"{joined}-{self.number}"
 
     @property
     def locked(self) -> str:
-        """Where the locked joints are, as a clause; empty where all are at home."""
+        """Positions of the locked joints [rad] as a sentence; empty where all positions are 0."""
         if not any(self.posture):
             return ""
         places = [f"{j} at {x:+.3g}" for j, x in enumerate(self.posture) if j not in self.free_joints]
@@ -48,7 +57,20 @@ class Configuration:
 
 
 def order_of(campaign: Campaign, device: Device | None) -> tuple[tuple[int, ...], ...]:
-    """Return the sets of free joints that have runs to fit: the device's locking order, then what it does not list."""
+    """List the sets of free joints that have runs to fit, in the order of their fits.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs.
+    device
+        Device with its locking order; None for a single joint.
+
+    Returns
+    -------
+    tuple of tuple of int
+        Sets in the device's locking order, then those that the locking order does not have, as the campaign lists them.
+    """
     fitted = [joints for joints in campaign.configurations if campaign.runs_of(joints, "fit")]
     planned = [stage.free for stage in locking_order(device).stages] if device is not None else []
     return tuple([joints for joints in planned if joints in fitted] + [j for j in fitted if j not in planned])
@@ -57,17 +79,25 @@ def order_of(campaign: Campaign, device: Device | None) -> tuple[tuple[int, ...]
 def configurations_of(
     campaign: Campaign, device: Device | None, joints: Sequence[int] | None = None
 ) -> tuple[Configuration, ...]:
-    """Return the configurations to fit; one that was tested in several postures is one for each.
+    """List the configurations to fit, one for every set of free joints and posture.
 
     Parameters
     ----------
+    campaign
+        Campaign with the runs.
+    device
+        Device with its locking order; None for a single joint.
     joints
-        Only configurations of these joints; all where None.
+        Joints that the free joints of a configuration must be among; all configurations where None.
+
+    Returns
+    -------
+    tuple of Configuration
 
     Raises
     ------
     InputError
-        Where nothing is left.
+        Where one of ``joints`` has no run to fit, or no configuration matches.
     """
     order = order_of(campaign, device)
     chosen = [free for free in order if joints is None or set(free) <= set(joints)]

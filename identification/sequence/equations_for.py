@@ -1,4 +1,7 @@
-"""The equations of one configuration of a campaign: from the device or from the data, with what the campaign states."""
+"""The equations of one configuration: `Campaign` and `Device` in, `Equations` out, with the campaign's entries.
+
+First guesses come from the device, or from the data of a single joint.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,18 @@ from haptid.support.errors import NumericalError
 
 
 def device_of(campaign: Campaign) -> Device | None:
-    """Return the campaign's device with the friction laws that the campaign names, or None for ``single_joint``."""
+    """Load the campaign's device with the friction laws that the campaign names.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the name of its device and the friction law by joint.
+
+    Returns
+    -------
+    Device or None
+        None for ``single_joint``.
+    """
     if campaign.device == SINGLE_JOINT:
         return None
     return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
@@ -32,9 +46,22 @@ def equations_for(
     free_joints: Sequence[int],
     posture: Sequence[float] | None = None,
 ) -> Equations:
-    """Return the equations of ``free_joints``, the others locked at ``posture`` (that of the first run where None).
+    """Build the equations of one configuration with first guesses, bounds and priors.
 
-    First guesses are the device's, or come from the data for ``single_joint``; ``[joint.J.parameters]`` overrules them.
+    Parameters
+    ----------
+    campaign
+        Campaign with runs and the entries ``[joint.J.parameters]``, which overrule all first guesses.
+    device
+        Device with first guesses; where None, the single joint's first guesses come from its runs.
+    free_joints
+        Numbers of the free joints.
+    posture
+        Positions of the locked joints [rad]; that of the first run where None.
+
+    Returns
+    -------
+    Equations
     """
     joints = tuple(sorted(free_joints))
     runs = campaign.runs_of(joints)
@@ -47,6 +74,7 @@ def equations_for(
     if len(joints) == 1:
         return overridden(equations, given[joints[0]], joints[0], where=places(campaign, joints[0]))
     for j in joints:
+        # Coupled equations have other inertial parameters than a joint alone: entries that they lack are skipped.
         known = {id: entry for id, entry in given[j].items() if _has(equations, f"{id}_{j}")}
         equations = overridden(equations, known, j, suffix=f"_{j}", where=places(campaign, j))
     return equations
@@ -65,7 +93,20 @@ def _single(joint: int, runs: Sequence[Run], given: Overrides, campaign: Campaig
 
 @contextmanager
 def named(campaign: Campaign, joints: Sequence[int]) -> Iterator[None]:
-    """Put the user's file and keys before the message of a fit that fails inside."""
+    """Put the user's file and keys before the message of a `NumericalError` from inside.
+
+    Parameters
+    ----------
+    campaign
+        Campaign whose folder is named.
+    joints
+        Joints whose keys are named.
+
+    Raises
+    ------
+    NumericalError
+        With the longer message, where the code inside raised one.
+    """
     try:
         yield
     except NumericalError as error:

@@ -1,4 +1,4 @@
-"""``identification.json`` (schema identification/1): fits as data, and back again where a run is continued."""
+"""``identification.json`` (schema identification/1): `Step` in, JSON data out; and an entry in, `Fit` out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,18 @@ SCHEMA = "identification/1"
 
 
 def step_json(step: Step) -> dict[str, Any]:
-    """Return one entry of ``configurations``."""
+    """Convert a fitted configuration to an entry of ``configurations``.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    dict
+        JSON data; bounds and scores that are not finite are None.
+    """
     fit = step.fit
     std = fit.std
     parameters = {
@@ -95,12 +106,23 @@ def _run_json(score: RunScore, torque_scored: bool) -> dict[str, Any]:
 
 
 def finite(value: float) -> float | None:
-    """Return the number, or None where JSON has none for it."""
+    """Return the number, or None where it is not finite, which JSON cannot write."""
     return float(value) if math.isfinite(value) else None
 
 
 def agreement_json(a: Agreement) -> dict[str, Any]:
-    """Return one comparison between tests."""
+    """Convert a comparison between tests to JSON data.
+
+    Parameters
+    ----------
+    a
+        Comparison; values of a single quantity are written where it has them.
+
+    Returns
+    -------
+    dict
+        JSON data; ``comparisons`` is the size of the family.
+    """
     pairs = {"earlier": a.earlier, "later": a.later, "pooled": a.pooled}
     return {
         "name": a.name,
@@ -114,7 +136,25 @@ def agreement_json(a: Agreement) -> dict[str, Any]:
 
 
 def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
-    """Return the fit of one entry of ``configurations``; its numbers survive the round trip bit for bit."""
+    """Rebuild a fit from an entry of ``configurations``.
+
+    Parameters
+    ----------
+    entry
+        Entry as `step_json` wrote it.
+    equations
+        Equations of the fit, with the same parameters.
+
+    Returns
+    -------
+    Fit
+        Its numbers are those of the fit that was written, bit for bit; ``wall_s`` is rounded to milliseconds.
+
+    Raises
+    ------
+    KeyError
+        Where the entry lacks a key, a parameter of the equations, or has an unknown outcome.
+    """
     by_id = entry["parameters"]
     return Fit(
         equations=equations,

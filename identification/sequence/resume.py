@@ -1,4 +1,4 @@
-"""Continuing an interrupted run: what an existing ``identification.json`` holds of the same inputs."""
+"""Continuing an interrupted run: digest of its inputs and existing ``identification.json`` in, finished entries out."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from haptid.model.device.device import Device
 from haptid.support.errors import InputError
 
 CODE = ("identification", "model", "measurement")
+"""Packages whose source files enter the digest."""
 
 
 def inputs_digest(
@@ -23,8 +24,28 @@ def inputs_digest(
     options: FitOptions,
     kind: str,
 ) -> str:
-    """Return sixteen hex digits of everything that the fits depend on: data, device, choices, code."""
+    """Compute a digest of data, device, choices and code, which the fits depend on.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with parameter entries and friction laws.
+    device
+        Device of the campaign; None for a single joint.
+    configurations
+        Configurations to fit, with their runs.
+    options
+        Choices of the fits.
+    kind
+        Packaging of the FMU that the fits run.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits of the SHA-256.
+    """
     digest = hashlib.sha256()
+    # Neither the number of workers nor the progress bar changes a result: a run may be continued with others.
     parts = options.but(workers=1, quiet=True), kind, campaign.device, campaign.parameter_overrides, repr(device)
     digest.update(repr((parts, campaign.friction)).encode())
     for configuration in configurations:
@@ -44,7 +65,21 @@ def _sources() -> list[Path]:
 
 
 def kept_entries(path: Path, digest: str) -> list[dict[str, Any]]:
-    """Return the finished configurations of an earlier run with the same inputs; none where it ran to its end."""
+    """Read the finished configurations of an interrupted run.
+
+    Parameters
+    ----------
+    path
+        File identification.json of the earlier run.
+    digest
+        Digest of the present inputs, as `inputs_digest` returns it.
+
+    Returns
+    -------
+    list of dict
+        Entries of ``configurations`` in order; none where the file cannot be read, its inputs differ, or that run was
+        complete.
+    """
     try:
         data = read_identification(path)
     except InputError:  # nothing to go on from: the run begins anew and writes the file again

@@ -1,4 +1,13 @@
-"""Fits of all configurations in locking order, each using what the earlier ones found."""
+"""Fits of all configurations in locking order: `Campaign`, `Device` and `Configuration`s in, `Step`s out.
+
+For every configuration, in order:
+
+1. Take the belief over the inertial parameters π as prior of its coefficients, and the values of springs and friction
+   that earlier configurations gave as first guesses (`carry_over`).
+2. Fit it, or read the fit from the file of an interrupted run.
+3. Remove the priors from the estimates again (`measurement_of`) and compare them with earlier tests.
+4. Update the belief with these measured coefficients.
+"""
 
 from __future__ import annotations
 
@@ -27,18 +36,27 @@ from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.locked_dynamics import Coefficient, locked_motion
 
 Build = Callable[[Equations], Simulator]
+"""Function from equations to the simulator that runs them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sequence:
-    """The campaign, its device and how models are built and run.
+    """Fits the configurations of a campaign one after the other.
 
     Parameters
     ----------
+    campaign
+        Campaign with runs and parameter entries.
+    device
+        Device of the campaign; None for a single joint.
     build
-        From equations to a simulator: the FMU, or the kernel in process.
+        Function from equations to a simulator: the FMU, or the kernel in process.
+    options
+        Choices of all fits.
+    workers
+        Workers that run the starts.
     kept
-        Entries of identification.json of an earlier, interrupted run by place in the order.
+        Entries of identification.json of an earlier, interrupted run by number of the configuration, from 0.
     """
 
     campaign: Campaign
@@ -49,7 +67,23 @@ class Sequence:
     kept: Mapping[int, Mapping[str, Any]]
 
     def steps(self, configurations: tuple[Configuration, ...]) -> Iterator[Step]:
-        """Fit one configuration after the other."""
+        """Fit one configuration after the other.
+
+        Parameters
+        ----------
+        configurations
+            Configurations in the order of their fits.
+
+        Yields
+        ------
+        Step
+            Configuration with its fit and its comparisons with earlier ones.
+
+        Raises
+        ------
+        NumericalError
+            Where a fit fails; the message names the campaign's file and the joints' keys.
+        """
         belief = LinkBelief.from_device(self.device) if self.device else None
         found: dict[str, float] = {}
         done: list[Step] = []
@@ -59,6 +93,7 @@ class Sequence:
             step = self._step(configuration, equations, self.kept.get(number))
             if belief is not None:
                 one = measurement_of(step.fit, coefficients)
+                # Compared before the belief is updated: afterwards the coefficients would be compared with themselves.
                 step = replace(step, agreements=_agreements(step, belief, one, done))
                 if one.coefficients:
                     belief = belief.update(one.coefficients, one.values, one.covariance)
@@ -101,7 +136,20 @@ class Sequence:
 
 
 def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[str, float]:
-    """Return springs and friction among a configuration's parameters, the joint's number at the end of each id."""
+    """Select springs and friction among the values of a configuration, by id with the joint's number.
+
+    Parameters
+    ----------
+    joints
+        Free joints of the configuration.
+    values
+        Values of its parameters by id; ids of a single joint have no number.
+
+    Returns
+    -------
+    dict
+        Values by id, such as ``Ks_0``; inertial parameters and coefficients are left out.
+    """
     if len(joints) == 1:
         return {f"{id}_{joints[0]}": value for id, value in values.items() if id not in INERTIAL}
     tails = tuple(f"_{j}" for j in joints)
@@ -116,6 +164,7 @@ def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Ste
     name, now = step.configuration.name, step.configuration.free_joints
     first = coefficients_agree(f"{name}: inertia and gravity against earlier tests", belief, one)
     made = [first] if first and done else []
+    # Later tests of the same joints replace earlier ones in the dictionary.
     latest = {earlier.configuration.free_joints: earlier for earlier in done}
     for before, earlier in latest.items():
         if len(before) == 1 and len(now) > 1 and before[0] in now:
@@ -123,11 +172,25 @@ def _agreements(step: Step, belief: LinkBelief, one: Measurement, done: list[Ste
         elif before == now:
             inertial = {c.id for c in one.coefficients} | set(INERTIAL)
             made += [a for a in parameters_agree(earlier.fit, step.fit, "") if a.name not in inertial]
+    # The family is known only when all comparisons of this configuration are made.
     return tuple(replace(a, family=len(made)) for a in made)
 
 
 def links_of(steps: tuple[Step, ...], device: Device) -> tuple[Measurement, ...]:
-    """Return what the data of every step say of its coefficients."""
+    """Return the measured coefficients of every step, without the priors of its fit.
+
+    Parameters
+    ----------
+    steps
+        Fitted configurations.
+    device
+        Device whose locked motion gives the coefficients.
+
+    Returns
+    -------
+    tuple of Measurement
+        One per step; see `measurement_of`.
+    """
     return tuple(
         measurement_of(
             step.fit, locked_motion(device, step.configuration.free_joints, step.configuration.posture).coefficients

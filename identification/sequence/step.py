@@ -1,4 +1,4 @@
-"""One fitted configuration of a campaign."""
+"""One fitted configuration of a campaign: `Step`, which sequence, summary, figures and report take in."""
 
 from __future__ import annotations
 
@@ -11,7 +11,19 @@ from haptid.identification.sequence.configurations import Configuration
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """A configuration with its fit; ``torque_scored`` tells that the torque was fitted, with the motion as input."""
+    """Configuration with its fit.
+
+    Parameters
+    ----------
+    configuration
+        Free joints, posture of the locked ones, and runs.
+    fit
+        Fit of the configuration.
+    torque_scored
+        Whether the torque was fitted, with the measured motion as input.
+    agreements
+        Comparisons with earlier configurations.
+    """
 
     configuration: Configuration
     fit: Fit

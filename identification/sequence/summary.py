@@ -1,4 +1,7 @@
-"""What the command prints: one line per configuration, what needs attention, how the whole model did."""
+"""Summary that the command prints: `Step`s and verification in, text out.
+
+It has one line per configuration, sentences on what needs attention, and the scores of the whole model.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +14,38 @@ HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin"
 
 
 def table_text(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """Return left-aligned columns."""
+    """Lay out a table in left-aligned columns.
+
+    Parameters
+    ----------
+    header
+        Headings of the columns.
+    rows
+        Cells by row, as many as headings.
+
+    Returns
+    -------
+    str
+        Lines: header, rule, rows.
+    """
     widths = [max(len(row[k]) for row in (header, *rows)) for k in range(len(header))]
     lines = ["  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip() for row in (header, *rows)]
     return "\n".join([lines[0], "-" * len(lines[0]), *lines[1:]])
 
 
 def step_row(step: Step) -> tuple[str, ...]:
-    """Return the cells of one configuration."""
+    """Return the cells of one configuration.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    tuple of str
+        Cells in the order of `HEADER`; the scores are the largest RMS over noise of the fitted and validation runs.
+    """
     fit = step.fit
     return (
         step.configuration.name + (" (torque)" if step.torque_scored else ""),
@@ -37,7 +64,20 @@ def _worst(step: Step, use: str) -> str:
 
 
 def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
-    """Return the table and what is worth a second look."""
+    """Write the summary of a campaign.
+
+    Parameters
+    ----------
+    steps
+        Fitted configurations.
+    verification
+        Table ``verification`` of identification.json.
+
+    Returns
+    -------
+    str
+        Table of configurations, sentences that need attention, and the whole model's scores where it was verified.
+    """
     parts = [table_text(HEADER, [step_row(step) for step in steps])]
     parts += [f"{step.configuration.name}: {sentence}" for step in steps for sentence in attention(step)]
     runs = verification.get("runs", [])
@@ -67,7 +107,18 @@ def _whole(joint: Mapping[str, Any]) -> str:
 
 
 def attention(step: Step) -> list[str]:
-    """Return sentences on what did not go as it should."""
+    """List what needs attention in a fit.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    list of str
+        Sentences on outcome, parameters at bounds, unidentifiable ones, contradictions and missing excitation.
+    """
     fit = step.fit
     said = [] if fit.outcome.label == "converged" else [fit.outcome.value]
     for status, words in (

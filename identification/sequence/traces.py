@@ -1,4 +1,4 @@
-"""Measured and simulated signals of a fitted configuration, for figures."""
+"""Measured and simulated signals of a fitted configuration, for figures: `Step` and simulator in, `Trace`s out."""
 
 from __future__ import annotations
 
@@ -19,9 +19,26 @@ from haptid.model.equations.equations import Equations
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trace:
-    """One run: signals (n_t, n_joints) in ``unit``, the sensor's standard deviation, and that of the prediction.
+    """Signals of one run.
 
-    ``spread`` is what the parameters' covariance leaves open in the simulated signal.
+    Parameters
+    ----------
+    score
+        Score of the run.
+    joints
+        Numbers of the free joints.
+    t
+        Times [s], shape (n_t,).
+    measured, simulated
+        Signals in ``unit``, shape (n_t, n_joints).
+    spread
+        Standard deviation of the simulated signal by the parameters' covariance, in ``unit``, shape (n_t, n_joints).
+    sigma
+        Sensor standard deviation in ``unit``, shape (n_joints,).
+    unit
+        Unit of the signals: of position, or of torque where the torque was fitted.
+    scored_from
+        Time of the first scored row [s].
     """
 
     score: RunScore
@@ -36,7 +53,20 @@ class Trace:
 
 
 def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tuple[Trace, ...]:
-    """Simulate every scored run of a step at the fitted parameters."""
+    """Simulate every scored run of a step at the estimates.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+    simulator_of
+        Function from equations to a simulator.
+
+    Returns
+    -------
+    tuple of Trace
+        Signals with spread √diag(J·C·Jᵀ), J the sensitivities and C the covariance of the fitted parameters.
+    """
     runs: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in step.configuration.runs}
     if step.torque_scored:
         runs = {key: torque_run(run) for key, run in runs.items()}
@@ -67,7 +97,7 @@ def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tup
 
 
 def _simulator(step: Step, simulator_of: Callable[[Equations], Simulator]) -> Simulator:
-    """Return what simulates as the fit did."""
+    """Return the simulator of the fit: torque equation, observer, or free simulation."""
     if step.torque_scored:
         return TorqueSimulator.of_torque(step.fit.equations)
     base = simulator_of(step.fit.equations)
@@ -75,7 +105,7 @@ def _simulator(step: Step, simulator_of: Callable[[Equations], Simulator]) -> Si
 
 
 def _asked(values: Array | None) -> Array:
-    """Return sensitivities that were asked for."""
+    """Return the sensitivities; raise ValueError where the simulator gave none."""
     if values is None:
         msg = "the simulator returned no sensitivities"
         raise ValueError(msg)

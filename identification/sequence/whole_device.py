@@ -1,7 +1,9 @@
-"""From the fitted configurations to the whole device: consistent links, the full model's values, how sure they are.
+"""The whole device from its fitted configurations: `Device` and `Step`s in, `Whole` with values and draws out.
 
-Springs and friction follow the links: where consistent links move a coefficient by Δc from its fitted value, the other
-parameters p of that fit move by C_pc·C_cc⁻¹·Δc, and vary around that with C_pp − C_pc·C_cc⁻¹·C_cp.
+1. Estimate physically consistent links from the coefficients of all configurations (`consistent_links`).
+2. Condition springs and friction on the links: where consistent links move a coefficient by Δc from its fitted value,
+   the other parameters p of that fit move by C_pc·C_cc⁻¹·Δc, with the covariance C_pp − C_pc·C_cc⁻¹·C_cp.
+3. Draw inertial parameters from their belief (`physical_draws`), and springs and friction conditioned on each draw.
 """
 
 from __future__ import annotations
@@ -22,11 +24,22 @@ from haptid.model.rigid_body.inertial_parameters import standard_ids, to_standar
 from haptid.support.linear_algebra import symmetric_inverse
 
 DRAWS = 20
+"""Number of draws of the full model's parameters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whole:
-    """Values of the full model by id, draws of them from their uncertainty, and the links."""
+    """Parameters of the full model.
+
+    Parameters
+    ----------
+    values
+        Values by id.
+    draws
+        Draws of the values from their uncertainty, by id.
+    links
+        Physically consistent links.
+    """
 
     values: Mapping[str, float]
     draws: tuple[Mapping[str, float], ...]
@@ -34,7 +47,29 @@ class Whole:
 
 
 def whole_device(device: Device, steps: Sequence[Step], *, seed: int = 0, draws: int = DRAWS) -> Whole:
-    """Combine all steps: links by semidefinite least squares, joint parameters from the last test that had them."""
+    """Combine all configurations to the parameters of the full model.
+
+    Parameters
+    ----------
+    device
+        Device of the campaign.
+    steps
+        Fitted configurations in their order.
+    seed
+        Seed of the draws.
+    draws
+        Number of draws.
+
+    Returns
+    -------
+    Whole
+        Springs and friction of a joint are those of the last configuration that fitted them.
+
+    Raises
+    ------
+    NumericalError
+        Where no physically consistent links are found.
+    """
     measured = links_of(tuple(steps), device)
     links = consistent_links(device, [one for one in measured if one.coefficients])
     belief = LinkBelief.from_device(device)
@@ -59,15 +94,18 @@ def _joints(
 ) -> dict[str, float]:
     """Return springs and friction by id with the joint's number, given π; drawn where rng is given."""
     result: dict[str, float] = {}
+    # In the order of the fits: a later configuration replaces the values of an earlier one.
     for step, one in zip(steps, measured, strict=True):
         result |= joint_values(step.configuration.free_joints, _condition_on(step, one, pi, rng))
     return result
 
 
 def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Generator | None) -> dict[str, float]:
+    """Condition the other parameters of a fit on its coefficients at π; draw them where rng is given."""
     fit = step.fit
     known = [fit.free.index(c.id) for c in one.coefficients]
     rest = [k for k in range(len(fit.free)) if k not in known]
+    # Correlations instead of covariances: the cut of the pseudo-inverse must not depend on the parameters' units.
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
     C = fit.covariance / np.outer(std, std)
     shift, left = np.zeros(len(rest)), C[np.ix_(rest, rest)]
@@ -88,8 +126,25 @@ def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Genera
 def in_order(
     values: Mapping[str, float], orderings: Iterable[tuple[str, str]], moved: Collection[str]
 ) -> dict[str, float]:
-    """Return values of which the first of each pair is never smaller, as a simulation demands: what moved gives way.
+    """Restore the orderings of pairs of parameters.
 
+    Parameters
+    ----------
+    values
+        Values by id.
+    orderings
+        Pairs of ids whose first value must not be below the second.
+    moved
+        Ids of values that may change; in a pair that is out of order, the first is raised where it is among these,
+        otherwise the second is lowered.
+
+    Returns
+    -------
+    dict
+        Values by id, in order.
+
+    Examples
+    --------
     >>> in_order({"Fs": 1.0, "Fc": 1.1}, [("Fs", "Fc")], moved=["Fs", "Fc"])
     {'Fs': 1.1, 'Fc': 1.1}
     """

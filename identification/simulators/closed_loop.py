@@ -1,5 +1,6 @@
-"""Simulation under the controller that moved the machine: the stated law closes the loop around the model.
+"""Simulation in closed loop: compiled model, `Run`, `Controller` and reference in, positions and torques out.
 
+The controller that moved the machine closes the loop around the model:
 τ_k = Kp·(r_k − y_k) − Kd·v̂_k, v̂ the differenced positions behind a first-order low-pass,
 v̂_k = v̂_{k−1} + h/(h + T)·((y_k − y_{k−1})/h − v̂_{k−1}), v̂_0 = 0; τ_k holds until the next row.
 """
@@ -22,7 +23,7 @@ PROPORTIONAL, DERIVATIVE, FILTER = "Kp_Nm_per_rad", "Kd_Nms_per_rad", "filter_ti
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controller:
-    """Proportional-derivative control at every row.
+    """Proportional-derivative controller of all joints, sampled at the rows of a run.
 
     Parameters
     ----------
@@ -33,7 +34,7 @@ class Controller:
     filter_s
         Time constant T of the low-pass on the differenced positions [s].
     law
-        The law as the campaign words it.
+        Description of the controller in the campaign.
     """
 
     proportional: Array
@@ -48,12 +49,23 @@ class Controller:
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any], joints: int) -> Controller:
-        """Read the ``[controller]`` table of a campaign, one gain per joint.
+        """Read the ``[controller]`` table of a campaign.
+
+        Parameters
+        ----------
+        table
+            The table, with one proportional and one derivative gain per joint.
+        joints
+            Number of joints.
+
+        Returns
+        -------
+        Controller
 
         Raises
         ------
         InputError
-            Names the key that is missing or of the wrong length.
+            Where a key is missing, has another number of gains, or is no finite number; the message names the key.
         """
         return cls(
             proportional=_gains(table, PROPORTIONAL, joints),
@@ -63,11 +75,39 @@ class Controller:
         )
 
     def velocity(self, last: Array, change: Array, step: float) -> Array:
-        """Return v̂ from the last v̂ and the change of the reading over ``step`` [s]."""
+        """Update the filtered velocity.
+
+        Parameters
+        ----------
+        last
+            v̂ at the row before [rad/s], shape (n_q,).
+        change
+            Change of the reading since that row [rad], shape (n_q,).
+        step
+            Time h between the rows [s].
+
+        Returns
+        -------
+        ndarray, shape (n_q,)
+            v̂ + h/(h + T)·(change/h − v̂) [rad/s].
+        """
         return last + step / (step + self.filter_s) * (change / step - last)
 
     def torque(self, reference: Array, reading: Array, velocity: Array) -> Array:
-        """Return τ [N m], shape (n_q,)."""
+        """Compute the torque Kp·(r − y) − Kd·v̂.
+
+        Parameters
+        ----------
+        reference, reading
+            Reference position r and position reading y [rad], shape (n_q,).
+        velocity
+            Filtered velocity v̂ [rad/s], shape (n_q,).
+
+        Returns
+        -------
+        ndarray, shape (n_q,)
+            τ [N m].
+        """
         return self.proportional * (reference - reading) - self.derivative * velocity
 
 
@@ -89,7 +129,18 @@ def _filter(table: Mapping[str, Any]) -> float:
 
 
 def reference_of(run: Run) -> Array | None:
-    """Return the recorded reference positions [rad], shape (n_t, n_q), or None where a joint has none."""
+    """Collect the recorded reference positions of all free joints.
+
+    Parameters
+    ----------
+    run
+        Run whose further columns may hold ``reference_<joint>_rad`` or ``reference_<joint>_m``.
+
+    Returns
+    -------
+    ndarray, shape (n_t, n_q), or None
+        References [rad]; None where a joint has no reference or a reference is not finite.
+    """
     columns = []
     for joint in run.free_joints:
         names = [name for name in (f"reference_{joint}_rad", f"reference_{joint}_m") if name in run.extra]
@@ -100,7 +151,19 @@ def reference_of(run: Run) -> Array | None:
 
 
 def start_at_rest(kernel: CompiledKernel, run: Run) -> Array:
-    """Return the first positions, measured velocities or rest, and the other states at their start, shape (n_x,)."""
+    """Return the initial state: first positions, measured velocities or 0, other states at their start values.
+
+    Parameters
+    ----------
+    kernel
+        Compiled model with the positions, then the velocities, as its first states.
+    run
+        Run whose first row gives positions and velocities.
+
+    Returns
+    -------
+    ndarray, shape (n_x,)
+    """
     n = len(run.free_joints)
     x = np.array([state.start for state in kernel.equations.states])
     x[:n] = run.y[0]
@@ -118,20 +181,29 @@ def simulate_closed_loop(
     *,
     reading_noise: Array | None = None,
 ) -> tuple[Array, Array]:
-    """Return positions and torques, shape (n_t, n_q) each, of the model under the controller.
+    """Simulate the model under the controller.
 
     Parameters
     ----------
+    kernel
+        Compiled model.
     theta
         Parameters of the kernel, shape (n_p,).
+    run
+        Run that gives times and initial state.
+    controller
+        Controller that closes the loop.
     reference
-        Wanted positions [rad], shape (n_t, n_q).
+        Reference positions [rad], shape (n_t, n_q).
     reading_noise
-        Added to what the controller reads [rad], shape (n_t, n_q); none where None.
+        Noise added to the positions that the controller reads [rad], shape (n_t, n_q); no noise where None.
 
-    Notes
-    -----
-    Rows after the state has left the finite numbers are NaN.
+    Returns
+    -------
+    y : ndarray, shape (n_t, n_q)
+        Positions [rad] without the reading noise.
+    torque : ndarray, shape (n_t, n_q)
+        Torques of the controller [N m]. Both are NaN in the rows after a state is no longer a finite number.
     """
     n, rows = len(run.free_joints), run.t.size
     noise = np.zeros((rows, n)) if reading_noise is None else reading_noise
@@ -153,7 +225,22 @@ def simulate_closed_loop(
 
 
 def simulate_recorded(kernel: CompiledKernel, theta: Array, run: Run) -> Array:
-    """Return positions (n_t, n_q) of the model under the recorded torques, in open loop; other inputs are 0."""
+    """Simulate the model under the recorded torques, in open loop.
+
+    Parameters
+    ----------
+    kernel
+        Compiled model; its inputs beyond the torques are 0.
+    theta
+        Parameters of the kernel, shape (n_p,).
+    run
+        Run that gives times, torques and initial state.
+
+    Returns
+    -------
+    ndarray, shape (n_t, n_q)
+        Positions [rad].
+    """
     n = len(run.free_joints)
     inputs = np.zeros((run.t.size, len(kernel.equations.inputs)))
     inputs[:, :n] = run.u

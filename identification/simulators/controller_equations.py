@@ -1,4 +1,4 @@
-"""The stated controller as equations, so that it becomes an FMU like any other part.
+"""The stated controller as equations, for its FMU: `Controller` and sample time in, `Equations` out.
 
 The law samples: v̂_k = v̂_{k−1} + h/(h + T)·((y_k − y_{k−1})/h − v̂_{k−1}). With v̂_k = (y_k − g_k)/(h + T) it reads
 g_{k+1} = g_k + h/(h + T)·(y_k − g_k), which is what ġ = r·(y − g), r = ln(1 + h/T)/h, does exactly over a step h with y
@@ -19,14 +19,26 @@ from haptid.model.equations.fmu_names import CONTROLLER, of_joint
 from haptid.model.equations.quantity import Quantity
 
 SHORTEST = 1e-9
-"""Time constant [s] that stands for no filter."""
+"""Time constant of the filter where the controller has none, so that ln(1 + h/T) stays finite [s]."""
 
 
 def controller_equations(controller: Controller, sample_s: float, joints: Sequence[int]) -> Equations:
-    """Return the controller of ``joints`` at the sample time ``sample_s`` [s].
+    """Write the sampled controller as differential equations.
 
-    Inputs: wanted positions, then readings. Outputs: torques. States: the filters g, which start at the first readings
-    where v̂ is to start at 0.
+    Parameters
+    ----------
+    controller
+        Gains and time constant of the filter.
+    sample_s
+        Sample time h [s].
+    joints
+        Numbers of the joints, in the order of the gains.
+
+    Returns
+    -------
+    Equations
+        Inputs: reference positions [rad], then position readings [rad]. Outputs: torques [N m]. States: the filters g
+        [rad]; v̂ starts at 0 where they start at the first readings.
     """
     rate, span = sp.Symbol("filter_rate", real=True), sp.Symbol("velocity_time", real=True)
     wanted, readings, filters = (

@@ -1,4 +1,7 @@
-"""How fast a free simulation forgets or amplifies its start: whether it can be compared with a measurement at all."""
+"""Growth of an error of the initial position in a free simulation: `Simulator` and `Run` in, growth factor out.
+
+The factor decides whether a free simulation can be compared with a measurement.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +12,23 @@ from haptid.measurement.values.run import Array, Run
 
 
 def growth(simulator: Simulator, theta: Array, run: Run) -> float:
-    """Return max_t ‖∂y(t)/∂y(0)‖, the largest factor by which an error of the first position grows during the run.
+    """Compute the largest factor by which an error of the initial position grows during a run.
 
-    The norm is the largest entry of the matrix (n_joints, n_joints). About 1 where springs, damping or friction hold
-    the motion; hundreds and more where a pendulum comes near its upper rest. 0 where the simulation left the finite
-    numbers or gives no sensitivities, because nothing is then known.
+    Parameters
+    ----------
+    simulator
+        Simulator with sensitivities.
+    theta
+        Parameters, shape (n_p,).
+    run
+        Run whose torques drive the simulation.
+
+    Returns
+    -------
+    float
+        max_t ‖∂y(t)/∂y(0)‖, the norm being the largest entry of the matrix (n_joints, n_joints). About 1 where springs,
+        damping or friction hold the motion; hundreds and more where a pendulum comes near its upper rest. 0 where the
+        growth is unknown: the simulation is not finite, or the simulator gives no sensitivities.
     """
     n = run.y.shape[1]
     made = simulator.simulate(theta, run, sensitivities=True)

@@ -1,4 +1,9 @@
-"""The FMU behind the `Simulator` protocol: what fits and samplers run by default."""
+"""The FMU as a `Simulator`: `Fmu` and `Equations` in, `FmuSimulator` out; fits and samplers run it by default.
+
+1. The archive is unpacked and loaded once per process (`FmuSlave`).
+2. For every simulation, parameters, initial states, inner step and constant inputs are set as start values.
+3. Inputs that change are set at every row, with their slopes, and the outputs are read.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +34,21 @@ def _open(path: Path, digest: str) -> FmuSlave:  # noqa: ARG001 # the digest kee
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class References:
-    """Value references of an identification FMU, in the order of the arrays."""
+    """Value references of an identification FMU.
+
+    Parameters
+    ----------
+    inputs
+        Torques, measured positions and observer gain, in the order of `observer_inputs`.
+    slopes
+        Slopes of the inputs in time, for every input but the gain.
+    states, parameters, outputs
+        Initial states, parameters and outputs in the order of the equations.
+    sensitivities
+        Derivatives of the outputs by parameters and initial states, output by output.
+    switch, step
+        Boolean that switches the sensitivities on; longest inner step.
+    """
 
     inputs: tuple[int, ...]
     slopes: tuple[int, ...]
@@ -62,7 +81,9 @@ def _references(slave: FmuSlave, equations: Equations) -> References:
 
 @dataclass(frozen=True, slots=True)
 class FmuSimulator:
-    """Runs an identification FMU through fmpy and the compiled loop; crosses process boundaries and reopens there.
+    """Simulator that runs an identification FMU through fmpy and the compiled loop; satisfies `Simulator`.
+
+    It is picklable: another process loads the FMU again from its path.
 
     Parameters
     ----------
@@ -84,7 +105,26 @@ class FmuSimulator:
 
     @classmethod
     def of(cls, fmu: Fmu | Path, equations: Equations) -> FmuSimulator:
-        """Open ``fmu``, which was built from ``equations`` up to bounds, priors and first guesses."""
+        """Open an identification FMU.
+
+        Parameters
+        ----------
+        fmu
+            FMU, or the path of its archive.
+        equations
+            Equations that the FMU was built from; bounds, priors and first guesses may differ.
+
+        Returns
+        -------
+        FmuSimulator
+
+        Raises
+        ------
+        ValueError
+            Where the FMU was built without ``identification=True`` and has no sensitivities.
+        NumericalError
+            Where the FMU cannot be loaded.
+        """
         path = fmu if isinstance(fmu, Path) else fmu.path
         digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
         slave = _open(path, digest)
@@ -106,11 +146,18 @@ class FmuSimulator:
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """See `identification.simulators.protocol.Simulator`."""
+        """See `identification.simulators.protocol.Simulator`.
+
+        Raises
+        ------
+        NumericalError
+            Where a parameter is not finite, or the FMU refuses its start values or first inputs.
+        """
         e, at = self.equations, self.references
         self._check(theta)
         state = initial_state(e, run) if x0 is None else np.asarray(x0, dtype=float)
         inputs, table = _drive(at, run, gain)
+        # Inputs that never change are start values: the loop then sets fewer variables at every row.
         varying = np.any(table != table[0], axis=0)
         start = dict(zip(at.parameters, np.asarray(theta, dtype=float), strict=True))
         start |= dict(zip(at.states, state, strict=True))
@@ -130,7 +177,7 @@ class FmuSimulator:
 
 
 def _drive(at: References, run: Run, gain: float) -> tuple[tuple[int, ...], Array]:
-    """Return references and values of all inputs and slopes, shape (n_t, n_inputs + n_slopes)."""
+    """Return the value references of all inputs and slopes, and their values, shape (n_t, n_inputs + n_slopes)."""
     u = observer_inputs(run, gain)
     if gain == 0.0:
         n = len(run.free_joints)

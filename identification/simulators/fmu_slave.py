@@ -1,4 +1,7 @@
-"""A loaded FMI 2.0 co-simulation slave: fmpy unpacks, loads and initialises it, a compiled loop steps it."""
+"""A loaded FMI 2.0 co-simulation slave: path of an FMU in, `FmuSlave` out, which turns inputs into outputs.
+
+fmpy unpacks, loads and initialises the slave; a compiled loop (fmu_driver.c) steps it from row to row.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +40,9 @@ from haptid.support.errors import NumericalError
 from haptid.support.files.cache import cache_folder, is_sealed, seal, writing_to_cache
 
 FUNCTIONS = ("fmi2SetReal", "fmi2GetReal", "fmi2DoStep")
+"""Functions of the FMU that the compiled loop calls, in the order of its arguments."""
 KEPT_MESSAGES = 20
+"""Number of the slave's messages that are kept beside the latest one."""
 
 
 @lru_cache(maxsize=1)
@@ -48,7 +53,7 @@ def _driver_path() -> Path:
 
 @lru_cache(maxsize=2)
 def _driver(*, hold_lock: bool) -> Any:
-    """Return the compiled loop; slaves in Python run faster where the interpreter's lock is held throughout."""
+    """Return the compiled loop; slaves in Python run faster where the loop holds the interpreter's lock throughout."""
     library = (ctypes.PyDLL if hold_lock else ctypes.CDLL)(str(_driver_path()))
     run = library.hd_run
     pointer, size = ctypes.c_void_p, ctypes.c_size_t
@@ -71,10 +76,22 @@ def _driver(*, hold_lock: bool) -> Any:
 
 
 def unpack_fmu(path: Path) -> Path:
-    """Return the folder with the content of the archive, in the cache by its digest."""
+    """Unpack an FMU into the cache, once for every content.
+
+    Parameters
+    ----------
+    path
+        Archive of the FMU.
+
+    Returns
+    -------
+    Path
+        Folder with the archive's content, named by the digest of the archive.
+    """
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:24]
     folder = cache_folder("unpacked") / digest
     if not is_sealed(folder):
+        # Unpacked aside and then renamed: no other process ever sees a folder that is half full.
         fresh = Path(tempfile.mkdtemp(dir=folder.parent))
         try:
             with writing_to_cache():
@@ -95,7 +112,7 @@ def unpack_fmu(path: Path) -> Path:
 
 @contextmanager
 def _no_bytecode() -> Iterator[None]:
-    """Keep the interpreter from writing what it compiles beside an FMU's modules: the entry of the cache is sealed."""
+    """Keep the interpreter from writing bytecode beside an FMU's modules: the entry of the cache is sealed."""
     before, sys.dont_write_bytecode = sys.dont_write_bytecode, True
     try:
         yield
@@ -104,7 +121,18 @@ def _no_bytecode() -> Iterator[None]:
 
 
 class FmuSlave:
-    """One instance of an FMU. Not thread-safe by itself: `lock` is for whoever shares it."""
+    """One instance of an FMU; not thread-safe by itself, so that threads that share it hold `lock`.
+
+    Parameters
+    ----------
+    path
+        Archive of the FMU.
+
+    Raises
+    ------
+    NumericalError
+        Where the FMU cannot be loaded or instantiated; the message is the FMU's own where it has one.
+    """
 
     def __init__(self, path: Path) -> None:
         """Unpack, load and instantiate."""
@@ -144,7 +172,22 @@ class FmuSlave:
     def initialise(
         self, start: Mapping[int, float], *, switches: Mapping[int, bool] | None = None, time: float = 0.0
     ) -> None:
-        """Reset, set start values by value reference, and go through the initialization mode."""
+        """Reset the slave, set its start values and go through FMI's initialization mode.
+
+        Parameters
+        ----------
+        start
+            Start values of real variables by value reference.
+        switches
+            Start values of boolean variables by value reference.
+        time
+            Start time [s].
+
+        Raises
+        ------
+        NumericalError
+            Where the FMU refuses a value.
+        """
         if not self._fresh:
             self._slave.reset()
         self._fresh = False
@@ -162,7 +205,7 @@ class FmuSlave:
     def run(
         self, t: Array, inputs: Sequence[int], values: Array, outputs: Sequence[int], *, step: float = DEFAULT_STEP
     ) -> Array:
-        """Step from row to row and return the outputs, shape (n_t, n_outputs); NaN from the row on that failed.
+        """Step from row to row, setting the inputs and reading the outputs.
 
         Parameters
         ----------
@@ -174,6 +217,18 @@ class FmuSlave:
             Value references, read at each row after its inputs are set.
         step
             Inner step of the FMU [s], from which follows how many rows go into one call.
+
+        Returns
+        -------
+        ndarray, shape (n_t, n_outputs)
+            Outputs; NaN from the row on at which the FMU failed.
+
+        Raises
+        ------
+        ValueError
+            Where ``values`` does not have the shape (n_t, n_inputs).
+        NumericalError
+            Where the FMU fails at its first row.
         """
         times, table = np.ascontiguousarray(t, dtype=np.float64), np.ascontiguousarray(values, dtype=np.float64)
         in_vr, out_vr = np.array(inputs, dtype=np.uint32), np.array(outputs, dtype=np.uint32)
@@ -182,6 +237,7 @@ class FmuSlave:
             raise ValueError(msg)
         result = np.full((times.size, out_vr.size), np.nan)
         done = 0
+        # In pieces, because Python hears a signal only between calls of compiled code.
         for rows in pieces(times, step):
             size = rows.stop - rows.start
             done = self._run(

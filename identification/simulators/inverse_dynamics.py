@@ -1,9 +1,15 @@
-"""Runs recorded under position control: the measured motion goes in, the torque comes out and is scored.
+"""Inverse dynamics of one joint, for runs recorded under position control: measured motion in, torque out.
 
-A simulation from the torque of a position controller drifts: that torque holds the joint where it is told to be. The
-same equation is therefore read the other way round, with the states of the friction law driven by the measured speed:
+The torque of a position controller holds the joint at the controller's reference, so that a simulation from this torque
+drifts. The same equation is therefore solved for the torque, with the states of the friction law driven by the
+measured speed:
 
     τ = (M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + friction)/Kp
+
+1. `torque_equations` turns the equation of motion of a joint into the torque equation.
+2. `torque_run` exchanges torque and position of a run, so that the residual is a torque.
+3. `measured_motion` smooths the position into position, speed and acceleration.
+4. `TorqueSimulator` evaluates the torque equation along that motion.
 """
 
 from __future__ import annotations
@@ -28,7 +34,19 @@ WIDTH_S = 0.02
 
 
 def torque_equations(equations: Equations) -> Equations:
-    """Return the equation of one joint read from motion to torque: inputs q, v, a; states of friction; output τ."""
+    """Solve the equation of motion of one joint for its torque.
+
+    Parameters
+    ----------
+    equations
+        Equations of a single joint; their parameters keep bounds, priors and first guesses.
+
+    Returns
+    -------
+    Equations
+        Inputs: position q, speed v, acceleration a. States: those of the friction law. Output: torque τ [N m], or
+        force [N] of a prismatic joint.
+    """
     law = law_named(equations.friction[0])
     base = joint_equations(
         equations.joints[0], parameters=equations.parameters, prismatic=_slides(equations), friction=law.id
@@ -70,7 +88,19 @@ def _slides(equations: Equations) -> bool:
 
 
 def torque_run(run: Run) -> Run:
-    """Return the run with position as input and torque as what is measured, with the torque's own white noise."""
+    """Exchange torque and position of a single joint's run.
+
+    Parameters
+    ----------
+    run
+        Run of one joint.
+
+    Returns
+    -------
+    Run
+        ``u`` is the position [rad], ``y`` the torque [N m]; noise and resolution are estimated from the torque, and
+        measured velocities are left out.
+    """
     step = estimate_resolution(run.u[:, 0])
     return run.but(
         u=run.y,
@@ -83,25 +113,53 @@ def torque_run(run: Run) -> Run:
 
 @dataclass(frozen=True, slots=True)
 class TorqueSimulator:
-    """Satisfies `Simulator`: ``run.u`` is the position, the output is the torque."""
+    """Simulator of a joint's torque along its measured motion; satisfies `Simulator`.
+
+    Parameters
+    ----------
+    equations
+        Torque equation, as `torque_equations` returns it.
+    kernel
+        The compiled equation.
+
+    Notes
+    -----
+    Runs are those of `torque_run`: ``run.u`` is the position, the output is the torque.
+    """
 
     equations: Equations
     kernel: CompiledKernel
 
     @classmethod
     def of(cls, joint: Equations) -> TorqueSimulator:
-        """Compile the torque equation of a joint."""
+        """Compile the torque equation of a joint.
+
+        Parameters
+        ----------
+        joint
+            Equations of motion of a single joint.
+
+        Returns
+        -------
+        TorqueSimulator
+        """
         return cls.of_torque(torque_equations(joint))
 
     @classmethod
     def of_torque(cls, equations: Equations) -> TorqueSimulator:
-        """Compile what `torque_equations` returned."""
+        """Compile a torque equation that `torque_equations` returned."""
         return cls(equations, CompiledKernel.of(equations))
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """See `identification.simulators.protocol.Simulator`; there is no observer, ``gain`` must be 0."""
+        """See `identification.simulators.protocol.Simulator`.
+
+        Raises
+        ------
+        ValueError
+            For a gain other than 0: the torque equation has no observer.
+        """
         if gain:
             msg = "the torque equation has no observer: use gains=(0.0,)"
             raise ValueError(msg)
@@ -115,10 +173,19 @@ class TorqueSimulator:
 
 
 def measured_motion(run: Run) -> Array:
-    """Return position, speed and acceleration that belong to each row's torque from ``run.u``, shape (n_t, 3).
+    """Smooth the position of a `torque_run` and differentiate it at the times that the torques belong to.
 
-    A torque that holds until the next row belongs to the motion half a step later.
+    Parameters
+    ----------
+    run
+        Run whose ``u`` is the measured position [rad].
+
+    Returns
+    -------
+    ndarray, shape (n_t, 3)
+        Position [rad], speed [rad/s] and acceleration [rad/s²].
     """
     m = smooth(run.but(y=run.u), width=WIDTH_S)
+    # A torque that holds until the next row belongs to the motion half a step after its row.
     t = run.t + 0.5 * np.diff(run.t, append=run.t[-1]) if run.hold == "zero" else run.t
     return np.column_stack([np.interp(t, m.t, signal) for signal in (m.q, m.v, m.a)])

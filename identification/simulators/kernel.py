@@ -1,4 +1,7 @@
-"""The in-process simulator: the compiled kernel behind the `Simulator` protocol, the independent check of the FMU."""
+"""The in-process simulator: `Equations` in, `KernelSimulator` out, which runs the compiled kernel as a `Simulator`.
+
+It is the independent check of the FMU.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +19,16 @@ from haptid.model.kernel.generate import DEFAULT_STEP
 
 @dataclass(frozen=True, slots=True)
 class KernelSimulator:
-    """Runs the equations in process with inner steps of at most ``step`` [s].
+    """Simulator that runs the compiled equations in this process; satisfies `Simulator`.
 
-    ``kernel`` is compiled with the observer: its gain 0 gives the bits of the equations without it. `simulate_many`
-    takes many parameter sets at once.
+    Parameters
+    ----------
+    equations
+        The equations without observer.
+    kernel
+        The equations compiled with the observer; with gain 0 it gives the same bits as the equations without observer.
+    step
+        Longest inner step of the integration [s].
     """
 
     equations: Equations
@@ -28,7 +37,18 @@ class KernelSimulator:
 
     @classmethod
     def of(cls, equations: Equations) -> KernelSimulator:
-        """Compile ``equations`` with the observer."""
+        """Compile equations with the observer.
+
+        Parameters
+        ----------
+        equations
+            The equations without observer.
+
+        Returns
+        -------
+        KernelSimulator
+            With the default inner step.
+        """
         return cls(equations, CompiledKernel.of(with_observer(equations)))
 
     def with_step(self, step: float) -> KernelSimulator:
@@ -49,15 +69,48 @@ class KernelSimulator:
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
     def onward(self, theta: Array, run: Run, rows: slice, x: Array) -> tuple[Array, Array]:
-        """Return the outputs (n_rows, n_y) of some ``rows`` of a run from the state x at the first, and the last state.
+        """Simulate some rows of a run, freely, from a state at the first of them.
 
-        They have the bits of the whole run's.
+        Parameters
+        ----------
+        theta
+            Parameters, shape (n_p,).
+        run
+            Run whose torques drive the simulation.
+        rows
+            Consecutive rows that are simulated.
+        x
+            State at the first of these rows, shape (n_x,).
+
+        Returns
+        -------
+        y : ndarray, shape (n_rows, n_y)
+            Outputs [rad], equal bit by bit to those of a simulation of the whole run.
+        last : ndarray, shape (n_x,)
+            State at the last row.
         """
         inputs, linear = observer_inputs(run, 0.0)[rows], observer_hold(run)
         return self.kernel.simulate_through(run.t[rows], inputs, theta, x, linear=linear, step=self.step)
 
     def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, threads: int = 1) -> Array:
-        """Return outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p); x0 is (n_x,) or (n_sets, n_x)."""
+        """Simulate a run freely for many parameter sets.
+
+        Parameters
+        ----------
+        thetas
+            Parameter sets, shape (n_sets, n_p).
+        run
+            Run whose torques drive the simulation.
+        x0
+            Initial state of all sets, shape (n_x,), or of each, shape (n_sets, n_x); `initial_state` where None.
+        threads
+            Number of threads that share the sets.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t, n_y)
+            Outputs [rad].
+        """
         start = initial_state(self.equations, run) if x0 is None else np.asarray(x0)
         starts = np.broadcast_to(start, (thetas.shape[0], len(self.equations.states)))
         inputs, linear = observer_inputs(run, 0.0), observer_hold(run)

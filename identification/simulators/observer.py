@@ -1,9 +1,12 @@
-"""Simulation pulled towards the measured position, as a simulator of its own: the last level of the fit keeps a gain.
+"""Simulation through an observer: `Simulator` in, `Observed` out, whose gain never falls below a stated one.
 
-A run in which small errors of torque grow faster than the motion forgets them cannot be simulated freely: what is left
-is then not noise but that growth. With a stated gain L the observer q̇ = v + 2L(y − q), v̇ = f + L²(y − q) forgets
-within 1/L, and its residual y − q is the error of the torque seen through 1/(s + L)²: an error δτ that lasts longer
-than 1/L leaves δτ/(M·L²).
+A run in which small errors of torque grow faster than the motion forgets them cannot be simulated freely: the residual
+would show that growth instead of the noise. With a stated gain L the observer
+
+    q̇ = v + 2L(y − q),   v̇ = f + L²(y − q)
+
+forgets an error within 1/L, and its residual y − q is the error of the torque filtered by 1/(s + L)²: an error δτ that
+lasts longer than 1/L gives the residual δτ/(M·L²).
 """
 
 from __future__ import annotations
@@ -17,7 +20,15 @@ from haptid.model.equations.equations import Equations
 
 @dataclass(frozen=True, slots=True)
 class Observed:
-    """A simulator whose observer gain never falls below ``least`` [1/s]; it satisfies `Simulator` itself."""
+    """Simulator whose observer gain never falls below a stated one; satisfies `Simulator`.
+
+    Parameters
+    ----------
+    base
+        Simulator of the same equations.
+    least
+        Smallest observer gain L [1/s].
+    """
 
     base: Simulator
     least: float
@@ -28,11 +39,11 @@ class Observed:
         return self.base.equations
 
     def with_step(self, step: float) -> Observed:
-        """Return the same with inner steps of at most ``step`` [s]."""
+        """Return the same simulator with inner steps of at most ``step`` [s]."""
         return replace(self, base=at_step(self.base, step))
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """See `identification.simulators.protocol.Simulator`; ``gain`` is raised to the least one."""
+        """See `identification.simulators.protocol.Simulator`; a ``gain`` below ``least`` is raised to it."""
         return self.base.simulate(theta, run, x0=x0, gain=max(gain, self.least), sensitivities=sensitivities)

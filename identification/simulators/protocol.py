@@ -1,4 +1,8 @@
-"""The seam between models and fits: a simulator turns parameters and a run into a trajectory, with sensitivities."""
+"""The interface between models and fits: parameters and a `Run` in, `Trajectory` with sensitivities out.
+
+Fits, samplers and the search for missing effects know a model as a `Simulator` only: an FMU, the compiled kernel, the
+torque equation and the observer all satisfy it.
+"""
 
 from __future__ import annotations
 
@@ -20,11 +24,11 @@ class Trajectory:
     t
         Time since the first row [s], shape (n_t,).
     y
-        Outputs [rad], shape (n_t, n_y); NaN after the state has left the finite numbers.
+        Outputs [rad], shape (n_t, n_y); NaN after a state is no longer a finite number.
     dy_dtheta
-        Derivatives with respect to the parameters, shape (n_t, n_y, n_p), or None.
+        Derivatives by the parameters, shape (n_t, n_y, n_p), or None without sensitivities.
     dy_dx0
-        Derivatives with respect to the initial states, shape (n_t, n_y, n_x), or None.
+        Derivatives by the initial states, shape (n_t, n_y, n_x), or None without sensitivities.
     """
 
     t: Array
@@ -34,7 +38,7 @@ class Trajectory:
 
 
 class Simulator(Protocol):
-    """What fits, samplers and the search for missing effects see of a model."""
+    """Model that fits, samplers and the search for missing effects run."""
 
     @property
     def equations(self) -> Equations:
@@ -43,24 +47,68 @@ class Simulator(Protocol):
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """Simulate ``run`` from the state ``x0`` (`initial_state` where None) with observer gain ``gain`` [1/s]."""
+        """Simulate a run.
+
+        Parameters
+        ----------
+        theta
+            Parameters in the order of ``equations.parameters``, shape (n_p,).
+        run
+            Times, torques and, for the observer, measured positions.
+        x0
+            Initial state, shape (n_x,); `initial_state` where None.
+        gain
+            Observer gain L [1/s]; 0 simulates freely.
+        sensitivities
+            Whether the derivatives of the outputs are computed too.
+
+        Returns
+        -------
+        Trajectory
+        """
 
 
 @runtime_checkable
 class Stepped(Protocol):
-    """A simulator whose inner step can be chosen."""
+    """Simulator whose inner step can be chosen."""
 
     def with_step(self, step: float) -> Simulator:
-        """Return the same with inner steps of at most ``step`` [s]."""
+        """Return the same simulator with inner steps of at most ``step`` [s]."""
 
 
 def at_step(simulator: Simulator, step: float) -> Simulator:
-    """Return the simulator with inner steps of at most ``step`` [s]; as it is where it has no such choice."""
+    """Set the inner step of a simulator that has one.
+
+    Parameters
+    ----------
+    simulator
+        Any simulator.
+    step
+        Longest inner step of the integration [s].
+
+    Returns
+    -------
+    Simulator
+        A simulator with that step, or ``simulator`` itself where its inner step cannot be chosen.
+    """
     return simulator.with_step(step) if isinstance(simulator, Stepped) else simulator
 
 
 def initial_state(equations: Equations, run: Run) -> Array:
-    """Return the first sample as position, measured speed (else rest), other states at their start, shape (n_x,)."""
+    """Return the initial state that a run's first row gives.
+
+    Parameters
+    ----------
+    equations
+        Equations whose first states are the positions, then the velocities of the joints.
+    run
+        Run with positions y and perhaps measured velocities v.
+
+    Returns
+    -------
+    ndarray, shape (n_x,)
+        First position [rad], measured velocity or 0 [rad/s], other states at their start values; read-only.
+    """
     x0 = np.array([s.start for s in equations.states])
     n = len(equations.joints)
     x0[:n] = run.y[0]
@@ -70,11 +118,35 @@ def initial_state(equations: Equations, run: Run) -> Array:
 
 
 def observer_inputs(run: Run, gain: float) -> Array:
-    """Return torques, measured positions and observer gain, shape (n_t, 2·n_joints + 1)."""
+    """Arrange the inputs of equations with observer.
+
+    Parameters
+    ----------
+    run
+        Run with torques u and positions y, shape (n_t, n_joints) each.
+    gain
+        Observer gain L [1/s].
+
+    Returns
+    -------
+    ndarray, shape (n_t, 2·n_joints + 1)
+        Torques [N m], measured positions [rad], gain [1/s].
+    """
     return np.column_stack((run.u, run.y, np.full(run.t.size, gain)))
 
 
 def observer_hold(run: Run) -> tuple[bool, ...]:
-    """Return which of `observer_inputs` run linearly: torque as the run says, measured position always, gain never."""
+    """Say which columns of `observer_inputs` are linear between rows; the others hold their value until the next row.
+
+    Parameters
+    ----------
+    run
+        Run whose ``hold`` applies to the torques.
+
+    Returns
+    -------
+    tuple of bool, length 2·n_joints + 1
+        Torques as ``run.hold`` says, measured positions linear, gain held.
+    """
     n = len(run.free_joints)
     return (run.hold == "linear",) * n + (True,) * n + (False,)

@@ -1,10 +1,15 @@
-"""Covariance of the estimates: the sandwich of curvature and of the residuals' own autocovariance.
+"""Covariance of the estimates: `Problem` and minimum in, `Curvature` with the sandwich covariance out.
 
 V = H⁻¹·B·H⁻¹,  H = JᵀJ,  B = Σ_runs Σ_{t,s} c(|t − s|)·g_t·g_sᵀ + J_pᵀJ_p,  g_t = √λ_t·J_t
 
-c(l) is the pooled autocovariance of the residuals over the noise, tapered by Bartlett's window up to the lag at
-which it has died away (Newey & West 1987, with the autocovariance taken as stationary). White residuals of the
-stated noise give back the classical covariance of weighted least squares.
+c(l) is the pooled autocovariance of the residuals over the noise, tapered by Bartlett's window up to twice the lag at
+which it enters its own scatter (Newey & West 1987, with the autocovariance taken as stationary). White residuals of the
+stated noise give the classical covariance of weighted least squares.
+
+1. Simulate at the minimum and form H from the Jacobians of runs and priors.
+2. Remove the time weights from the residuals and estimate c(l) from all runs and joints.
+3. Form B from c(l) and the weighted Jacobians, and make B positive semidefinite.
+4. Add the information of uniform distributions between the bounds, and form the sandwich.
 """
 
 from __future__ import annotations
@@ -18,12 +23,24 @@ from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import sandwich
 
 LONGEST = 0.1
-"""Longest lag as a share of the shortest run."""
+"""Longest lag of the autocovariance, as a share of the rows of the shortest run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curvature:
-    """At the minimum, in scaled unknowns x (n,): H of everything, of the data alone, and the covariance V."""
+    """Information and covariance at the minimum, in the scaled unknowns x (n,).
+
+    Parameters
+    ----------
+    hessian
+        H = JᵀJ of data and priors, shape (n, n).
+    data
+        H of the data and of the priors of initial velocities, shape (n, n).
+    covariance
+        Sandwich covariance V, shape (n, n).
+    correlation_time
+        Integrated autocorrelation time 1 + 2·Σ c(l)/c(0) of the residuals, tapered [rows]; 1 is white.
+    """
 
     hessian: Array
     data: Array
@@ -32,7 +49,21 @@ class Curvature:
 
 
 def curvature(problem: Problem, x: Array) -> Curvature:
-    """Evaluate the matrices at x; directions that nothing determines get the width of their bounds as variance."""
+    """Compute Hessian and sandwich covariance at the minimum.
+
+    Parameters
+    ----------
+    problem
+        Problem that was minimised.
+    x
+        Minimum, shape (n,).
+
+    Returns
+    -------
+    Curvature
+        A direction that neither data nor priors determine has the variance of a uniform distribution between its
+        bounds.
+    """
     blocks = problem.blocks(x)
     n = problem.size
     data = sum((J.reshape(-1, n).T @ J.reshape(-1, n) for J in blocks.jacobians or ()), np.zeros((n, n)))
@@ -45,7 +76,7 @@ def curvature(problem: Problem, x: Array) -> Curvature:
 
 
 def _start_priors(problem: Problem, blocks: Blocks) -> Array:
-    """Information of the priors of initial velocities, which belong to the run rather than to the parameters."""
+    """Return the information of the priors of initial velocities, which belong to the runs, not to the parameters."""
     rows = blocks.prior_jacobian[:, problem.n_parameters :]
     result = np.zeros((problem.size, problem.size))
     result[problem.n_parameters :, problem.n_parameters :] = rows.T @ rows
@@ -53,7 +84,18 @@ def _start_priors(problem: Problem, blocks: Blocks) -> Array:
 
 
 def flat_information(problem: Problem) -> Array:
-    """1/variance of a uniform distribution between the bounds, scaled; 0 for initial states and where unbounded."""
+    """Return the information of a uniform distribution between the bounds of each parameter.
+
+    Parameters
+    ----------
+    problem
+        Problem with the bounds.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        12/width² in scaled unknowns; about 0 (1e-12 to 1e-11) for initial states and for parameters without bounds.
+    """
     lower, upper = problem.scaling.bounds
     result = np.full(problem.size, 1e-12)
     width = np.where(np.isfinite(upper - lower), upper - lower, 1e6)
@@ -62,9 +104,23 @@ def flat_information(problem: Problem) -> Array:
 
 
 def autocovariance(residuals: tuple[Array, ...], longest: int) -> Array:
-    """Return c(0 … longest) pooled over runs and joints; residuals (n_t, n_y) are over the noise, the mean is kept."""
+    """Estimate the autocovariance of residuals, pooled over runs and joints.
+
+    Parameters
+    ----------
+    residuals
+        Residuals over the noise by run, shape (n_t, n_y) each; their mean is not subtracted.
+    longest
+        Longest lag [rows].
+
+    Returns
+    -------
+    ndarray, shape (longest + 1,)
+        c(l) = Σ r_t·r_{t+l}/count(l), for l = 0 … longest.
+    """
     total, count = np.zeros(longest + 1), np.zeros(longest + 1)
     for r in residuals:
+        # Zeros up to twice the length at least: the circular correlation of the transform does not wrap around.
         size = int(2 ** np.ceil(np.log2(2 * r.shape[0])))
         power = np.abs(np.fft.rfft(r, size, axis=0)) ** 2
         total += np.fft.irfft(power, size, axis=0)[: longest + 1].sum(axis=1)
@@ -73,7 +129,8 @@ def autocovariance(residuals: tuple[Array, ...], longest: int) -> Array:
 
 
 def _window(c: Array, rows: int) -> Array:
-    """Bartlett's weights up to twice the lag at which the correlation enters its own scatter."""
+    """Return Bartlett's weights up to twice the lag at which the correlation enters its own scatter."""
+    # The scatter of an estimated correlation of white residuals is 1/√rows; two of these count as 0.
     quiet = np.flatnonzero(np.abs(c) < 2.0 * c[0] / np.sqrt(rows))
     died = int(quiet[0]) if quiet.size else c.size - 1
     last = min(max(2 * died, 1), c.size - 1) if died > 1 else 1
@@ -82,6 +139,7 @@ def _window(c: Array, rows: int) -> Array:
 
 def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
     n = problem.size
+    # Residuals without their time weights: c(l) is stationary only if the weights do not change it along the run.
     roots = [np.maximum(root, 0.0)[:, None] for root in problem.roots]
     plain = tuple(
         np.where(root > 0, r / np.where(root > 0, root, 1.0), 0.0) for r, root in zip(blocks.rows, roots, strict=True)
@@ -97,6 +155,7 @@ def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
             for lag in range(1, weights.size):
                 cross = g[lag:].T @ g[:-lag]
                 meat += weights[lag] * (cross + cross.T)
+    # Rounding and the estimated c(l) may give slightly negative eigenvalues, which a covariance cannot have.
     values, vectors = np.linalg.eigh(meat)
     meat = (vectors * np.maximum(values, 0.0)) @ vectors.T
     tau = float(1.0 + 2.0 * np.sum(weights[1:]) / weights[0]) if weights[0] > 0 else 1.0

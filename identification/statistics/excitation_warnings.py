@@ -1,7 +1,8 @@
-"""Warnings where the runs do not excite a parameter: never in presliding, never past the Stribeck speed, and so on.
+"""Warnings of parameters that the runs do not excite: `Equations`, parameters and simulated motions in, sentences out.
 
-Judged on the simulated motion, joint by joint, with the length of presliding that the friction law has (LuGre: Fs/σ0):
-a row is in presliding where the joint is less than twice that from its last reversal.
+Each joint is judged on its simulated motion, with the presliding length of its friction law (LuGre: Fs/σ0): a row is in
+presliding where the joint is less than twice that length from its last reversal. A warning says that a joint has too
+few rows in presliding, too few in gross sliding, or never reaches the Stribeck velocity.
 """
 
 from __future__ import annotations
@@ -16,12 +17,25 @@ from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import law_named
 
 FEW_ROWS = 20
+"""Number of rows in presliding, or in gross sliding, below which a warning is given."""
 
 
 def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]]) -> tuple[str, ...]:
-    """Return sentences about parameters that the motions (t, y (n_t, n_joints)) leave open.
+    """Warn of friction parameters that the simulated motions do not excite.
 
-    They name the joint where several are free.
+    Parameters
+    ----------
+    equations
+        Equations of the configuration.
+    theta
+        Parameters, shape (n_p,).
+    motions
+        Times t [s], shape (n_t,), and positions y [rad], shape (n_t, n_joints), by run.
+
+    Returns
+    -------
+    tuple of str
+        Sentences, with the joint's number where several joints are free.
     """
     values = {q.id: float(v) for q, v in zip(equations.parameters, theta, strict=True)}
     free = {q.id for q in equations.parameters if not q.fixed}
@@ -67,7 +81,20 @@ def _listed(ids: Sequence[str]) -> str:
 
 
 def presliding(y: Array, length: float) -> Array:
-    """Return which rows lie within ``length`` of the last reversal, shape (n_t,)."""
+    """Find the rows in presliding.
+
+    Parameters
+    ----------
+    y
+        Positions of a joint [rad], shape (n_t,).
+    length
+        Distance from the last reversal below which a row is in presliding [rad].
+
+    Returns
+    -------
+    ndarray of bool, shape (n_t,)
+        Before the first reversal, the distance is counted from the first row.
+    """
     direction = np.sign(np.diff(y))
     turns = np.flatnonzero(direction[1:] * direction[:-1] < 0) + 1
     last = np.zeros(y.size, dtype=np.int64)

@@ -1,7 +1,8 @@
-"""What the data say about each parameter: statuses, and combinations where single parameters stay open.
+"""Identifiability: estimates and their information in, status of every parameter and identifiable combinations out.
 
-A parameter counts as known where its standard deviation is below half of its size: of 1 for a logarithm (50 %), of its
-value or typical size otherwise. One with a prior is ``prior`` where the data did not halve the prior's width.
+A parameter is ``identified`` where its standard deviation is at most half of its size: of 1 for a logarithm (50 %), of
+its value or typical size otherwise. A parameter with a prior is ``prior`` where the data did not halve the prior's
+standard deviation.
 """
 
 from __future__ import annotations
@@ -14,32 +15,76 @@ from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import inverse, profiled
 
 KNOWN = 0.5
+"""Standard deviation over the parameter's size, or over its prior's, up to which a parameter is identified."""
 SMALL, LONGEST = 0.1, 4
-"""A member of a combination has at least this share of it; combinations of more members say nothing to a reader."""
+"""Smallest component of a unit eigenvector that makes a member, and largest number of members: longer combinations say
+nothing to a reader."""
 EDGE = 1e-4
 """Distance from a bound, as a share of the range, within which a parameter lies on it."""
 
 
 def known_sizes(scaling: Scaling, s: Array) -> Array:
-    """Return the scaled standard deviation below which each free parameter counts as known, shape (n_free,)."""
+    """Compute the scaled standard deviations up to which the free parameters are identified.
+
+    Parameters
+    ----------
+    scaling
+        Free parameters with their scales.
+    s
+        Scaled estimates, shape (n_free,).
+
+    Returns
+    -------
+    ndarray, shape (n_free,)
+        Half of 1 for a logarithm; half of max(|p|/w, 1) otherwise.
+    """
     value = np.abs(scaling.physical(s)[list(scaling.free)]) / scaling.unit
     return KNOWN * np.where(scaling.log, 1.0, np.maximum(value, 1.0))
 
 
 def on_bound(scaling: Scaling, s: Array) -> Array:
-    """Return which free parameters lie on a bound, shape (n_free,)."""
+    """Find the free parameters at a bound.
+
+    Parameters
+    ----------
+    scaling
+        Free parameters with their bounds.
+    s
+        Scaled estimates, shape (n_free,).
+
+    Returns
+    -------
+    ndarray of bool, shape (n_free,)
+        Whether the distance from a bound is at most `EDGE` of the range.
+    """
     lower, upper = scaling.bounds
     reach = EDGE * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
     return np.asarray((s - lower <= reach) | (upper - s <= reach))
 
 
 def statuses(scaling: Scaling, s: Array, std: Array) -> dict[str, str]:
-    """Return the status of every parameter by id; ``s`` and ``std`` are scaled, shape (n_free,)."""
+    """Judge whether every parameter is identifiable.
+
+    Parameters
+    ----------
+    scaling
+        Free parameters with their scales, bounds and priors.
+    s
+        Scaled estimates, shape (n_free,).
+    std
+        Scaled standard deviations, shape (n_free,).
+
+    Returns
+    -------
+    dict
+        ``fixed``, ``at_bound``, ``prior``, ``unidentifiable`` or ``identified`` by id.
+    """
     result = {q.id: "fixed" for q in scaling.equations.parameters if q.fixed}
     sizes, edge = known_sizes(scaling, s), on_bound(scaling, s)
     theta = scaling.physical(s)
     slope = scaling.slope(theta)
     for k, q in enumerate(scaling.quantities):
+        # The bound comes first: a standard deviation says nothing of a parameter that its bound holds.
         if edge[k]:
             result[q.id] = "at_bound"
         elif q.prior is not None:
@@ -50,12 +95,30 @@ def statuses(scaling: Scaling, s: Array, std: Array) -> dict[str, str]:
 
 
 def combinations(scaling: Scaling, s: Array, information: Array, status: dict[str, str]) -> tuple[Combination, ...]:
-    """Return what the data alone know of the parameters that stay open.
+    """Find combinations that the data identify, of parameters that the data do not identify alone.
 
     Parameters
     ----------
+    scaling
+        Free parameters with their scales.
+    s
+        Scaled estimates, shape (n_free,).
     information
         Scaled Fisher information of the data, initial states marginalised, shape (n_free, n_free).
+    status
+        Status by id, as `statuses` returns it.
+
+    Returns
+    -------
+    tuple of Combination
+        The best known first; the largest member has the coefficient 1.
+
+    Notes
+    -----
+    1. Members are the unidentifiable parameters, those known from their prior, and those correlated with them.
+    2. The information about the members, all others profiled, is scaled by the parameters' sizes: an eigenvalue above 1
+       is a direction whose standard deviation is below the size that `known_sizes` asks for.
+    3. Each such eigenvector of two to `LONGEST` components above `SMALL` is a combination.
     """
     sizes = known_sizes(scaling, s)
     H = information * np.outer(sizes, sizes)
@@ -78,8 +141,9 @@ def combinations(scaling: Scaling, s: Array, information: Array, status: dict[st
 
 
 def _members(scaling: Scaling, H: Array, status: dict[str, str]) -> list[int]:
-    """Open parameters, and those that the data tie to them (correlation above 0.95)."""
+    """Return the unidentifiable parameters and those correlated with them above 0.95."""
     open_ones = [k for k, id in enumerate(scaling.ids) if status[id] in ("unidentifiable", "prior")]
+    # H is singular where the data do not see a direction at all: the ridge keeps its correlations finite.
     covariance = inverse(H + 1e-9 * np.eye(len(H)))
     scale = np.sqrt(np.diag(covariance))
     correlation = np.abs(covariance / np.outer(scale, scale))

@@ -1,13 +1,17 @@
-"""Error bars where the model misses something: refits that leave out one stretch of the data after the other.
+"""Jackknife of a fit with model discrepancy: `Fit` and runs in, `Fit` with wider standard deviations out.
 
-A sandwich covariance takes what is left for noise. Where it is a systematic misfit, the estimates depend on which part
-of the motion is looked at, and the delete-one-block jackknife shows how far (Künsch 1989; Efron & Tibshirani 1993,
-chapter 11):
+A sandwich covariance takes the residual for noise. Where the residual is model discrepancy, the estimates depend on the
+part of the motion that is fitted, and the delete-one-block jackknife shows how far (Künsch 1989; Efron & Tibshirani
+1993, chapter 11):
 
     var s = (K − 1)/K·Σ_k (s_k − s̄)²,  s_k fitted without block k.
 
-A parameter that one block alone shows stays where it was when that block is left out. Each refit therefore brings its
-own sandwich covariance, and the widest counts: what is known must show in two stretches of the motion.
+1. Cut every run into contiguous blocks and refit without each block.
+2. Compute the jackknife's standard deviation, and the sandwich standard deviation of every refit.
+3. Take the largest of these and of the fit's own, and judge the statuses again.
+
+A parameter that a single block determines stays at its estimate when the refit leaves that block out, so that step 2
+needs the sandwich of every refit too: a parameter is identified only where two parts of the motion determine it.
 """
 
 from __future__ import annotations
@@ -28,20 +32,34 @@ from haptid.identification.statistics.identifiability import combinations, statu
 from haptid.measurement.values.run import Array, Run
 
 BLOCKS = 6
+"""Smallest number of blocks of all runs together."""
 ITERATIONS = 12
+"""Largest number of simulations of a refit."""
 
 
 def with_jackknife(
     simulator: Simulator, fit: Fit, runs: Sequence[Run], options: FitOptions, workers: Workers | None = None
 ) -> Fit:
-    """Return the fit with standard deviations no smaller than the jackknife's, and statuses judged by them.
+    """Widen the standard deviations of a fit to the jackknife's, and judge the statuses by them.
 
     Parameters
     ----------
-    simulator, runs, options
-        Those of the fit; only the runs with ``use == "fit"`` count.
+    simulator
+        Simulator of the fit.
+    fit
+        Fit at its minimum.
+    runs
+        Runs of the fit; only those with ``use == "fit"`` count.
+    options
+        Options of the fit.
     workers
-        Where the refits run; this process where None.
+        Workers that run the refits; this process where None.
+
+    Returns
+    -------
+    Fit
+        The fit with covariance and information scaled by the growth of the standard deviations (the correlations stay),
+        and with new statuses and combinations.
     """
     problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
     x = _unknowns(problem, fit)
@@ -49,6 +67,7 @@ def with_jackknife(
     slope = scaling.slope(fit.theta)
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) / slope
     wide = np.maximum(std, jackknife_std(problem, x, workers or Here())[:n])
+    # Scaling by the growth keeps the correlations of the sandwich; a parameter without deviation stays without.
     grown = np.where(std > 0, wide / np.where(std > 0, std, 1.0), 1.0)
     status = statuses(scaling, x[:n], wide)
     return fit.but(
@@ -60,10 +79,24 @@ def with_jackknife(
 
 
 def jackknife_std(problem: Problem, x: Array, workers: Workers, blocks: int = BLOCKS) -> Array:
-    """Return standard deviations of the unknowns at the minimum x by leaving out one block at a time, shape (n,).
+    """Compute the standard deviations of the unknowns by leaving out one block at a time.
 
-    Every run is cut into equally many contiguous blocks, at least ``blocks`` in all. The first row of a run stays: it
-    is the prior of its start.
+    Parameters
+    ----------
+    problem
+        Problem that was minimised.
+    x
+        Minimum, shape (n,).
+    workers
+        Workers that run the refits.
+    blocks
+        Smallest number of blocks of all runs together; every run has equally many.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        The larger of the jackknife's standard deviation and of the largest sandwich standard deviation of the refits,
+        in scaled unknowns.
     """
     tasks = [(replace(problem, roots=roots), x) for roots in leave_out_blocks(problem.roots, blocks)]
     refits = workers.until(_refit, tasks, lambda done: len(tasks) - len(done))
@@ -79,10 +112,25 @@ def _refit(problem: Problem, x: Array) -> tuple[Array, Array]:
 
 
 def leave_out_blocks(roots: Sequence[Array], blocks: int) -> list[tuple[Array, ...]]:
-    """Return the root weights of all runs once per block, with that block's rows at zero."""
+    """Set the weights of one block after the other to zero.
+
+    Parameters
+    ----------
+    roots
+        Roots √λ of the time weights by run, shape (n_t,) each.
+    blocks
+        Smallest number of blocks of all runs together.
+
+    Returns
+    -------
+    list of tuple of ndarray
+        The roots of all runs for every block, with 0 in the rows of that block.
+    """
+    # Rounded up: every run has equally many blocks, at least one.
     per_run = -(-blocks // len(roots))
     made = []
     for k, root in enumerate(roots):
+        # From row 1: the first row is the prior of the run's initial position and stays in every refit.
         for rows in np.array_split(np.arange(1, root.size), per_run):
             cut = root.copy()
             cut[rows] = 0.0

@@ -1,9 +1,13 @@
-"""Profile likelihoods: how far one parameter may move when all others adapt to it.
+"""Profile likelihoods: `Problem`, minimum and `Curvature` in, 95 % `Interval` of every free parameter out.
 
 With C(v) = min ‖r‖² over the other unknowns at p_k = v, the 95 % interval is where C(v) − C(p̂) ≤ f·χ²₁(0.95). The
-factor f = V_kk/(H⁻¹)_kk, sandwich over plain curvature, puts time weights and correlation of the residuals in (Pace,
-Salvan & Sartori 2011), so that on a quadratic valley the interval is ±1.96 standard
-deviations. On a bent one it is not.
+factor f = V_kk/(H⁻¹)_kk, sandwich over plain curvature, accounts for time weights and correlation of the residuals
+(Pace, Salvan & Sartori 2011): the interval is ±1.96 standard deviations where C is quadratic, and differs where it is
+not.
+
+1. Start 1.96 standard deviations from the minimum, along the direction in which a quadratic C would be lowest.
+2. Minimise C over the other unknowns (`fit_pinned`).
+3. Scale the distance by the root of the wanted over the found rise of C, and repeat until both agree.
 """
 
 from __future__ import annotations
@@ -21,14 +25,33 @@ from haptid.identification.statistics.covariance import Curvature
 from haptid.measurement.values.run import Array
 
 LEVEL = float(chi2.ppf(0.95, 1))
+"""95 % quantile of χ² with one degree of freedom [squares over the noise]."""
 ITERATIONS, HALVINGS, TRIALS = 12, 6, 10
+"""Largest numbers of Gauss-Newton steps, of lengths tried for each step, and of distances tried for each end."""
 CLOSE = 0.01
-"""Relative error of √(C − Ĉ) at which the end of an interval is found."""
+"""Relative error of √(C − Ĉ) below which the end of an interval is accepted."""
 RIDGE = 1e-9
+"""Ridge of a Gauss-Newton step, as a share of the norm of the Jacobian's column."""
 
 
 def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]:
-    """Return the interval of every free parameter; ``x`` is the minimum and ``bent`` the curvature there."""
+    """Compute the 95 % interval of every free parameter by its profile likelihood.
+
+    Parameters
+    ----------
+    problem
+        Problem that was minimised.
+    x
+        Minimum, shape (n,).
+    bent
+        Curvature at the minimum.
+
+    Returns
+    -------
+    dict of Interval
+        Interval in the parameter's unit by id; an end is None where a bound comes first, where a simulation is not
+        finite, or where `TRIALS` distances do not reach it.
+    """
     plain = np.linalg.inv(bent.hessian + np.diag(1e-12 * np.diag(bent.hessian) + 1e-300))
     walk = _Walk(problem=problem, x=x, cost=cost_of(problem.blocks(x)))
     made = {}
@@ -42,14 +65,31 @@ def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Walk:
-    """From the minimum outwards, one unknown pinned."""
+    """Search for the ends of intervals from the minimum x (n,), where the cost is ``cost``."""
 
     problem: Problem
     x: Array
     cost: float
 
     def end(self, k: int, direction: Array, width: float, target: float) -> float | None:
-        """Return the value of parameter ``k`` at which the cost has risen by ``target``; ``width`` has the sign."""
+        """Find the value of a parameter at which the cost has risen by a wanted amount.
+
+        Parameters
+        ----------
+        k
+            Index of the parameter.
+        direction
+            Direction in which a quadratic cost is lowest at a given value of the parameter, shape (n,); entry k is 1.
+        width
+            Scaled standard deviation of the parameter, negative for the lower end.
+        target
+            Wanted rise of the cost [squares over the noise].
+
+        Returns
+        -------
+        float or None
+            Value in the parameter's unit; None where no end is found.
+        """
         low, high = (float(b[k]) for b in self.problem.scaling.bounds)
         room = (high if width > 0 else low) - float(self.x[k])
         distance, at, start = np.sqrt(LEVEL) * width, 0.0, self.x
@@ -64,14 +104,29 @@ class _Walk:
             if share < 1.0 and abs(distance) >= abs(room):
                 return None
             start, at = moved, distance
+            # Where C is quadratic, its root is proportional to the distance; the clip bounds a step where it is not.
             distance /= float(np.clip(share, 0.4, 2.5))
         return None
 
 
 def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
-    """Minimise ‖r‖² from ``x`` over all unknowns but ``k``; return the minimum and its cost.
+    """Minimise ‖r‖² over all unknowns but one, by Gauss-Newton steps that are halved until the cost falls.
 
-    By Gauss-Newton steps that are halved until the cost falls.
+    Parameters
+    ----------
+    problem
+        Problem with residuals r(x).
+    x
+        First unknowns, shape (n,).
+    k
+        Index of the unknown that keeps its value.
+
+    Returns
+    -------
+    x : ndarray, shape (n,)
+        Minimum.
+    cost : float
+        ‖r‖² there [squares over the noise]; infinite where the first simulation is not finite.
     """
     others = np.delete(np.arange(x.size), k)
     A, b = problem.constraints()
@@ -82,6 +137,7 @@ def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
         if not np.isfinite(cost):
             return x, cost
         J = blocks.jacobian[:, others]
+        # A direction that the data do not see would make R singular, which `step_within` cannot solve.
         ridge = RIDGE * np.diag(np.maximum(np.linalg.norm(J, axis=0), 1e-12))
         R, c = triangle(np.vstack((J, ridge)), np.concatenate((blocks.residual, np.zeros(others.size))))
         step = np.zeros(x.size)
@@ -103,7 +159,7 @@ def _halve_step(problem: Problem, x: Array, step: Array, cost: float) -> tuple[A
 
 
 def _within(problem: Problem, x: Array, k: int) -> Array:
-    """Move the other parameters into their bounds."""
+    """Move all parameters but the one at ``k`` into their bounds."""
     low, high = problem.scaling.bounds
     n, kept = problem.n_parameters, x[k]
     moved = x.copy()

@@ -1,7 +1,8 @@
-"""Residuals of a run under fitted parameters, and how they compare with the sensor's noise.
+"""Scores of runs at fitted parameters: `Simulator`, parameters and `Run` in, residuals and `RunScore` out.
 
-The initial position is not known better than one sample tells: it is profiled with the prior N(y[0], σ²), for runs
-that no fit saw too. A held-out part is judged from a start that only the rows before it determine.
+The first sample determines the initial position only to the sensor's noise: the position is fitted with the prior
+N(y[0], σ²), also for runs that no fit saw. A held-out part of a run is scored from an initial state that only the rows
+before that part determine.
 """
 
 from __future__ import annotations
@@ -16,10 +17,11 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array, Run
 
 STEPS = 8
+"""Largest number of Gauss-Newton steps of an initial state."""
 
 
 class HasTheta(Protocol):
-    """Anything with parameters, as a `Fit`."""
+    """Object with parameters, such as a `Fit`."""
 
     @property
     def theta(self) -> Array:
@@ -27,13 +29,47 @@ class HasTheta(Protocol):
 
 
 def residuals(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
-    """Return measured − simulated [rad], shape (n_t, n_joints)."""
+    """Simulate a run freely and return measured − simulated positions.
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the configuration.
+    theta
+        Parameters, shape (n_p,).
+    run
+        Run to simulate.
+    x0
+        Initial state, shape (n_x,).
+
+    Returns
+    -------
+    ndarray, shape (n_t, n_joints)
+        Residuals [rad].
+    """
     y = simulator.simulate(theta, run, x0=x0).y
     return np.asarray(run.y - y[:, : run.y.shape[1]])
 
 
 def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velocity: bool = False) -> Array:
-    """Return the initial state that fits ``run`` best at fixed parameters, by Gauss–Newton from the first sample."""
+    """Fit the initial state of a run at fixed parameters, by Gauss–Newton from the first sample.
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the configuration.
+    theta
+        Parameters, shape (n_p,).
+    run
+        Run to fit; where its first rows are not scored, only these rows determine the initial state.
+    free_velocity
+        Whether the initial velocities are fitted in any case, see `start_of`.
+
+    Returns
+    -------
+    ndarray, shape (n_x,)
+        Initial state; that of the first row where its simulation is not finite.
+    """
     start = start_of(simulator.equations, run, free_velocity=free_velocity)
     rows = slice(0, run.score_from) if run.score_from else slice(None)
     delta = np.zeros(len(start.states))
@@ -47,6 +83,7 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
         if gained > 0:
             delta, r, J = delta + step, new_r, new_J
             step = -np.linalg.lstsq(J, r, rcond=None)[0]
+        # A step that overshoots is shortened and tried again from the same point.
         else:
             step = step / 4.0
         if abs(gained) < 1e-9 * float(r @ r):
@@ -71,13 +108,45 @@ def _whiten(
 def score(
     simulator: Simulator, fit: HasTheta, run: Run, *, x0: Array | None = None, free_velocity: bool = False
 ) -> RunScore:
-    """Judge ``run`` on its scored rows; the initial state is profiled where ``x0`` is None."""
+    """Score a run on its scored rows.
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the configuration.
+    fit
+        Object with the parameters.
+    run
+        Run to score.
+    x0
+        Initial state, shape (n_x,); fitted to the run (`fit_initial_state`) where None.
+    free_velocity
+        Whether the initial velocities are fitted in any case.
+
+    Returns
+    -------
+    RunScore
+    """
     start = fit_initial_state(simulator, fit.theta, run, free_velocity=free_velocity) if x0 is None else x0
     return score_of(run, residuals(simulator, fit.theta, run, start)[run.scored], start)
 
 
 def score_of(run: Run, r: Array, x0: Array) -> RunScore:
-    """Return the score of scored residuals r (n_scored, n_joints) [rad]."""
+    """Compute the score of a run from its residuals.
+
+    Parameters
+    ----------
+    run
+        Run with sensor noise and positions.
+    r
+        Residuals of the scored rows [rad], shape (n_scored, n_joints).
+    x0
+        Initial state of the simulation, shape (n_x,).
+
+    Returns
+    -------
+    RunScore
+    """
     rmse = np.sqrt(np.mean(r**2, axis=0))
     return RunScore(
         file=run.file,

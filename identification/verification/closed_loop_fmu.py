@@ -1,4 +1,9 @@
-"""The closed loop as two FMUs, the stated controller and the whole device: written as a system, and run by fmpy."""
+"""The closed loop as two FMUs: FMU of the device and `Controller` in, controller's FMU and system (SSP) out.
+
+1. Build the FMU of the stated controller (`build_controller`).
+2. Run both FMUs by fmpy along a verified run (`simulate_pair`) and compare with the verification in process.
+3. Write both as one system (`Pair.write_system`).
+"""
 
 from __future__ import annotations
 
@@ -25,13 +30,34 @@ from haptid.model.equations.equations import Equations
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pair:
-    """The device and its controller."""
+    """FMUs of the closed loop.
+
+    Parameters
+    ----------
+    device
+        FMU of the whole device.
+    controller
+        FMU of its controller.
+    """
 
     device: Fmu
     controller: Fmu
 
     def write_system(self, out: Path, *, stop_time: float) -> Path:
-        """Write both as one archive (SSP), torque and readings connected."""
+        """Write both FMUs as one system, with torques and readings connected.
+
+        Parameters
+        ----------
+        out
+            Archive (SSP) to write.
+        stop_time
+            End of the default experiment [s].
+
+        Returns
+        -------
+        Path
+            The archive.
+        """
         device, law = self.device.equations, self.controller.equations
         wires = []
         for k in range(len(device.joints)):
@@ -57,7 +83,23 @@ def build_controller(
     kind: Kind = "native",
     platforms: tuple[Platform, ...] | None = None,
 ) -> Fmu:
-    """Build the FMU of ``controller`` for the joints and sample time of ``run``, its filters at the first readings."""
+    """Build the FMU of a controller for the joints and the sample time of a run.
+
+    Parameters
+    ----------
+    controller
+        Gains and time constant of the filter.
+    run
+        Run whose median time between rows is the sample time, and whose first readings the filters start at.
+    out
+        File to write.
+    kind, platforms
+        Packaging, and the platforms of native code.
+
+    Returns
+    -------
+    Fmu
+    """
     equations = controller_equations(controller, float(np.median(np.diff(run.t))), run.free_joints)
     start = {state.id: float(y) for state, y in zip(equations.states, run.y[0], strict=True)}
     return build_fmu(equations, out, kind=kind, values=start, platforms=platforms)
@@ -65,14 +107,22 @@ def build_controller(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ClosedLoopFiles:
-    """The controller's FMU, the system, and the largest difference of its motion from the verification in process."""
+    """Files of the closed loop.
+
+    Parameters
+    ----------
+    controller, system
+        FMU of the controller, and the system (SSP).
+    largest_difference_rad
+        Largest difference of the FMUs' positions from those of the verification in process [rad].
+    """
 
     controller: Path
     system: Path
     largest_difference_rad: float
 
     def as_json(self) -> dict[str, Any]:
-        """Return what identification.json says of them."""
+        """Convert to the entry ``as_fmus`` of identification.json."""
         return {
             "controller": self.controller.name,
             "system": self.system.name,
@@ -83,21 +133,25 @@ class ClosedLoopFiles:
 def export_closed_loop(
     device: Fmu, table: Mapping[str, Any] | None, runs: Sequence[Run], checks: Verification, out: Path
 ) -> ClosedLoopFiles | None:
-    """Write ``controller.fmu`` and ``closed_loop.ssp`` below ``out`` and run the pair along the first verified run.
+    """Write ``controller.fmu`` and ``closed_loop.ssp`` and run both FMUs along the first verified run.
 
     Parameters
     ----------
     device
-        The whole device with the identified values.
+        FMU of the whole device with the identified values.
     table
         The ``[controller]`` table of the campaign.
+    runs
+        Runs of the campaign.
     checks
-        The verification in process that the pair is compared with.
+        Verification in process that the FMUs are compared with.
+    out
+        Folder to write to.
 
     Returns
     -------
     ClosedLoopFiles or None
-        None where no run was verified in closed loop.
+        None where the campaign states no controller or no run was verified in closed loop.
     """
     done = [check for check in checks.runs if check.mode == "closed_loop"]
     if not table or not done:
@@ -118,7 +172,7 @@ def export_closed_loop(
 
 
 class _Part:
-    """One FMU under way."""
+    """Running instance of one FMU."""
 
     def __init__(self, fmu: Fmu, start: dict[str, float]) -> None:
         description = fmpy.read_model_description(str(fmu.path))
@@ -149,8 +203,26 @@ class _Part:
 
 
 def simulate_pair(pair: Pair, run: Run, reference: Array) -> tuple[Array, Array]:
-    """Run both FMUs by fmpy along ``run``; positions and torques, shape (n_t, n_q) each.
+    """Run device and controller as FMUs along a run.
 
+    Parameters
+    ----------
+    pair
+        Both FMUs.
+    run
+        Run that gives times and first positions.
+    reference
+        Reference positions [rad], shape (n_t, n_q).
+
+    Returns
+    -------
+    y : ndarray, shape (n_t, n_q)
+        Positions [rad].
+    torque : ndarray, shape (n_t, n_q)
+        Torques of the controller [N m].
+
+    Notes
+    -----
     The readings reach the controller without delay, and its torque holds until the next row.
     """
     device, law, n = pair.device.equations, pair.controller.equations, len(run.free_joints)
@@ -161,6 +233,7 @@ def simulate_pair(pair: Pair, run: Run, reference: Array) -> tuple[Array, Array]
     y, torque = np.empty((run.t.size, n)), np.empty((run.t.size, n))
     try:
         for k, t in enumerate(run.t):
+            # Device, controller, device: the torque of a row depends on the reading of the same row.
             y[k] = plant.get(read)
             brain.set(taken, [*reference[k].tolist(), *y[k].tolist()])
             torque[k] = brain.get(given)

@@ -1,4 +1,4 @@
-"""What the verification of a whole model found, run by run and joint by joint."""
+"""Result of the verification of a whole model: `Verification`, by run (`RunCheck`) and joint (`JointCheck`)."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ SENTENCES: Mapping[Mode, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JointCheck:
-    """How one joint of a run is predicted.
+    """Prediction of one joint of a run.
 
     Parameters
     ----------
     joint, prismatic
-        Number of the joint, and whether it slides: then rad and N m are m and N below.
+        Number of the joint, and whether it is prismatic: then rad and N m below are m and N.
     rmse_rad
-        RMS of (measured − simulated) [rad]; NaN where the simulation left the finite numbers.
+        RMS of (measured − simulated) [rad]; NaN where the simulation is not finite.
     rmse_over_noise, nrmse
-        The same over the sensor noise √(noise² + resolution²/12), and over the range of the measured position.
+        RMS of (measured − simulated) over the sensor noise √(noise² + resolution²/12), and over the range of the
+        measured position.
     torque_difference_Nm, torque_rms_Nm
         RMS of (recorded − simulated torque) and of the recorded torque [N m]; the first is 0 in open loop.
     spread_rad
@@ -47,13 +48,30 @@ class JointCheck:
     @property
     def over_expected(self) -> float:
         """RMS over √(noise² + spread²): about 1 where noise and parameter uncertainty explain the residual."""
+        # The noise follows from the two ratios: a check keeps no sensor noise of its own.
         noise = self.rmse_rad / self.rmse_over_noise if self.rmse_over_noise > 0 else 0.0
         return self.rmse_rad / float(np.hypot(noise, self.spread_rad))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunCheck:
-    """One run in one mode; ``draws`` counts the parameter draws whose simulation stayed finite."""
+    """Prediction of one run in one mode.
+
+    Parameters
+    ----------
+    file, use
+        File of the run and its use.
+    mode
+        Whether the run was simulated in closed or in open loop.
+    joints
+        Prediction by joint.
+    draws
+        Number of parameter draws whose simulation is finite.
+    t
+        Times [s], shape (n_t,).
+    measured, simulated, spread
+        Positions, and the standard deviation of the draws' positions [rad], shape (n_t, n_joints) each.
+    """
 
     file: str
     use: str
@@ -67,20 +85,30 @@ class RunCheck:
 
     @property
     def sentence(self) -> str:
-        """What was simulated."""
+        """Sentence that says how the run was simulated."""
         return SENTENCES[self.mode]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verification:
-    """All runs, each in closed loop where a controller and references are known, and from the recorded torques."""
+    """Predictions of all runs, in closed loop where controller and references are known, and in open loop.
+
+    Parameters
+    ----------
+    runs
+        Prediction by run and mode.
+    law
+        Description of the controller in the campaign.
+    assumed
+        Ids of parameters without an identified value, which keep the device's first guess.
+    """
 
     runs: tuple[RunCheck, ...]
     law: str = ""
     assumed: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the ``verification`` table of identification.json; what is not finite is null."""
+        """Convert to the ``verification`` table of identification.json; numbers that are not finite become null."""
         return {"law": self.law, "assumed": list(self.assumed), "runs": [_run_json(run) for run in self.runs]}
 
 

@@ -1,4 +1,10 @@
-"""Verification of the whole model on runs with all joints free, in closed loop and from the recorded torques."""
+"""Verification of the whole model: `Device`, identified values and `Run`s with all joints free in, `Verification` out.
+
+1. Build the equations of the whole device and set the values; parameters without one keep their first guess.
+2. Simulate every run under the stated controller, where controller and references are known, and under the recorded
+   torques; repeat both for every draw of the values.
+3. Compare with the measured positions: RMS over noise, over the range, and over noise and spread of the draws.
+"""
 
 from __future__ import annotations
 
@@ -31,10 +37,12 @@ def verify(
     draws: Sequence[Mapping[str, float]] | None = None,
     effects: Effects | None = None,
 ) -> Verification:
-    """Simulate the runs with all joints free by the whole model.
+    """Simulate the runs with all joints free by the whole model and compare them with the measurement.
 
     Parameters
     ----------
+    device
+        Device of the campaign.
     values
         Parameters of `model.joint.whole_device.full_equations` by id; those left out keep the device's first guess and
         are listed as assumed.
@@ -43,9 +51,14 @@ def verify(
     controller
         The controller, or the ``[controller]`` table of the campaign; None where there is none.
     draws
-        Values by id that say how well the parameters are known; what a draw leaves out is as in ``values``.
+        Draws of the values by id from their uncertainty; an id that a draw leaves out has its entry in ``values``.
     effects
         Effects that are added to the model, by joint.
+
+    Returns
+    -------
+    Verification
+        Without runs where no run has all joints free.
 
     Raises
     ------
@@ -85,6 +98,7 @@ def _check_run(
 
 def _check(run: Run, mode: Mode, positions: Sequence[Array], torque: Array) -> RunCheck:
     simulated, drawn = positions[0], [y for y in positions[1:] if np.isfinite(y).all()]
+    # One draw has no standard deviation: the spread is then unknown, not 0.
     spread = np.std(drawn, axis=0, ddof=1) if len(drawn) > 1 else np.full_like(run.y, np.nan)
     rms = np.sqrt(np.mean((run.y - simulated) ** 2, axis=0))
     torque_rms = np.sqrt(np.mean((run.u - torque) ** 2, axis=0))
