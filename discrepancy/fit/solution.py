@@ -291,7 +291,6 @@ def _balance_common_factor(
     """
     pairs = [(moved.u[:, 0], run.u[:, 0]) for moved, run in zip(problem.runs, study.fitted, strict=True)]
     factor = sum(float(m @ u) for m, u in pairs) / max(sum(float(u @ u) for _, u in pairs), 1e-300)
-    # A shift this small, seen against the scatter of one cycle, is not worth another linearisation.
     if factor <= 0 or abs(factor - 1.0) < BALANCED * noise.scatters[0].size:
         return problem, x
     quantities = simulator.equations.parameters
