@@ -442,7 +442,11 @@ def alike(a: Noise, b: Noise, std: Array) -> bool:
 
 
 def _as_large(a: Scatter, b: Scatter, std: Array) -> bool:
-    """Say whether two scatters share joint and path, with sizes within 10 % and centres within 10 % of the noise."""
+    """Say whether two scatters are equal within what changes a fit.
+
+    They act on the same joint and path, their sizes differ by at most 10 %, and the shift of the centre changes the
+    reading by at most a tenth of the sensor noise.
+    """
     same = (a.column, a.path) == (b.column, b.path)
     centred = abs(a.centre - b.centre) * a.size <= 0.1 * float(std[a.column])
     return same and centred and abs(a.size - b.size) <= 0.1 * max(a.size, b.size)
