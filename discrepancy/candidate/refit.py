@@ -381,8 +381,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
     Returns
     -------
     wald, at_bound
-        Least aᵀC⁻¹a over the amplitudes a of all effects but the last, infinite where there is none; whether an
-        amplitude or a shape of logarithmic scale lies at its bound.
+        Least aᵀC⁻¹a over the amplitudes a of each effect but the last and those with a discontinuity in the torque,
+        infinite where there is none; and whether an amplitude or a shape of logarithmic scale lies at its bound.
 
     Notes
     -----
@@ -392,8 +392,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
     A wave number or time constant at the lower end of its range, or not distinguishable from it, counts as at its
     bound: there it stands for another effect (a wave longer than the travel for a bent spring). So does a first
     amplitude with lower bound 0 whose squared ratio to its standard error is below the ln n that BIC charges for it,
-    while other parameters carry the effect: a slack of nothing in an elastic tendon, a compliance of 0.3 ± 2 whose pole
-    makes a delay of a lag.
+    while other parameters carry the effect: an elastic tendon without slack, a compliance of 0.3 ± 2 whose pole makes a
+    delay of a lag.
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
@@ -404,6 +404,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
     for effect in solution.effects:
         at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
         a = (solution.x[at] - zero[at]) * size[at]
+        # A Wald statistic would judge the last effect by the curvature; its gain over the model before it is the better
+        # evidence.
         if effect is not solution.effects[-1] and not effect.threshold:
             wald = min(wald, float(a @ symmetric_inverse(covariance[np.ix_(at, at)]) @ a))
         one_sided = lower[at[0]] >= zero[at[0]]
@@ -414,6 +416,8 @@ def significance(solution: Solution) -> tuple[float, bool]:
         # the range.
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))
+        # The margin is twice the standard error, so that a poorly known shape counts as at its bound, but at most
+        # `NEAR`, so that an undetermined one does not always.
         shape = [ids.index(q.id) for q in effect.parameters[effect.amplitudes :] if q.scale == "log" and not q.fixed]
         error = np.sqrt(np.diag(covariance)[shape]) / size[shape]
         at_bound |= bool(np.any(solution.x[shape] - lower[shape] < np.clip(2.0 * error, EDGE, NEAR)))

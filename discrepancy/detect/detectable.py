@@ -96,6 +96,7 @@ def smallest(points: Sequence[Point], G: Array, tests: float, entries: Mapping[s
     found: dict[str, Detectable] = {}
     for point in points:
         first = entries[point.key].parameters[0]
+        # The first column is that of the first amplitude, the size that is reported.
         column = point.columns.start
         power = noncentrality(len(point.values), tests)
         size = abs(point.values[0][first.id]) * float(np.sqrt(power / max(float(G[column, column]), 1e-300)))

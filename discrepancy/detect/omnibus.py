@@ -148,6 +148,7 @@ def _waves(run: Run, own: Sequence[Channel], whiten: Whitener, *, drifting: bool
         H = np.zeros((*run.y.shape, waves.shape[1]))
         H[:, channel.column] = waves
         H = whiten(H)
+        # Rows before ``score_from`` are not scored, but row 0 is: it is the prior of the fitted initial position.
         H[1 : run.score_from] = 0.0
         columns.append(H.reshape(run.y.size, -1))
     return np.concatenate(columns, axis=1)

@@ -185,6 +185,7 @@ def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> S
         for point in grid:
             block = raw[:, at : at + len(point)]
             at += len(point)
+            # A diverged simulation would give its shape an arbitrary score.
             if not np.isfinite(block).all() or np.abs(block).max() > BLOWN:
                 continue
             points.append(Point(key=effect.key, values=point, columns=slice(column, column + len(point))))
@@ -198,5 +199,6 @@ def _scored(rows: Array, first: int) -> Array:
     if first == 0:
         return rows
     kept = rows.copy()
+    # Row 0 stays: it is the prior of the fitted initial position, whatever the first scored row.
     kept[1:first] = 0.0
     return kept

@@ -169,6 +169,7 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     judgement = judge(study, found)
     rebuilt = None
     best, plain = found.best.candidate, found.plain.candidate
+    # A surrogate must not reach the users' model, so no FMU is built for an unlisted verdict.
     if best.solution.effects and judgement.verdict in ("named", "ambiguous"):
         tell("FMU and refit")
         rebuilt = rebuild(study, found, best.solution.effects, out / "fmu", kind)

@@ -25,6 +25,7 @@ from haptid.support.numbers import plain
 from haptid.support.processes.threads import on_one_thread
 
 Stage = Literal["gap", "where", "what"]
+"""Name of a stage."""
 STAGES: tuple[Stage, ...] = ("gap", "where", "what")
 SHOWN = 5
 """Largest number of best-scoring effects that are listed."""

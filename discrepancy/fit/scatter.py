@@ -175,6 +175,7 @@ def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array,
     for _ in range(LINEARISATIONS):
         moved = run.but(u=run.u * np.exp(_spread_over_rows(b, noise.scatters, cycles, run)))
         S = columns(moved)
+        # The whitener takes no directions from such columns; the residual is infinite there.
         if not np.isfinite(S).all():
             return run, S
         shift = S @ (b / s)

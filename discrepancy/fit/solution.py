@@ -230,6 +230,7 @@ def solve(
         x, calls, converged = found.x, calls + found.calls, found.converged
     if settled and noise.on_torque:
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
+    # One simulation serves both: the noise estimate needs the residuals before whitening.
     raw = Problem.blocks(problem, x)
     blocks = problem.whitened(raw)
     chi2 = float(blocks.residual @ blocks.residual)

@@ -147,6 +147,7 @@ def without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate]
         Candidates by the key of the missing effect.
     """
     full = best.solution
+    # Without its only effect the model is the nominal one, which was fitted already.
     if len(full.keys) == 1 and full.effects:
         return {full.keys[0]: start.candidate}
     found = _less(s, full)

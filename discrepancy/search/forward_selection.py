@@ -236,6 +236,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         made = _two_at_once(s, leads, start, _anew)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
+    # All effects were tried in vain: a score against the nominal model is then refuted, unless it is very low.
     if best is start and not any(t.acceptable for t in trials):
         best = replace(start, refuted=True)
     return trials, best

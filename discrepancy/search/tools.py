@@ -59,7 +59,7 @@ the noise."""
 BESIDE = 12
 """Number of effects that are fitted from the first guesses beside another effect: those that score best there."""
 APART, AHEAD = 3, 4
-"""Number of homotopy gains after which effects are well told apart, and number of effects that are continued from
+"""Number of homotopy gains after which effects are distinguishable, and number of effects that are continued from
 there."""
 NEWS = 0.05
 """Share of the excess energy of a finished fit by which a new start with the same effects must be ahead to be finished
@@ -473,7 +473,7 @@ def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, fl
 
 
 def _sieved(study: Study, tried: Tried) -> Tried:
-    """Continue at the inner step of ``study``, down to the gain at which effects are well told apart."""
+    """Continue at the inner step of ``study``, down to the gain at which effects are distinguishable."""
     effects, low = tried
     return effects, at_fine(study, effects, low).down_to(APART)
 

@@ -80,6 +80,7 @@ def _signatures(
         y = simulator.kernel.simulate_many(run.t, measured_motion(run), theta, starts, linear=True)[:, seen, 0]
         stacked.append((y[1:] - y[0]).T)
     D = np.concatenate(stacked)
+    # A zero column explains nothing, so a diverged shape is never the best one.
     D[:, ~np.isfinite(D).all(axis=0)] = 0.0
     return D
 

@@ -236,7 +236,7 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
 
 
 def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCandidate:
-    """Compare a model with the one that it extends.
+    """Compare a model with the same model without the effect that was added last.
 
     Parameters
     ----------
@@ -244,6 +244,11 @@ def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCand
         Key of the effect that was added.
     less, more
         Models without and with that effect.
+
+    Returns
+    -------
+    TorqueCandidate
+        The larger model with its gain in BIC and its evidence on held-out stretches.
     """
     a, b = scores(less), scores(more)
     extra = more.problem.n_parameters - less.problem.n_parameters

@@ -156,6 +156,7 @@ def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in runs]
     return TorqueStudy(
         joint=joint,
+        # The masks hold rows out, so the runs themselves are scored from the first row on.
         runs=tuple(torque_run(run.but(score_from=0)) for run in runs),
         seen=tuple(np.broadcast_to(np.asarray(s), run.t.shape) for s, run in zip(seen, runs, strict=True)),
         base=equations_for(campaign, device_of(campaign), (joint,)),

@@ -230,4 +230,6 @@ def _values(run: Run, variable: str) -> Array:
 
 def _smooth(y: Array) -> Array:
     width = max(y.size // 200, 3)
+    # Differences of neighbouring readings would magnify the sensor noise; a moving average over a two-hundredth of the
+    # run comes first.
     return np.convolve(np.pad(y, width, mode="edge"), np.ones(width) / width, mode="same")[width:-width]

@@ -33,6 +33,7 @@ def _wave(wave: Function, number: int) -> Function:
 
 
 MOST_TERMS = 2
+"""Largest number of functions in a suggested formula."""
 LEAST_P = 0.01
 """p of χ² below which the terms do not follow the torque."""
 CLOSE = 0.01

@@ -158,8 +158,8 @@ def propose(study: Study, winners: Sequence[Solution], rivals: Sequence[Solution
     Returns
     -------
     Proposal
-        Run of fewest repeats, and of most evidence among these, that stays within the travel. Where every run leaves
-        the travel, the one that leaves it least.
+        Run of fewest repeats, and of most evidence among these, that stays within the travel (within `ROOM`). Where
+        every run leaves the travel, the run that leaves it least.
     """
     worlds = [(winner, [_rival(study, winner, r) for r in rivals]) for winner in winners]
     template = max(study.fitted, key=lambda run: run.t[-1])
@@ -175,6 +175,7 @@ def _grid(study: Study, template: Run) -> list[Proposal]:
     largest = max(float(np.abs(run.u).max()) for run in study.fitted)
     fastest = max(find_cycles(run).omega for run in study.fitted)
     limit = 2 * np.pi / (ROWS_A_PERIOD * float(np.median(np.diff(template.t))))
+    # Torques no faster than those used are always tried; faster ones only as far as the readings resolve them.
     speeds = [fastest * f for f in FASTER if fastest * f <= limit or f <= 1.0]
     return [
         Proposal(
