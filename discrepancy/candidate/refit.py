@@ -89,6 +89,11 @@ def score_candidate(study: Study, solution: Solution, calls: int) -> Candidate:
         Fitted model.
     calls
         Number of simulations of all fitted runs that it took.
+
+    Returns
+    -------
+    Candidate
+        The solution with its BIC, and with its prediction of the held-out runs.
     """
     k = count_informed_parameters(solution)
     return Candidate(
@@ -101,7 +106,18 @@ def score_candidate(study: Study, solution: Solution, calls: int) -> Candidate:
 
 
 def count_informed_parameters(solution: Solution) -> int:
-    """Count the informed parameters of effects and noise; those of the nominal model are common to all candidates."""
+    """Count the informed parameters of effects and noise; those of the nominal model are common to all candidates.
+
+    Parameters
+    ----------
+    solution
+        Fitted model.
+
+    Returns
+    -------
+    int
+        Number of amplitudes, of shape parameters that the data inform, of scatters, and 2 for correlated noise.
+    """
     own = {q.id for e in solution.effects for q in e.parameters}
     amplitudes = {q.id for e in solution.effects for q in e.parameters[: e.amplitudes]}
     std = scaled_std(solution)
@@ -295,7 +311,20 @@ def near(effect: Effect, amplitude: Sequence[float]) -> list[float]:
 
 
 def no_larger(amplitude: Sequence[float], largest: float) -> list[float]:
-    """Scale factors down in common until none exceeds ``largest``."""
+    """Scale factors down in common until none exceeds a limit.
+
+    Parameters
+    ----------
+    amplitude
+        Factors on the effect's typical size.
+    largest
+        Largest magnitude of a factor.
+
+    Returns
+    -------
+    list of float
+        Factors of the same ratio.
+    """
     factor = min(1.0, largest / max(*map(abs, amplitude), 1e-300))
     return [a * factor for a in amplitude]
 

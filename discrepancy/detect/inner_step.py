@@ -38,7 +38,20 @@ HALVINGS = 5
 
 
 def at_step(study: Study, step: float) -> Study:
-    """Return the study with readings at an inner step of at most ``step`` [s]."""
+    """Return the study with another inner step.
+
+    Parameters
+    ----------
+    study
+        Study at any inner step.
+    step
+        Longest inner step of the readings [s].
+
+    Returns
+    -------
+    Study
+        The same study with a factory at that step.
+    """
     return replace(study, factory=Factory(step))
 
 

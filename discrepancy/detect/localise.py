@@ -72,6 +72,11 @@ class Region:
             Whether each free joint is prismatic, which decides the units.
         joint
             Words that follow the name of a quantity measured at the joint.
+
+        Returns
+        -------
+        str
+            Sentence with the shares of energy and rows in per cent, and the range in the variable's unit.
         """
         rows = "of the spectrum" if self.variable == "frequency_rad_s" else "of the samples"
         share = f"{100 * self.share_of_gap:.0f} % of the gap lies {self._place(prismatic, joint)}"
@@ -231,6 +236,11 @@ def describe_regions(found: Sequence[Region], prismatic: Sequence[bool], joint: 
         Whether each free joint is prismatic, which decides the units.
     joint
         Words that follow the name of a quantity measured at the joint.
+
+    Returns
+    -------
+    list of str
+        One sentence for each of these regions.
     """
     first = [r for r in found if r.variable != "frequency_rad_s"][:2]
     return [r.sentence(prismatic, joint) for r in (*first, *(r for r in found if r.variable == "frequency_rad_s"))]

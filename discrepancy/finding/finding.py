@@ -206,6 +206,11 @@ def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Arra
         Runs of one or several joints.
     before, after
         Simulated readings of every run, shape (n_t, n_joints).
+
+    Returns
+    -------
+    tuple of Curve
+        Curves run by run, and joint by joint within a run.
     """
     return tuple(
         Curve(run=c.run, before=before[c.number][:, c.column], after=after[c.number][:, c.column])
@@ -265,7 +270,7 @@ def _rms(values: Any) -> float:
 
 
 def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
-    """Return the content of ``discrepancy/joint<j>.json``, as INTERFACES describes it.
+    """Return the content of ``discrepancy/joint<j>.json``.
 
     Parameters
     ----------
@@ -275,6 +280,11 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         Whether the runs were measured.
     seed
         Seed of the search.
+
+    Returns
+    -------
+    dict
+        Fields of INTERFACES.
     """
     judgement, rebuilt = finding.judgement, finding.rebuilt
     shape, proposal = judgement.shape, judgement.next_experiment

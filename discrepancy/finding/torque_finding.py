@@ -242,7 +242,7 @@ def _build_fmu(found: TorqueSearch, out: Path, kind: Kind) -> Fmu:
 
 
 def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[str, Any]:
-    """Return the content of ``discrepancy/joint<j>.json``, as INTERFACES describes it, with RMS in N m.
+    """Return the content of ``discrepancy/joint<j>.json`` for a joint whose torque was scored.
 
     Parameters
     ----------
@@ -252,6 +252,11 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         Whether the runs were measured.
     seed
         Seed of the search.
+
+    Returns
+    -------
+    dict
+        Fields of INTERFACES; RMS are in N m, as the field ``scored`` says.
     """
     found, left = finding.search, finding.remaining
     return {

@@ -39,7 +39,7 @@ def torques(runs: Sequence[Run], effect: Effect) -> Array:
 
 
 def around(value: float, sent: Array) -> tuple[float, float]:
-    """Return the sent torques next below and next above ``value`` [N m].
+    """Return the sent torques next to a discontinuity.
 
     Parameters
     ----------
@@ -47,6 +47,12 @@ def around(value: float, sent: Array) -> tuple[float, float]:
         Place of the discontinuity [N m].
     sent
         Torques that were sent, ascending, shape (n,).
+
+    Returns
+    -------
+    low, high
+        Torques next below and next above ``value`` [N m]; the first or the last torque twice where ``value`` lies
+        outside.
     """
     k = int(np.searchsorted(sent, value))
     return float(sent[max(k - 1, 0)]), float(sent[min(k, sent.size - 1)])

@@ -132,7 +132,22 @@ def start_under_observer(study: Study, effects: Sequence[Effect], values: Mappin
 
 
 def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:
-    """Carry a fit from a long inner step over to the inner step of ``study``; its simulations are counted anew."""
+    """Carry a fit from a long inner step over to the inner step of ``study``.
+
+    Parameters
+    ----------
+    study
+        Study at the new inner step.
+    effects
+        Effects of the fit in SI units.
+    sketched
+        Fit at the long step.
+
+    Returns
+    -------
+    Guided
+        The same point in a problem at the new step, with 0 simulations.
+    """
     return replace(sketched, problem=lay_out_under_observer(study, effects), calls=0)
 
 

@@ -239,7 +239,18 @@ def _flat(x: Array) -> Array:
 
 
 def orthonormal(A: Array) -> Array:
-    """Return an orthonormal basis of the columns of A, shape (n, k), by eigenvectors of their Gram matrix."""
+    """Return an orthonormal basis of the columns of a matrix, by eigenvectors of its Gram matrix.
+
+    Parameters
+    ----------
+    A
+        Matrix of many more rows than columns, shape (n, m).
+
+    Returns
+    -------
+    ndarray
+        Basis, shape (n, k) with k at most m.
+    """
     # Columns of length 1 make the threshold on eigenvalues independent of the parameters' units.
     scaled = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
     values, vectors = np.linalg.eigh(scaled.T @ scaled)

@@ -167,7 +167,20 @@ def under_noise(
 
 
 def start_vector(equations: Equations, values: Mapping[str, float]) -> Array:
-    """Return parameters (n_p,) from ``values`` by id, or else from the first guesses, clipped to their bounds."""
+    """Return start values of all parameters.
+
+    Parameters
+    ----------
+    equations
+        Equations with first guesses and bounds.
+    values
+        Start values by id; first guesses serve for the others.
+
+    Returns
+    -------
+    ndarray
+        Parameters clipped to their bounds, shape (n_p,).
+    """
     return np.array([min(max(values.get(q.id, q.initial), q.lower), q.upper) for q in equations.parameters])
 
 

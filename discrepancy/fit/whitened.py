@@ -78,7 +78,18 @@ class Whitened(Problem):
         return self.whitened(Problem.blocks(self, x, gain, jacobian=jacobian))
 
     def whitened(self, found: Blocks) -> Blocks:
-        """Whiten residuals and Jacobians of every run; those of the priors are white already."""
+        """Whiten residuals and Jacobians of every run.
+
+        Parameters
+        ----------
+        found
+            Residuals over the sensor's standard deviation and their Jacobians.
+
+        Returns
+        -------
+        Blocks
+            Whitened rows of the runs; those of the priors are white already and stay as they are.
+        """
         rows = tuple(w(r) for w, r in zip(self.whiteners, found.rows, strict=True))
         slopes = None
         if found.jacobians is not None:

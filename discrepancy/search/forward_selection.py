@@ -298,6 +298,11 @@ def leads_of(begun: Sequence[Solution], most: int) -> list[Solution]:
         Preliminary fits, best first.
     most
         Largest number of fits.
+
+    Returns
+    -------
+    list of Solution
+        Leading fits, best first.
     """
     # Reversed, the best fit of each id enters the dict last and stays.
     first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
@@ -358,7 +363,20 @@ def beats(now: Trial, start: Trial) -> bool:
 
 
 def gets_on(now: Trial, before: Trial) -> bool:
-    """Say whether one effect more has removed so much of the residual that a further one may remove the rest."""
+    """Say whether one effect more has removed so much of the residual that a further one may remove the rest.
+
+    Parameters
+    ----------
+    now
+        Trial with the last effect.
+    before
+        Trial without that effect.
+
+    Returns
+    -------
+    bool
+        True if the excess energy fell by more than the share `PART`, or the gain exceeds that share of the gain before.
+    """
     left, was = (t.left.energy - t.left.dof for t in (now, before))
     return left < (1.0 - PART) * was or now.gain > PART * before.gain
 

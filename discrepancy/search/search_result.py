@@ -62,7 +62,18 @@ class Search:
         return tuple(close.values())
 
     def variants(self, trial: Trial) -> tuple[Trial, ...]:
-        """Return trials with other variants of a trial's effects that predict as well as the best trial, best first."""
+        """Return other variants of a trial's effects that predict as well as the best trial.
+
+        Parameters
+        ----------
+        trial
+            Trial of this search.
+
+        Returns
+        -------
+        tuple of Trial
+            Trials with the same ids under other keys, best first.
+        """
         close: dict[frozenset[str], Trial] = {keys_of(trial.solution): trial}
         for t in self._close:
             if frozenset(t.candidate.ids) == frozenset(trial.candidate.ids):

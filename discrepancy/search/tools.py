@@ -186,7 +186,20 @@ class Searcher:
         return trials if freed else self.with_best_freed(current, trials)
 
     def with_twins(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
-        """Add trials with the same equations as an adequate one, started at its optimum: neither of them is better."""
+        """Add trials with the same equations as an adequate one, started at its optimum: neither of them is better.
+
+        Parameters
+        ----------
+        current
+            Model that the trials extend.
+        trials
+            Judged trials.
+
+        Returns
+        -------
+        list of Trial
+            The trials with those of equal equations after them.
+        """
         found = list(trials)
         known = {keys_of(t.solution) for t in found if t.adequate}
         for solution in [t.solution for t in trials if t.adequate]:
@@ -259,6 +272,20 @@ class Searcher:
     def with_best_freed(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
         """Add a fit of the best trial through homotopy from the first guesses, where it is near noise but not adequate.
 
+        Parameters
+        ----------
+        current
+            Model that the trials extend.
+        trials
+            Judged trials.
+
+        Returns
+        -------
+        list of Trial
+            The trials, with the new fit after them where it promises to be better.
+
+        Notes
+        -----
         The fit of the nominal model may have moved friction into a corner to make up for a discrepancy (Fs = Fc, where
         vs has no meaning), and a fit that starts there can stay there. No such fit is needed where a trial is adequate
         with its effects earned, or with one effect too many.
@@ -314,7 +341,18 @@ class Searcher:
         return self.ranked(s for s, _ in done)
 
     def rivals(self, key: str) -> set[str]:
-        """Return the ids of the effects that are rivals of the effect ``key``, whichever of the two names the other."""
+        """Return the rivals of a catalogue effect.
+
+        Parameters
+        ----------
+        key
+            Key of the effect.
+
+        Returns
+        -------
+        set of str
+            Ids of the effects that this one names as rivals, and of those that name this one.
+        """
         entry = self.entries[key]
         return {*entry.rivals, *(other.id for other in self.entries.values() if entry.id in other.rivals)}
 

@@ -136,7 +136,20 @@ class CoupledStudy(Study):
         return place_in_joint(effect, self.joints[column])
 
     def scales(self, i: int, theta: Mapping[str, float]) -> Scales:
-        """Return the scales of the joint at index ``i`` at fitted parameters ``theta`` by id."""
+        """Return the scales of one joint.
+
+        Parameters
+        ----------
+        i
+            Index of the joint among the free joints.
+        theta
+            Fitted parameters of the nominal model by id.
+
+        Returns
+        -------
+        Scales
+            Scales in SI units over the fitted runs.
+        """
         j = self.joints[i]
         roles = self.law(i).roles
         own = {id: theta[f"{id}_{j}"] for id in ("Kp", roles.coulomb, roles.viscous)}

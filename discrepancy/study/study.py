@@ -95,7 +95,7 @@ class Study:
         return sum(scored_rows(run) for run in self.fitted)
 
     def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
-        """Return the equations of the nominal model with ``effects``.
+        """Return the equations of the nominal model with effects.
 
         Parameters
         ----------
@@ -103,6 +103,11 @@ class Study:
             Catalogue effects in SI units.
         joint
             Number under which the equations are built. With the default 0 all joints share their compiled kernels.
+
+        Returns
+        -------
+        Equations
+            Equations without observer.
         """
         return joint_equations(
             joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
@@ -131,11 +136,33 @@ class Study:
         return effect
 
     def simulator(self, effects: Sequence[Effect] = ()) -> TwoStep:
-        """Build a simulator of the nominal model with ``effects``."""
+        """Build a simulator of the nominal model with effects.
+
+        Parameters
+        ----------
+        effects
+            Catalogue effects in SI units.
+
+        Returns
+        -------
+        TwoStep
+            Simulator with sensitivities, at the inner steps of the factory.
+        """
         return self.factory(self.equations(effects))
 
     def sketcher(self, effects: Sequence[Effect]) -> TwoStep:
-        """Build a simulator that runs many parameter sets at once."""
+        """Build a simulator that runs many parameter sets at once.
+
+        Parameters
+        ----------
+        effects
+            Catalogue effects in SI units.
+
+        Returns
+        -------
+        TwoStep
+            Simulator for `TwoStep.simulate_many`.
+        """
         # Signatures need no sensitivities. Where joints are coupled, leaving them out saves seconds of compilation.
         return self.factory(self.equations(effects), many=True, tangent=self.alone)
 

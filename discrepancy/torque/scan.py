@@ -42,7 +42,7 @@ class Promise:
 
 
 def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect]) -> list[Promise]:
-    """Return every effect with its best shape, largest share of the residual first.
+    """Return every effect with its best shape.
 
     Parameters
     ----------
@@ -52,6 +52,11 @@ def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effec
         Fitted model.
     entries
         Catalogue effects by key, in SI units.
+
+    Returns
+    -------
+    list of Promise
+        Promises, largest share of the residual first.
     """
     Q, r = orthonormal(current.jacobian), current.fitted
     r = r - Q @ (Q.T @ r)

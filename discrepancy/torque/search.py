@@ -216,7 +216,7 @@ def _step(
 
 
 def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit:
-    """Refit everything with one effect more, and return the better of two fits.
+    """Refit everything with one effect more, from two starts.
 
     Parameters
     ----------
@@ -226,6 +226,11 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
         Model that the effect extends.
     promise
         Effect with its start values.
+
+    Returns
+    -------
+    TorqueFit
+        The fit with the smaller residual on fitted rows.
     """
     effect, fits = promise.effect, []
     # A linear estimate may be far too large; a tenth of its amplitudes is the second start.

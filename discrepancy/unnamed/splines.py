@@ -113,6 +113,11 @@ def fix_shape_parameter(name: str, variable: str, value: float) -> Quantity:
         Key of `SYMBOLS`, which gives the unit.
     value
         Value in that unit.
+
+    Returns
+    -------
+    Quantity
+        Fixed parameter without bounds.
     """
     _, unit = AXES[variable]
     row = reference(f"shape_{name}", unit, f"{name} of the missing torque's variable")

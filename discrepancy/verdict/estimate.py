@@ -35,7 +35,22 @@ class Estimate:
 
     @classmethod
     def normal(cls, value: float, std: float, unit: str) -> Self:
-        """Return the estimate with the interval of a normal error, value ± 1.96·std."""
+        """Return the estimate with the interval of a normal error.
+
+        Parameters
+        ----------
+        value
+            Estimate in ``unit``.
+        std
+            Standard error in ``unit``.
+        unit
+            Unit of the parameter.
+
+        Returns
+        -------
+        Estimate
+            Estimate with the interval value ± 1.96·std.
+        """
         half = float(norm.ppf(0.5 + LEVEL / 2)) * std
         return cls(value=value, std=std, unit=unit, interval=(value - half, value + half))
 

@@ -93,7 +93,18 @@ class Proposal:
         return self.repeats <= MANY
 
     def torque(self, t: Array) -> Array:
-        """Return the torque at the times ``t`` [s], in ``unit`` and in the shape (n_t,) of t."""
+        """Return the torque of the run.
+
+        Parameters
+        ----------
+        t
+            Times [s], shape (n_t,).
+
+        Returns
+        -------
+        ndarray
+            Torque in ``unit``, shape (n_t,).
+        """
         growth = math.log(self.end_frequency / self.frequency) / self.duration
         # The phase of a sweep is ω·(e^(g·t) − 1)/g, whose limit for no growth is ω·t.
         phase = self.frequency * (t if growth == 0.0 else np.expm1(growth * t) / growth)

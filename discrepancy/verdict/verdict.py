@@ -241,6 +241,11 @@ def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[Nam
         Best model, at the step at which its parameters are reported.
     errors
         Standard error of every parameter, shape (n_p,).
+
+    Returns
+    -------
+    tuple of NamedEffect
+        Effects of the equations, then the scatters of the noise.
     """
     std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
     values = solution.values
@@ -284,7 +289,18 @@ def _estimate(
 
 
 def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Return ids of effects that alone are adequate, but with an amplitude of nothing or a parameter at its bound."""
+    """Return the effects that alone are adequate, but with an amplitude of nothing or a parameter at its bound.
+
+    Parameters
+    ----------
+    trials
+        Trials of the search.
+
+    Returns
+    -------
+    tuple of str
+        Ids of these effects, each once.
+    """
     near = [t for t in trials if t.adequate and t.at_bound and len(t.solution.effects) == 1]
     return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
 
