@@ -103,6 +103,7 @@ def _alone(
         raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")
     for j in swept:
         _torque(read, j, entries, out, choices)
+    # All studies are built before the first search begins, so that input is refused before any long work.
     for study in [study_of(read, j, entries, threads=choices["workers"]) for j in chosen if j not in swept]:
         _study(study, read, out, choices)
 
@@ -116,8 +117,13 @@ def _together(
     *,
     asked: bool,
 ) -> None:
-    """Study the runs in which several joints move: by a search where some are to be fitted and the joints are few."""
+    """Study the runs in which several joints move.
+
+    A search is run where some of these runs are to be fitted and the joints are few; otherwise the identified model is
+    simulated in them.
+    """
     findings = [f for j in joints if (f := _find_named(out, j, entries)) is not None]
+    # Where nobody asked for these joints, more of them than a search takes on are only simulated, and not refused.
     if read.runs_of(joints, "fit") and (asked or len(joints) <= FEW):
         known = by_joint(findings)
         _study(coupled_study_of(read, joints, entries, known, threads=choices["workers"]), read, out, choices)
@@ -148,7 +154,7 @@ def _together(
 
 
 def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | None:
-    """Return what was named of a joint tested alone, None where its test was not studied or has no name."""
+    """Return the named effects of a joint that was tested alone; None where it was not studied or nothing was named."""
     path = out / "discrepancy" / f"joint{joint}.json"
     if not path.exists():
         return None
@@ -174,7 +180,7 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
 
 
 def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:
-    """Study a joint that a position controller swept: its torque is scored."""
+    """Study a joint that a position controller swept; its torque is scored."""
     bar: Any = progress(total=None, title=f"joint {joint}", quiet=choices["quiet"])
     with bar:
         study = torque_study_of(read, joint)

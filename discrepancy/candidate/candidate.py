@@ -1,4 +1,8 @@
-"""A candidate that was tried, with what speaks for and against it."""
+"""Judge a refitted candidate: `Candidate` with its test results in, `Trial` out.
+
+A trial is adequate where no test finds more than noise in its residual. It is acceptable where its last effect has
+earned its place.
+"""
 
 from __future__ import annotations
 
@@ -12,46 +16,48 @@ from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.fit.solution import Solution
 
 FAMILY = 0.002
-"""p over the whole catalogue below which a score counts."""
+"""Family-wise p-value over the catalogue below which a score counts."""
 REFUTABLE = 1e-4
-"""p over the whole catalogue below which a score counts although no entry that was fitted has earned its place."""
+"""Family-wise p-value below which a score counts although no effect that was fitted has earned its place."""
 LACK = 5e-4
-"""p of the omnibus test below which a model lacks something."""
+"""p of the omnibus test, and of parameter constancy, below which a model lacks something."""
 EXCESS = 0.02
-"""Largest share of a run's mean square over the stated noise, beyond chance, where effects leave nothing but noise."""
+"""Largest excess of a run's mean square over the stated noise, beyond chance, that a model with effects may have."""
 BETTER = 6.0
 """Least gain in the criterion that an effect has to bring."""
 RIVAL = 10.0
-"""Candidates whose criterion is this close cannot be told apart."""
+"""Difference of the criterion within which two candidates cannot be told apart."""
 SIGNIFICANT = 9.0
-"""Least that an effect is worth: squared ratio of its amplitude to its standard error, or loss of the criterion."""
+"""Least Wald statistic of an effect's amplitudes, or least loss of the criterion without the effect."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """A candidate with what speaks for and against it.
+    """A candidate with the tests for and against it.
 
     Parameters
     ----------
     candidate
         The refitted model.
     left
-        Omnibus test of what it leaves.
+        Omnibus test of its residual.
     left_p
-        Smallest p over the catalogue of what it leaves; NaN where another test has found something already.
+        Family-wise p-value of the score tests on its residual; NaN where another test has found something already.
     constant_p
-        p of its parameters being the same in all runs, the unseen ones too; tested where nothing else is found.
+        p of the parameters being the same in all runs, held-out ones included; tested where no other test finds
+        anything.
     gain
-        By how much its criterion is better than that of the model that it extends.
+        Decrease of the criterion from that of the model that it extends.
     held_out
-        Twice the gain in log predictive score on unseen runs, over the same.
+        Twice the gain in log predictive score on held-out runs, over the same model.
     worth
-        Least that an earlier effect is worth: the squared ratio of its amplitude to its standard error or, where a fit
-        without it was made, what the criterion loses.
+        Least Wald statistic of the earlier effects' amplitudes or, where the model was refitted without an effect, the
+        loss of the criterion.
     at_bound
         Whether an amplitude ended at its bound.
     refuted
-        Whether the entry whose score spoke against it has been fitted, as all others, and has not earned its place.
+        Whether the catalogue effect that scored against it has been fitted, as all others, and has not earned its
+        place.
     """
 
     candidate: Candidate
@@ -66,11 +72,11 @@ class Trial:
 
     @property
     def solution(self) -> Solution:
-        """Its optimum."""
+        """Optimum of the candidate."""
         return self.candidate.solution
 
     def against(self, before: Candidate) -> Trial:
-        """Return it with its gains over another model."""
+        """Return the trial with its gains over the model ``before``."""
         return replace(
             self,
             gain=before.criterion - self.candidate.criterion,
@@ -79,19 +85,22 @@ class Trial:
 
     @property
     def adequate(self) -> bool:
-        """Whether it leaves nothing but noise, on fitted and on unseen runs."""
+        """Whether every test finds noise alone in the residual, on fitted and on held-out runs."""
+        # Where every catalogue effect was fitted in vain, a low score alone is weak evidence, so it has to be much
+        # lower.
         return self.passes and self.left_p > (REFUTABLE if self.refuted else FAMILY) and not self.varies
 
     @property
     def varies(self) -> bool:
-        """Whether it leaves nothing but noise, but with other parameters in every run."""
+        """Whether the parameters differ from run to run by more than noise explains."""
         return self.constant_p <= LACK
 
     @property
     def passes(self) -> bool:
         """Whether the tests that need no scores of the catalogue find nothing.
 
-        A gap may pass for correlated noise. Effects that explain it leave no more than the noise that is stated.
+        A model discrepancy may be mistaken for correlated noise. Effects that explain it leave no more than the stated
+        noise, so a model with effects must not exceed it.
         """
         prediction = self.candidate.prediction
         explained = not self.solution.effects or prediction.excess <= EXCESS
@@ -99,16 +108,27 @@ class Trial:
 
     @property
     def acceptable(self) -> bool:
-        """Whether its last effect has earned its place."""
+        """Whether the last effect of the model has earned its place."""
         return self.gain > BETTER and self.held_out >= 0.0 and self.worth > SIGNIFICANT and not self.at_bound
 
 
 def keys_of(solution: Solution) -> frozenset[str]:
-    """Keys of the effects in the equations, in no order."""
+    """Return the keys of the effects in the equations as a set, whatever their order."""
     return frozenset(e.key for e in solution.effects)
 
 
 def chosen(trials: Sequence[Trial]) -> Trial | None:
-    """Return the best of the acceptable trials, one that leaves nothing but noise before any other."""
+    """Choose the best acceptable trial.
+
+    Parameters
+    ----------
+    trials
+        Trials that compete.
+
+    Returns
+    -------
+    Trial or None
+        The adequate trial of least criterion; without adequate ones, the acceptable trial of least criterion.
+    """
     good = [t for t in trials if t.acceptable]
     return min([t for t in good if t.adequate] or good, key=lambda t: t.candidate.criterion, default=None)

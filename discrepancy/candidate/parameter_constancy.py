@@ -1,11 +1,19 @@
-"""Whether one set of parameters holds in every run: a stand-in for something else needs others in each.
+"""Test whether one parameter set holds in every run: `Study` and `Solution` in, p-value out.
 
-A score test after Chow (1960). At a fit of all runs together, those that no fit of the search saw among them, let
-every parameter have a value of its own in each run: columns J_p·1_r of parameter p and run r. What the fit can move,
-Q, is projected off. The residual's energy in the space that is left is χ² of its dimension under noise.
+A surrogate for another effect needs other parameters in each run.
 
-Where a jump lies (a dead band) is no parameter of this kind: between two torques that were sent it changes nothing, and
-beside torques that scatter one row more or less lies beyond it in every run. So every run may have its own.
+1. Fit all runs together, held-out ones included.
+2. Let every parameter have a value of its own in each run: columns J_p·1_r of parameter p and run r.
+3. Project these columns off the tangent space Q of the fit.
+4. The residual's energy in the remaining space is χ² under noise, with as many degrees of freedom as it has dimensions.
+
+The place of a discontinuity (a dead band) is no parameter of this kind: between two torques that were sent it changes
+nothing, and beside torques that scatter, one row more or less lies beyond it in every run. So every run may have its
+own place.
+
+References
+----------
+Chow 1960, of which this is the score-test form.
 """
 
 from __future__ import annotations
@@ -24,16 +32,31 @@ from haptid.discrepancy.study.study import Study
 from haptid.measurement.values.run import Array
 
 OWN = 1e-4
-"""Squared sine of the angle to what the fit can move below which a direction is none of a run's own."""
+"""Squared sine of the angle to the tangent space of the fit below which a direction does not count as a run's own."""
 
 
 def constancy(study: Study, solution: Solution) -> tuple[float, int]:
-    """Return p of a model's parameters being the same in all runs, and how many simulations of a run that took."""
+    """Test whether the parameters of a model are the same in all runs.
+
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    solution
+        Fitted model.
+
+    Returns
+    -------
+    p, simulations
+        p-value (1 for a single run, 0 where the fit of all runs fails), and the number of simulated runs.
+    """
     every = replace(study, fitted=(*study.fitted, *study.unseen), unseen=())
     if len(every.fitted) == 1:
         return 1.0, 0
     fit = solve(every, solution.effects, solution.noise, solution.values)
     calls = fit.calls
+    # Held-out runs may change the noise estimate, and the test is valid only under the noise of the runs that it
+    # judges.
     if not alike(noise := estimate(every, fit), fit.noise, every.fitted[0].sensor_std):
         fit = solve(every, fit.effects, noise, fit.values, x0=fit.x0)
         calls += fit.calls
@@ -41,8 +64,10 @@ def constancy(study: Study, solution: Solution) -> tuple[float, int]:
 
 
 def _p(fit: Solution) -> float:
-    """Return p of the energy; columns as long as all readings are never laid out, only their products."""
+    """Return the p-value of the residual's energy in the space of run-specific parameters."""
     Q = _with_own_places(fit, tangent_space(fit))
+    # The columns of all runs would be n_r × (n_p·n_runs) numbers, most of them 0. Their products with one another, with
+    # Q and with r are enough: H = QᵀD, and the Gram matrix of the projected columns is DᵀD − HᵀH.
     r = fit.residual - Q @ (Q.T @ fit.residual)
     places = np.flatnonzero(movable(fit))
     J = fit.blocks.jacobian[:, places[places < fit.problem.n_parameters]]
@@ -63,13 +88,13 @@ def _p(fit: Solution) -> float:
 
 
 def _rows(fit: Solution) -> list[slice]:
-    """Return the rows of every run's readings, one after another."""
+    """Return the slice of every run's residuals in the stacked residual vector."""
     ends = np.cumsum([run.y.size for run in fit.problem.runs])
     return [slice(int(end) - run.y.size, int(end)) for end, run in zip(ends, fit.problem.runs, strict=True)]
 
 
 def _with_own_places(fit: Solution, Q: Array) -> Array:
-    """Return Q with what a place of its own for every jump in every run can move, orthonormal."""
+    """Extend Q by the directions of a run-specific place for every discontinuity; return an orthonormal basis."""
     ids = fit.problem.scaling.ids
     jumps = [ids.index(effect.parameters[0].id) for effect in fit.effects if effect.threshold]
     if not jumps:

@@ -1,4 +1,9 @@
-"""Refit of a candidate: base and effects together, from its best shapes, under a noise model of its own."""
+"""Refit candidates: `Study`, current `Solution`, catalogue effect and its `Score` in, `Candidate` out.
+
+1. Begin: add the effect at its best-scoring shape and fit everything for a few steps (`begin`).
+2. Continue: fit on, and from the next best shape where it scores nearly as well (`continue_refit`).
+3. Settle: fit to the end and estimate the noise in turn, until the noise no longer changes (`settle`).
+"""
 
 from __future__ import annotations
 
@@ -20,37 +25,40 @@ from haptid.noise.correlation import Noise, Path, Scatter
 from haptid.support.linear_algebra import column_sizes, scaled_covariance, symmetric_inverse
 
 FIRST, MORE, FULL = 6, 25, 60
-"""Most simulations of all runs: of a first try, of what goes on with it, and of the fit to the end."""
+"""Largest number of simulations of all runs: of a first try, of its continuation, and of the fit to the end."""
 SETTLING = 5
-"""Most fits under a noise estimated anew: a first fit that has not arrived passes for noise that is not there."""
+"""Largest number of fits under a re-estimated noise: a fit that has not converged yet passes for noise that is not
+there."""
 LARGE, SMALL, ALIKE = 10.0, 0.01, 0.5
-"""Largest factor on an effect's typical size to start at, the same where it has no shape, and the share of T from which
-another shape is tried too."""
+"""Largest factor on an effect's typical size at the start, the same for an effect without shape parameters, and the
+share of the score statistic T from which the next shape is tried too."""
 LOST, LESS = 40.0, 0.1
-"""Loss of log-likelihood by a first try that shows its amplitude to be too large, and the share to begin again at."""
+"""Loss of log-likelihood in a first try that shows its amplitude to be too large, and the share at which it begins
+again."""
 EDGE, NEAR = 1e-3, 0.5
 """Relative distance from the lower bound at which a wave number or time constant counts as lying there, and the largest
-one at which it does because two of its standard errors reach the bound."""
+such distance where two of its standard errors reach the bound."""
 INFORMED = 0.5
-"""A shape parameter counts as fitted where its std is below this share of its range (or of a factor e)."""
+"""Standard error over the range of a shape parameter (at most a factor e) below which the data inform the parameter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """A model that was refitted and judged.
+    """A refitted model with its scores.
 
     Parameters
     ----------
     solution
-        Its optimum, under its own noise model.
+        Optimum under the model's own noise.
     prediction
-        How it predicts the unseen runs.
+        Prediction of the held-out runs.
     parameters
-        Number of fitted parameters that the data inform, those of the noise included.
+        Number of fitted parameters that the data inform, those of the noise included and those of the nominal model
+        not.
     bic
-        Parameters·ln(rows) − 2·log-likelihood over the fitted runs.
+        parameters·ln(rows) − 2·log-likelihood over the fitted runs.
     calls
-        Simulations of all fitted runs.
+        Number of simulations of all fitted runs.
     """
 
     solution: Solution
@@ -61,17 +69,32 @@ class Candidate:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """Ids of its effects."""
+        """Ids of the effects."""
         return self.solution.ids
 
     @property
     def criterion(self) -> float:
-        """BIC of the fitted runs plus twice the negative predictive score of the unseen ones; smaller is better."""
+        """BIC of the fitted runs minus twice the log predictive score of the held-out runs; smaller is better."""
         return self.bic - 2.0 * self.prediction.score
 
 
 def score_candidate(study: Study, solution: Solution, calls: int) -> Candidate:
-    """Score a solution on fitted and unseen runs."""
+    """Score a solution on fitted and held-out runs.
+
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    solution
+        Fitted model.
+    calls
+        Number of simulations of all fitted runs that it took.
+
+    Returns
+    -------
+    Candidate
+        The solution with its BIC, and with its prediction of the held-out runs.
+    """
     k = count_informed_parameters(solution)
     return Candidate(
         solution=solution,
@@ -83,13 +106,26 @@ def score_candidate(study: Study, solution: Solution, calls: int) -> Candidate:
 
 
 def count_informed_parameters(solution: Solution) -> int:
-    """Count the parameters of effects and noise that the data inform; those of the base are common to all models."""
+    """Count the informed parameters of effects and noise; those of the nominal model are common to all candidates.
+
+    Parameters
+    ----------
+    solution
+        Fitted model.
+
+    Returns
+    -------
+    int
+        Number of amplitudes, of shape parameters that the data inform, of scatters, and 2 for correlated noise.
+    """
     own = {q.id for e in solution.effects for q in e.parameters}
     amplitudes = {q.id for e in solution.effects for q in e.parameters[: e.amplitudes]}
     std = scaled_std(solution)
     lower, upper = solution.problem.scaling.bounds
     count = 0
     for i, id in enumerate(solution.problem.scaling.ids):
+        # An amplitude always counts. A shape that the data leave open adds no freedom to the fit, so BIC must not
+        # charge for it.
         if id in amplitudes:
             count += 1
         elif id in own:
@@ -98,18 +134,46 @@ def count_informed_parameters(solution: Solution) -> int:
 
 
 def scaled_std(solution: Solution) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Return standard deviations of the scaled free parameters; infinite where the data say nothing."""
+    """Return the standard errors of the scaled free parameters.
+
+    Parameters
+    ----------
+    solution
+        Fitted model.
+
+    Returns
+    -------
+    ndarray
+        Standard errors in scaled units, shape (n_parameters,); very large where the data say nothing.
+    """
     J = solution.blocks.jacobian
     size = column_sizes(J)
     values, vectors = np.linalg.eigh((J / size).T @ (J / size))
+    # The floor on the eigenvalues keeps rounding from turning an undetermined direction into a negative variance.
     inverse = (vectors**2) @ (1.0 / np.maximum(values, 1e-14))
     return np.asarray((np.sqrt(inverse) / size)[: solution.problem.n_parameters])
 
 
 def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> dict[str, float]:
-    """Parameters of an effect at a scored shape, its amplitudes as the linear estimate says."""
+    """Return start values of an effect at a scored shape.
+
+    Parameters
+    ----------
+    effect
+        Effect in SI units.
+    point
+        Shape of the effect.
+    amplitude
+        Linear estimate of the factor on each column's amplitude.
+
+    Returns
+    -------
+    dict
+        Parameters by id, within their bounds.
+    """
     ids = [q.id for q in effect.parameters[: effect.amplitudes]]
     values = dict(point.values[0])
+    # One column for several amplitudes means that the grid itself holds the amplitudes.
     if len(point.values) == 1 and effect.amplitudes > 1:
         return values
     for k, (id, factor) in enumerate(zip(ids, amplitude, strict=True)):
@@ -118,9 +182,22 @@ def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> di
 
 
 def starts_of(effect: Effect, score: Score) -> list[dict[str, float]]:
-    """Where to begin an effect anew: as its score says, and at the largest amplitude of its grid where that holds one.
+    """Return the start values from which a catalogue effect is fitted through homotopy.
 
-    What is not linear in its amplitude (a delay, a play, a compliance) may score nothing though it is large.
+    Effects that are not linear in their amplitude (a delay, a play, a compliance) may have a score of 0 though they are
+    large, so the fit also begins at the largest amplitude of their grid.
+
+    Parameters
+    ----------
+    effect
+        Effect in SI units.
+    score
+        Best score of the effect.
+
+    Returns
+    -------
+    list of dict
+        One or two sets of parameters by id.
     """
     scored = start_values(effect, score.point, no_larger(score.amplitude, 1.0))
     amplitudes = [q.id for q in effect.parameters[: effect.amplitudes]]
@@ -131,21 +208,36 @@ def starts_of(effect: Effect, score: Score) -> list[dict[str, float]]:
 
 
 def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solution:
-    """Add ``effect`` at its best shape and fit everything for a few steps: enough to rank it, not more.
+    """Add an effect at its best shape and fit everything for a few steps: enough to rank the effect.
 
-    Where that leads away from the readings, it begins again at a tenth of the amplitude: the base may have gone where
-    what its gap asks for, by a linear estimate, makes the joint stick and slip.
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    current
+        Model that the effect extends.
+    effect
+        Effect in SI units.
+    score
+        Best score of the effect on the residual of ``current``.
+
+    Returns
+    -------
+    Solution
+        Preliminary fit, not converged.
     """
     amplitude = np.array(near(effect, score.amplitude))
     begun = _start_refit(study, current, effect, score, amplitude)
     if begun.log_likelihood > current.log_likelihood - LOST:
         return begun
+    # The nominal model may have moved to where the linear estimate of the amplitude makes the joint stick and slip.
+    # From a tenth of that amplitude the fit can find its way.
     again = _start_refit(study, current, effect, score, LESS * amplitude)
     return replace(likeliest(begun, again), calls=begun.calls + again.calls)
 
 
 def likeliest(*fits: Solution) -> Solution:
-    """Return the fit of the largest log-likelihood; one that has left the numbers comes last."""
+    """Return the fit of largest log-likelihood; fits that are not finite come last."""
     return max(fits, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
 
 
@@ -155,7 +247,24 @@ def _start_refit(study: Study, current: Solution, effect: Effect, score: Score, 
 
 
 def continue_refit(study: Study, current: Solution, begun: Solution, score: Score) -> tuple[Solution, int]:
-    """Go on with what was begun, and from the next best shape unlike it; return the better and the cost."""
+    """Continue a preliminary fit, and fit from the next best shape where it scores nearly as well.
+
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    current
+        Model that the effect extends.
+    begun
+        Preliminary fit of `begin`.
+    score
+        Best score of the effect, with its next best shapes.
+
+    Returns
+    -------
+    solution, calls
+        The likelier fit, and the number of simulations of all runs.
+    """
     further = [_roughly(study, begun.effects, begun.noise, begun.values, begun.x0, MORE)]
     if score.others and score.others[0][1] > ALIKE * score.T:
         point, _, amplitude = score.others[-1]
@@ -173,23 +282,49 @@ def _roughly(
     x0: Sequence[Array],
     iterations: int,
 ) -> Solution:
-    """Fit not to the end."""
+    """Fit for at most ``iterations`` simulations, to the tolerance `ROUGH`."""
     return solve(study, effects, noise, values, x0=x0, iterations=iterations, tolerance=ROUGH)
 
 
 def near(effect: Effect, amplitude: Sequence[float]) -> list[float]:
-    """Scale a linear estimate down to where a fit may begin, the base being where it is.
+    """Scale a linear estimate of the amplitudes down to where a fit may begin.
 
-    It says how large the effect is once the base has moved along; with the base where it is, a large effect is far
-    from the readings. What has amplitudes alone is brought there, base and all, by the first step of the fit; a shape
-    rests where the amplitude is small.
+    The linear estimate gives the size of the effect once the nominal model has moved along. With the nominal model
+    where it is, a large effect is far from the readings. An effect with amplitudes alone reaches its size in the first
+    step of the fit, together with the nominal model, and so begins small. A shape parameter does not move where the
+    amplitude is small.
+
+    Parameters
+    ----------
+    effect
+        Effect in SI units.
+    amplitude
+        Factors on the effect's typical size.
+
+    Returns
+    -------
+    list of float
+        Factors of the same ratio, at most `SMALL` without shape parameters and `LARGE` with them.
     """
     free = sum(not x.fixed for x in effect.parameters)
     return no_larger(amplitude, SMALL if free == effect.amplitudes and not effect.shapes else LARGE)
 
 
 def no_larger(amplitude: Sequence[float], largest: float) -> list[float]:
-    """Scale a linear estimate down to ``largest`` times the typical size."""
+    """Scale factors down in common until none exceeds a limit.
+
+    Parameters
+    ----------
+    amplitude
+        Factors on the effect's typical size.
+    largest
+        Largest magnitude of a factor.
+
+    Returns
+    -------
+    list of float
+        Factors of the same ratio.
+    """
     factor = min(1.0, largest / max(*map(abs, amplitude), 1e-300))
     return [a * factor for a in amplitude]
 
@@ -197,7 +332,26 @@ def no_larger(amplitude: Sequence[float], largest: float) -> list[float]:
 def settle(
     study: Study, effects: Sequence[Effect], first: Solution, calls: int = 0, paths: Sequence[Path] = PATHS
 ) -> Candidate:
-    """Fit to the end, with the noise model estimated from the fit's own residuals until it rests."""
+    """Fit to the end, and estimate the noise from the residuals in turn until it no longer changes.
+
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    effects
+        Effects in SI units.
+    first
+        Preliminary fit; its parameters, initial states and noise are the start.
+    calls
+        Simulations of all runs that the preliminary fit took.
+    paths
+        Paths on which amplitudes may scatter.
+
+    Returns
+    -------
+    Candidate
+        Refitted model under its own noise, with its scores.
+    """
     solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
     solution, calls = sharpen_jumps(study, solution, calls + solution.calls)
     for k in range(SETTLING):
@@ -209,15 +363,30 @@ def settle(
         if not again.finite:  # about the amplitudes of another scatter, the simulation may leave the numbers
             break
         solution = again
+        # No noise model turns so large a residual into noise, so further estimates would cost fits in vain.
         if k >= 1 and omnibus(study, solution).far:
             break
     return score_candidate(study, solution, calls)
 
 
 def sharpen_jumps(study: Study, solution: Solution, calls: int, edge: float = 0.0) -> tuple[Solution, int]:
-    """Make jumps that are rounded off sharper, step by step, as long as that is more likely; return the cost too.
+    """Sharpen rounded discontinuities step by step, as long as the likelihood grows.
 
-    None is made sharper than ``edge``.
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    solution
+        Fitted model.
+    calls
+        Simulations of all runs so far.
+    edge
+        Rounding, as a share of the threshold, below which none is sharpened.
+
+    Returns
+    -------
+    solution, calls
+        Likeliest fit, and the simulations so far with those of this function.
     """
     while any(sharper := [e.sharper if e.edges and e.edges[0] >= edge else None for e in solution.effects]):
         effects = [new or effect for new, effect in zip(sharper, solution.effects, strict=True)]
@@ -231,15 +400,29 @@ def sharpen_jumps(study: Study, solution: Solution, calls: int, edge: float = 0.
 
 
 def significance(solution: Solution) -> tuple[float, bool]:
-    """Return the least Wald statistic of the earlier effects' amplitudes, and whether one of all ended at its bound.
+    """Return the least Wald statistic of the earlier effects, and whether a parameter of any effect ended at its bound.
 
-    For the last effect, its gain speaks: a Wald statistic is as wrong as the curvature where spring, weight and a bent
-    spring trade off, and the place of a jump changes nothing between two torques.
+    Parameters
+    ----------
+    solution
+        Fitted model.
 
-    A wave number or a time constant at the lower end of its range, or one that cannot be told from it, counts as at its
-    bound: there it stands for something else (a wave longer than the travel for a bent spring). So does a first
-    amplitude, 0 its lower bound, that does not earn what BIC charges for it, ln n, while other parameters carry the
-    effect: a slack of nothing in an elastic tendon, a compliance of 0.3 ± 2 whose pole makes a delay of a lag.
+    Returns
+    -------
+    wald, at_bound
+        Least aᵀC⁻¹a over the amplitudes a of each effect but the last and those with a discontinuity in the torque,
+        infinite where there is none; and whether an amplitude or a shape of logarithmic scale lies at its bound.
+
+    Notes
+    -----
+    The last effect is judged by its gain. A Wald statistic is as wrong as the curvature where spring, weight and a bent
+    spring trade off, and the place of a discontinuity changes nothing between two torques.
+
+    A wave number or time constant at the lower end of its range, or not distinguishable from it, counts as at its
+    bound: there it stands for another effect (a wave longer than the travel for a bent spring). So does a first
+    amplitude with lower bound 0 whose squared ratio to its standard error is below the ln n that BIC charges for it,
+    while other parameters carry the effect: an elastic tendon without slack, a compliance of 0.3 ± 2 whose pole makes a
+    delay of a lag.
     """
     ids = solution.problem.scaling.ids
     J = solution.blocks.jacobian
@@ -250,14 +433,20 @@ def significance(solution: Solution) -> tuple[float, bool]:
     for effect in solution.effects:
         at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]
         a = (solution.x[at] - zero[at]) * size[at]
+        # A Wald statistic would judge the last effect by the curvature; its gain over the model before it is the better
+        # evidence.
         if effect is not solution.effects[-1] and not effect.threshold:
             wald = min(wald, float(a @ symmetric_inverse(covariance[np.ix_(at, at)]) @ a))
         one_sided = lower[at[0]] >= zero[at[0]]
         told = effect.threshold or a[0] ** 2 > np.log(len(J)) * covariance[at[0], at[0]]
         at_bound |= bool(one_sided and not told)
         room = 1e-4 * (upper[at] - lower[at])
+        # A lower bound at zero amplitude is judged by its standard error above; only a bound below zero is an end of
+        # the range.
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))
+        # The margin is twice the standard error, so that a poorly known shape counts as at its bound, but at most
+        # `NEAR`, so that an undetermined one does not always.
         shape = [ids.index(q.id) for q in effect.parameters[effect.amplitudes :] if q.scale == "log" and not q.fixed]
         error = np.sqrt(np.diag(covariance)[shape]) / size[shape]
         at_bound |= bool(np.any(solution.x[shape] - lower[shape] < np.clip(2.0 * error, EDGE, NEAR)))
@@ -265,7 +454,20 @@ def significance(solution: Solution) -> tuple[float, bool]:
 
 
 def alike(a: Noise, b: Noise, std: Array) -> bool:
-    """Whether two noise models are the same for all that a fit can tell, the sensors' noise being ``std``."""
+    """Say whether two noise models are equal within what changes a fit.
+
+    Parameters
+    ----------
+    a, b
+        Noise models.
+    std
+        Standard deviation of each sensor [rad], shape (n_joints,).
+
+    Returns
+    -------
+    bool
+        True if both have the same terms, low-frequency gains within 5 %, and scatters as in `_as_large`.
+    """
     if a.colour.white != b.colour.white or len(a.scatters) != len(b.scatters):
         return False
     near = abs(a.colour.low_frequency_gain / b.colour.low_frequency_gain - 1.0) < 0.05
@@ -273,13 +475,34 @@ def alike(a: Noise, b: Noise, std: Array) -> bool:
 
 
 def _as_large(a: Scatter, b: Scatter, std: Array) -> bool:
-    """Whether two scatters are of the same joint on the same path, and as large."""
+    """Say whether two scatters are equal within what changes a fit.
+
+    They act on the same joint and path, their sizes differ by at most 10 %, and the shift of the centre changes the
+    reading by at most a tenth of the sensor noise.
+    """
     same = (a.column, a.path) == (b.column, b.path)
     centred = abs(a.centre - b.centre) * a.size <= 0.1 * float(std[a.column])
     return same and centred and abs(a.size - b.size) <= 0.1 * max(a.size, b.size)
 
 
 def refit_with(study: Study, solution: Solution, effects: Sequence[Effect], values: Mapping[str, float]) -> Candidate:
-    """Fit a model with ``effects`` from ``values``: backward steps and the re-based base use it."""
+    """Refit a model with ``effects`` from ``values``, as backward elimination does.
+
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    solution
+        Fit whose noise and initial states are the start.
+    effects
+        Effects of the model in SI units.
+    values
+        Start values of parameters by id.
+
+    Returns
+    -------
+    Candidate
+        Model fitted to the end, with its scores.
+    """
     first = solve(study, effects, solution.noise, values, x0=solution.x0, iterations=FIRST)
     return settle(study, effects, first, first.calls)

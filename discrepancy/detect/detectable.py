@@ -1,7 +1,8 @@
-"""How small an effect could be and still be seen in these runs: from the signatures alone, no simulation.
+"""Compute the smallest detectable size of every catalogue effect: signatures in, `Detectable`s out.
 
-A signature of norm ‖D⊥‖ scaled by s gives T a non-central χ² distribution with s²·‖D⊥‖². The smallest detectable size
-is the one whose T passes the threshold of the whole catalogue (p = `LEVEL` for the family) in `POWER` of all data sets.
+A signature of norm ‖D⊥‖ scaled by s gives the score statistic T a non-central χ² distribution with the non-centrality
+s²·‖D⊥‖². The smallest detectable size is the one whose T passes the threshold of the whole catalogue (family-wise
+p-value `LEVEL`) in the share `POWER` of all data sets.
 """
 
 from __future__ import annotations
@@ -19,11 +20,24 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
 LEVEL, POWER = 0.01, 0.9
+"""Family-wise p-value at which an effect counts as detected, and share of data sets in which it has to be detected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Detectable:
-    """The smallest size of an entry's first parameter that would be seen, at the shape at which it shows best."""
+    """The smallest detectable size of a catalogue effect, at the shape where it is seen best.
+
+    Parameters
+    ----------
+    key
+        Key of the effect.
+    parameter
+        Id of its first parameter, which is an amplitude.
+    size
+        Smallest detectable magnitude of that parameter, in ``unit``.
+    unit
+        Unit of the parameter.
+    """
 
     key: str
     parameter: str
@@ -31,14 +45,28 @@ class Detectable:
     unit: str
 
     def as_json(self) -> dict[str, object]:
-        """Return the fields."""
+        """Return the fields under their names in the JSON."""
         return {"id": self.key, "parameter": self.parameter, "value": self.size, "unit": self.unit}
 
 
 @cache
 def noncentrality(dof: int, tests: float) -> float:
-    """Return λ at which T, χ² with ``dof`` and λ, passes the threshold of ``tests`` independent tests often enough.
+    """Return the non-centrality λ at which the score statistic passes its threshold in the share `POWER` of data sets.
 
+    Parameters
+    ----------
+    dof
+        Degrees of freedom of the statistic T.
+    tests
+        Number of independent tests N of the catalogue; each has the level 1 − (1 − `LEVEL`)^(1/N).
+
+    Returns
+    -------
+    float
+        λ.
+
+    Examples
+    --------
     >>> round(noncentrality(1, 1.0), 2)
     14.88
     """
@@ -47,20 +75,28 @@ def noncentrality(dof: int, tests: float) -> float:
 
 
 def smallest(points: Sequence[Point], G: Array, tests: float, entries: Mapping[str, Effect]) -> tuple[Detectable, ...]:
-    """Return the smallest detectable size of every entry, to first order, the others of its parameters being zero.
+    """Return the smallest detectable size of every catalogue effect, to first order, its other amplitudes being zero.
 
     Parameters
     ----------
     points
-        Shapes that are visible at all.
+        Shapes whose signature survives the projection.
     G
-        Gram matrix of the projected, whitened signatures.
+        Gram matrix of the projected, whitened signatures, shape (n_columns, n_columns).
     tests
-        Number of independent tests that the catalogue amounts to.
+        Number of independent tests of the catalogue.
+    entries
+        Catalogue effects by key, in SI units.
+
+    Returns
+    -------
+    tuple of Detectable
+        One for every effect with such a shape, sorted by key.
     """
     found: dict[str, Detectable] = {}
     for point in points:
         first = entries[point.key].parameters[0]
+        # The first column is that of the first amplitude, the size that is reported.
         column = point.columns.start
         power = noncentrality(len(point.values), tests)
         size = abs(point.values[0][first.id]) * float(np.sqrt(power / max(float(G[column, column]), 1e-300)))

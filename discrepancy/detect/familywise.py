@@ -1,8 +1,13 @@
-"""Error rate of the family: how small a p the whole catalogue reaches where nothing is missing, found in two ways.
+"""Control the family-wise error rate over the catalogue: projected signatures in, number of tests or p-values out.
 
-From the noise model: under white noise the scores of all entries are distributed as their Gram matrix says. Without
-one: where nothing is missing, the whitened residual of a stretch is as likely as its negative, whatever its
-distribution, so the scores may be had again under random signs of stretches (Hemerik, Goeman, Finos 2020).
+The smallest p over all effects and shapes is judged against its distribution without model discrepancy, which is found
+in two ways.
+
+- From the noise model: under white noise the scores of all effects are normal with the Gram matrix of the signatures as
+  covariance (`independent_tests`).
+- Without a noise model: without discrepancy, the whitened residual of a stretch of a run is as likely as its negative,
+  whatever its distribution, so scores under random signs of the stretches are as likely as those found
+  (`by_sign_flips`; Hemerik, Goeman, Finos 2020).
 """
 
 from __future__ import annotations
@@ -17,19 +22,39 @@ from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import symmetric_inverse
 
 DRAWS = 2000
+"""Number of random draws of scores or of signs."""
 STRETCHES = 60
-"""Stretches of a run whose signs are flipped, each on its own."""
+"""Number of stretches of a run whose signs are flipped, each on its own."""
 
 
 def independent_tests(G: Array, points: Sequence[Point], seed: int = 0) -> float:
-    """Return the number N of independent tests with the same distribution of the smallest p, by draws of Dᵀε ~ N(0, G).
+    """Return the number of independent tests whose smallest p is distributed as that of the catalogue.
 
-    P(min p > x) = (1 − x)^N; N is the maximum-likelihood estimate from the draws whose smallest p is in the lower tail.
+    Parameters
+    ----------
+    G
+        Gram matrix of the projected signatures, shape (n_columns, n_columns).
+    points
+        Shapes that are tested.
+    seed
+        Seed of the draws.
+
+    Returns
+    -------
+    float
+        N, at least 1.
+
+    Notes
+    -----
+    Scores Dᵀε ~ N(0, G) are drawn `DRAWS` times. With P(min p > x) = (1 − x)^N, the maximum-likelihood estimate is
+    N = −1/mean(ln(1 − min p)).
     """
     if not points:
         return 1.0
     rng = np.random.default_rng(seed)
     size = np.sqrt(np.maximum(np.diag(G), 1e-300))
+    # Signatures of different units differ by orders of magnitude; with a unit diagonal, the cut on eigenvalues spares
+    # the small ones.
     values, vectors = np.linalg.eigh(G / np.outer(size, size))
     keep = values > 1e-10 * values[-1]
     root = vectors[:, keep] * np.sqrt(values[keep])
@@ -41,15 +66,37 @@ def independent_tests(G: Array, points: Sequence[Point], seed: int = 0) -> float
 def by_sign_flips(
     r: Array, D: Array, G: Array, points: Sequence[Point], runs: Sequence[Run], seed: int = 0
 ) -> dict[str, float]:
-    """Return p of every entry over the whole catalogue: the share of flips in which any entry scores as well as it.
-
-    With signs s of the stretches, scores come from c = Σ s_b·D_bᵀ·r_b, where D is projected off what the model can move
-    and G = DᵀD. The smallest p that there is is 1/(`DRAWS` + 1). Single-step minimum of p, Westfall and Young 1993.
+    """Return the family-wise p-value of every catalogue effect, by random signs of the residual's stretches.
 
     Parameters
     ----------
-    r, D
-        Whitened residual (n_r,) and projected signatures (n_r, n_columns), the rows of the runs first.
+    r
+        Whitened residual, the rows of the runs first, shape (n_r,).
+    D
+        Projected signatures, shape (n_r, n_columns).
+    G
+        Gram matrix DᵀD.
+    points
+        Shapes that are tested.
+    runs
+        Fitted runs.
+    seed
+        Seed of the signs.
+
+    Returns
+    -------
+    dict
+        p-value by key: the share of sign patterns in which any effect scores as well as this one, at least
+        1/(`DRAWS` + 1).
+
+    Notes
+    -----
+    With signs s of the stretches b, the scores are c = Σ s_b·D_bᵀ·r_b. The p-values are those of the single-step
+    minimum-p procedure.
+
+    References
+    ----------
+    Westfall and Young 1993.
     """
     edges, first = [], 0
     for run in runs:
@@ -58,6 +105,7 @@ def by_sign_flips(
         first += run.y.size
     parts = np.add.reduceat(D[:first] * r[:first, None], edges)
     signs = np.random.default_rng(seed).choice((-1.0, 1.0), size=(len(edges), DRAWS))
+    # The first column has all signs positive: it holds the scores as they were found.
     c = parts.T @ np.column_stack((np.ones(len(edges)), signs))
     own: dict[str, float] = {}
     smallest: Array = np.zeros(DRAWS)

@@ -1,16 +1,20 @@
-"""The inner step of the readings: as long as its error stays invisible among all rows together.
+"""Choose the inner step of the readings: `Study` and `Solution` in, step [s] out.
 
-Halving a step h changes the readings by e = (y_h − y_{h/2})/σ. What the parameters cannot make good of it, ‖P·e‖² with
-P off the tangent space of the fitted model, is added to the residual's χ² whatever the data; it has to stay well below
-the spread of every test: below one square of the noise over all rows, not per row.
+Halving a step h changes the readings by e = (y_h − y_{h/2})/σ. The part of e that no parameter can reproduce, P·e with
+P off the tangent space of the fitted model, adds ‖P·e‖² to the χ² of the residual whatever the data. It has to stay
+well below the spread of every test: below one square of the noise over all rows, not per row.
 
-Where far more than noise is left anyway, a small share of it is invisible too: a base that misses the readings by a
-thousand times the noise may stick where the joint slips, and no step follows its stops. The best models are compared at
-the steps that they need themselves (`closer`).
+1. Begin at the longest step.
+2. Compare the readings at the step and at half of it, projected off the tangent space.
+3. Halve the step until ‖P·e‖² is below the limit, at most `HALVINGS` times.
 
-An error of time is a lag. At a step near a lag, the lag's own parameter makes good of that error, and so may a rival's:
-a delay of half a step looks like a lag there and nowhere else. So effects are compared where P leaves their parameters
-out.
+Where the residual is far above noise anyway, a small share of its excess is invisible too: a nominal model that misses
+the readings by a thousand times the noise may stick where the joint slips, and no step follows its stops. The best
+models are compared at the steps that they need themselves (`step_refinement`).
+
+An error of time is a lag. At a step near a lag, the lag's own parameter makes up for that error, and so may a rival's:
+a delay of half a step looks like a lag there and nowhere else. So effects are compared with a P that leaves their
+parameters out.
 """
 
 from __future__ import annotations
@@ -26,19 +30,48 @@ from haptid.discrepancy.study.study import Study
 from haptid.measurement.values.run import Array
 
 INVISIBLE = 0.5
-"""Largest ‖P·e‖²,"""
+"""Largest ‖P·e‖² of a step whose error counts as invisible, in squares over the noise."""
 SMALL_SHARE = 1e-6
-"""and about a base its largest share of what that leaves beyond noise."""
+"""The same for the nominal model, as a share of the excess of its χ² over noise."""
 HALVINGS = 5
+"""Largest number of times that the step is halved."""
 
 
 def at_step(study: Study, step: float) -> Study:
-    """Return the study with readings at inner steps of at most ``step`` [s]."""
+    """Return the study with another inner step.
+
+    Parameters
+    ----------
+    study
+        Study at any inner step.
+    step
+        Longest inner step of the readings [s].
+
+    Returns
+    -------
+    Study
+        The same study with a factory at that step.
+    """
     return replace(study, factory=Factory(step))
 
 
 def readings(study: Study, solution: Solution, step: float) -> Array:
-    """Whitened simulated readings of all fitted runs at the optimum of ``solution``, over the noise, shape (n_r,)."""
+    """Simulate the readings of all fitted runs at the optimum of ``solution``.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+    step
+        Inner step [s].
+
+    Returns
+    -------
+    ndarray
+        Whitened readings over the sensor's standard deviation, shape (n_r,).
+    """
     simulator = Factory(step)(solution.equations)
     rows = [
         whiten(simulator.simulate(solution.theta, run, x0=x0).y / run.sensor_std).ravel()
@@ -48,19 +81,49 @@ def readings(study: Study, solution: Solution, step: float) -> Array:
 
 
 def visible(study: Study, solution: Solution, step: float) -> float:
-    """Return ‖P·(y_h − y_{h/2})/σ‖² at the step h, P off the tangent space of base and initial states alone."""
+    """Return the visible error of an inner step.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+    step
+        Inner step h [s].
+
+    Returns
+    -------
+    float
+        ‖P·(y_h − y_{h/2})/σ‖², with P off the tangent space of nominal parameters and initial states alone.
+    """
     Q = tangent_space(solution, without={q.id for e in solution.effects for q in e.parameters})
     e = np.zeros(Q.shape[0])
     change = readings(study, solution, step) - readings(study, solution, step / 2)
+    # The rows of the priors come last and do not depend on the step.
     e[: change.size] = change
     e -= Q @ (Q.T @ e)
     return float(e @ e)
 
 
 def step_for(study: Study, solution: Solution, first: float = COARSE, share: float = 0.0) -> float:
-    """Return the longest of the steps ``first``/2ᵏ [s] whose error is invisible; the shortest where none is.
+    """Return the longest inner step whose error is invisible.
 
-    So is an error of that ``share`` of the squares that ``solution`` leaves beyond noise.
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+    first
+        Longest step that is tried [s].
+    share
+        Share of the excess of the solution's χ² over noise that counts as invisible too.
+
+    Returns
+    -------
+    float
+        The longest ``first``/2ᵏ [s] with an invisible error, or the shortest step where none has one.
     """
     step, limit = first, max(INVISIBLE, share * (solution.chi2 - solution.residual.size))
     for _ in range(HALVINGS):

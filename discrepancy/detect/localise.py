@@ -1,4 +1,10 @@
-"""Where the gap lies: residual energy above the noise by motion, torque, time, cycle, direction, run and frequency."""
+"""Localise the residual: measured `Run`s and simulated readings in, `Map`s and `Region`s out.
+
+1. Sort the residual's energy above the noise into bins of position, speed, torque, time, cycle, direction, run and
+   frequency (`maps`).
+2. For every variable, find the narrowest range of bins that holds at least `SHARE` of that energy (`regions`).
+3. Say so in sentences (`describe_regions`).
+"""
 
 from __future__ import annotations
 
@@ -12,22 +18,34 @@ from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 
 BINS = 12
-"""Bins of equal width per variable; fewer where it has fewer values."""
+"""Number of bins of equal width per variable; fewer where the variable has fewer values."""
 SHARE = 0.5
-"""Share of the gap that a region must hold to be named."""
+"""Share of the residual's excess energy that a region must hold."""
 AXES = {
     "position_rad": ("position", "rad"), "velocity_rad_s": ("speed", "rad/s"), "torque_Nm": ("drive torque", "N m"),
     "time_s": ("time", "s"), "cycle": ("cycle", ""), "direction": ("direction", ""), "run": ("run", ""),
     "frequency_rad_s": ("frequency [rad/s]", ""),
 }  # fmt: skip
-"""Variables in words, and their units where a joint turns."""
+"""Variables in words, and their units for a revolute joint."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Region:
-    """A contiguous range of one variable that holds ``share_of_gap`` of the gap, in ``share_of_rows`` of the rows.
+    """A contiguous range of one variable that holds much of the residual's excess energy.
 
-    Of a spectrum, the rows are frequencies. Cycles and runs count from 0, both ends within; a direction is −1 or 1.
+    Parameters
+    ----------
+    variable
+        Key of `AXES`.
+    lower, upper
+        Ends of the range in the variable's unit. Cycles and runs count from 0, both ends included; a direction is −1 or
+        1.
+    share_of_gap
+        Share of the excess energy in the range.
+    share_of_rows
+        Share of the rows in the range; of the frequencies for a spectrum.
+    files
+        Files of the runs, where the variable is the run.
     """
 
     variable: str
@@ -38,7 +56,7 @@ class Region:
     files: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, object]:
-        """Fields of INTERFACES, with the share of rows beside them, and the files where the variable is the run."""
+        """Return the fields of INTERFACES, with the share of rows, and with the files where the variable is the run."""
         named = {"files": list(self.files)} if self.files else {}
         return {
             "variable": self.variable, "from": self.lower, "to": self.upper,
@@ -46,7 +64,20 @@ class Region:
         }  # fmt: skip
 
     def sentence(self, prismatic: Sequence[bool], joint: str = "") -> str:
-        """Say where how much of the gap lies; ``joint`` follows the name of what is measured at it."""
+        """Say how much of the model discrepancy lies where.
+
+        Parameters
+        ----------
+        prismatic
+            Whether each free joint is prismatic, which decides the units.
+        joint
+            Words that follow the name of a quantity measured at the joint.
+
+        Returns
+        -------
+        str
+            Sentence with the shares of energy and rows in per cent, and the range in the variable's unit.
+        """
         rows = "of the spectrum" if self.variable == "frequency_rad_s" else "of the samples"
         share = f"{100 * self.share_of_gap:.0f} % of the gap lies {self._place(prismatic, joint)}"
         part = 100 * self.share_of_rows
@@ -70,9 +101,20 @@ class Region:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Map:
-    """Excess of residual energy over the noise per bin of one variable; edges are (n + 1,), the rest (n,).
+    """Residual energy above the noise per bin of one variable.
 
-    ``labels`` name the bins where they are no range of a number.
+    Parameters
+    ----------
+    variable
+        Key of `AXES`.
+    edges
+        Edges of the bins, shape (n + 1,).
+    excess
+        Energy above the noise in squares of the sensor's standard deviation, shape (n,).
+    rows
+        Number of rows in each bin, the energy expected of noise, shape (n,).
+    labels
+        Names of the bins where the variable is not a number.
     """
 
     variable: str
@@ -83,10 +125,24 @@ class Map:
 
 
 def maps(runs: Sequence[Run], simulated: Sequence[Array]) -> tuple[Map, ...]:
-    """Return the energy maps of measured minus simulated, in squares of the sensor's standard deviation."""
+    """Sort the energy of measured minus simulated readings by every variable.
+
+    Parameters
+    ----------
+    runs
+        Runs of one joint.
+    simulated
+        Simulated readings [rad], shape (n_t,) for every run.
+
+    Returns
+    -------
+    tuple of Map
+        One map for every variable of `AXES`, in squares of the sensor's standard deviation.
+    """
     kept = [run.scored for run in runs]
     left = [((run.y[:, 0] - y) / run.sensor_std[0])[k] for run, y, k in zip(runs, simulated, kept, strict=True)]
     energy = np.concatenate([r**2 for r in left])
+    # Speed comes from the simulation, where no sensor noise is differentiated.
     speed = [np.gradient(y, run.t) for run, y in zip(runs, simulated, strict=True)]
 
     def along(name: str, values: Sequence[Array], edges: Array | None = None, labels: tuple[str, ...] = ()) -> Map:
@@ -114,7 +170,7 @@ def _even(values: Array) -> Array:
 
 
 def _count_edges(count: int) -> Array:
-    """Return edges of bins about the numbers from 0 to count − 1, as many of them in each as have to be."""
+    """Return edges of bins about the numbers 0 to count − 1, with as few numbers per bin as `BINS` allows."""
     each = -(-count // BINS)
     return np.minimum(np.arange(-(-count // each) + 1) * each, count) - 0.5
 
@@ -128,13 +184,14 @@ def _map(name: str, values: Array, energy: Array, expected: Array, edges: Array,
 
 
 def _spectrum(runs: Sequence[Run], left: Sequence[Array]) -> Map:
-    """Return the energy over frequency: |Σ r·e^(−jωt)|²·2/n, whose mean is 2 under white noise, rows taken as even."""
+    """Return the energy over frequency: |Σ r·e^(−jωt)|²·2/n, of mean 2 under white noise, rows taken as equidistant."""
     omega: list[Array] = []
     energy: list[Array] = []
     expected: list[Array] = []
     for run, r in zip(runs, left, strict=True):
         spacing = float(np.ptp(run.t[run.scored])) / max(r.size - 1, 1)
         frequency = np.asarray(2 * np.pi * np.fft.rfftfreq(r.size, spacing), dtype=float)
+        # A real signal has every frequency twice but 0 and, for an even number of rows, the highest one.
         both = np.where((frequency == 0.0) | ((r.size % 2 == 0) & (frequency == frequency[-1])), 1.0, 2.0)
         omega.append(frequency)
         energy.append(both * np.abs(np.fft.rfft(r)) ** 2 / r.size)
@@ -146,21 +203,45 @@ def _spectrum(runs: Sequence[Run], left: Sequence[Array]) -> Map:
 
 
 def excess(found: Sequence[Map]) -> float:
-    """Return all of the energy above the noise."""
+    """Return the whole residual energy above the noise, in squares of the sensor's standard deviation."""
     return float(found[0].excess.sum())
 
 
 def regions(found: Sequence[Map]) -> tuple[Region, ...]:
-    """Return for every variable the narrowest run of bins with at least half of the gap; the most telling first.
+    """Return the narrowest range of every variable that holds at least `SHARE` of the excess energy.
 
-    Frequencies come last: what moves a joint is always a small part of all that the readings can show.
+    Parameters
+    ----------
+    found
+        Maps of one joint.
+
+    Returns
+    -------
+    tuple of Region
+        Regions, those with the largest share of energy over their share of rows first. Frequencies come last: what
+        moves a joint is always a small part of the spectrum.
     """
     regions = [r for m in found if (r := _narrowest(m)) is not None]
     return tuple(sorted(regions, key=lambda r: (r.variable == "frequency_rad_s", r.share_of_rows - r.share_of_gap)))
 
 
 def describe_regions(found: Sequence[Region], prismatic: Sequence[bool], joint: str = "") -> list[str]:
-    """Return sentences on the two most telling regions and on the frequencies."""
+    """Return sentences on the two most informative regions and on the frequencies.
+
+    Parameters
+    ----------
+    found
+        Regions as `regions` sorts them.
+    prismatic
+        Whether each free joint is prismatic, which decides the units.
+    joint
+        Words that follow the name of a quantity measured at the joint.
+
+    Returns
+    -------
+    list of str
+        One sentence for each of these regions.
+    """
     first = [r for r in found if r.variable != "frequency_rad_s"][:2]
     return [r.sentence(prismatic, joint) for r in (*first, *(r for r in found if r.variable == "frequency_rad_s"))]
 
@@ -169,6 +250,7 @@ def _narrowest(m: Map) -> Region | None:
     total, n = float(np.maximum(m.excess, 0.0).sum()), m.excess.size
     if total <= 0.0 or n == 1:
         return None
+    # Bins below the noise count 0: a negative excess would let a wide range hold more than the whole energy.
     share = np.concatenate(([0.0], np.cumsum(np.maximum(m.excess, 0.0)))) / total
     rows = np.concatenate(([0.0], np.cumsum(m.rows))) / max(float(m.rows.sum()), 1.0)
     pairs = [(b - a, a, b) for a in range(n) for b in range(a + 1, n + 1) if share[b] - share[a] >= SHARE]
@@ -181,7 +263,7 @@ def _narrowest(m: Map) -> Region | None:
 
 
 def _ends(m: Map, a: int, b: int) -> tuple[float, float]:
-    """Return the ends of bins a to b: edges of what is a number, first and last of what is counted."""
+    """Return the ends of bins a to b: edges of a continuous variable, first and last value of a counted one."""
     if m.variable == "direction":
         return (-1.0, 1.0)[a], (-1.0, 1.0)[b - 1]
     inside = 0.5 if m.variable in ("cycle", "run") else 0.0

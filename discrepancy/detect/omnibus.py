@@ -1,9 +1,14 @@
-"""Is there a gap at all? Energy of the projected residual in the band of motion, whatever its cause.
+"""Test whether there is any model discrepancy: `Study` and `Solution` in, `Omnibus` out.
 
-With an orthonormal basis B of a band and Q of what the model can move, e = ‖Bᵀr‖² of a residual r = P·ε, P = I − QQᵀ,
-has mean tr(BᵀPB) and variance 2·tr((BᵀPB)²); it is scaled χ² to second order (Satterthwaite 1946). Three bands are
-tested: the harmonics of the drive, the same growing through the run, and everything slower than `BAND`; besides, the
-tallest single line of the last.
+1. Project the whitened residual off the tangent space Q of the fit: r = P·ε with P = I − QQᵀ.
+2. Take its energy e = ‖Bᵀr‖² in three bands with orthonormal bases B: the harmonics of the drive, the same growing
+   through the run, and everything slower than `BAND`.
+3. Compare each energy with noise: its mean is tr(BᵀPB) and its variance 2·tr((BᵀPB)²), scaled χ² to second order.
+4. Test the tallest single line of the last band too, and combine all tests by Bonferroni.
+
+References
+----------
+Satterthwaite 1946, for the scaled χ² of step 3.
 """
 
 from __future__ import annotations
@@ -27,23 +32,27 @@ from haptid.noise.correlation import Whitener
 BAND = 40.0
 """Upper end of the band of motion [rad/s]."""
 FAR = 5.0
-"""Energy over its degrees of freedom beyond which no noise model makes noise of what is left."""
+"""Energy over its degrees of freedom beyond which no noise model turns the residual into noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Omnibus:
-    """Energy of the residual on the harmonics of the drive with its degrees of freedom, and p over all tests.
+    """Result of the omnibus test.
 
     Parameters
     ----------
-    energy, dof
-        ‖Bᵀr‖² on the harmonics, and what is expected of noise.
+    energy
+        ‖Bᵀr‖² on the harmonics of the drive.
+    dof
+        Energy that noise is expected to have there.
     p
         p over all tests together (Bonferroni).
     parts
         p of every test by name.
-    total, rows
-        ‖r‖² and number of rows.
+    total
+        ‖r‖² of the whitened residual, priors included.
+    rows
+        Number of scored residuals.
     """
 
     energy: float
@@ -55,12 +64,35 @@ class Omnibus:
 
     @property
     def far(self) -> bool:
-        """Whether so much is left that no noise model makes noise of it."""
+        """Whether the residual is so large that no noise model turns it into noise."""
         return self.energy > FAR * self.dof
 
 
 def satterthwaite(along: Array, moved: Array, freedom: float = np.inf) -> tuple[float, float, float]:
-    """Return e, its mean and its p from Bᵀr (m,) and BᵀQ (m, k), the noise's power known to ``freedom``."""
+    """Test the energy of a projected residual in one band.
+
+    Parameters
+    ----------
+    along
+        Bᵀr, shape (m,).
+    moved
+        BᵀQ, shape (m, k).
+    freedom
+        Degrees of freedom to which the noise power is known.
+
+    Returns
+    -------
+    energy, mean, p
+        ‖Bᵀr‖², its mean tr(BᵀPB) under noise, and its p-value.
+
+    Notes
+    -----
+    With P = I − QQᵀ and M = BᵀQ, tr(BᵀPB) = m − tr(MᵀM) and tr((BᵀPB)²) = m − 2·tr(MᵀM) + ‖MᵀM‖².
+
+    References
+    ----------
+    Satterthwaite 1946.
+    """
     taken = moved.T @ moved
     mean = along.size - float(np.trace(taken))
     square = along.size - 2.0 * float(np.trace(taken)) + float((taken**2).sum())
@@ -69,9 +101,23 @@ def satterthwaite(along: Array, moved: Array, freedom: float = np.inf) -> tuple[
 
 
 def omnibus(study: Study, solution: Solution) -> Omnibus:
-    """Test the whitened residual of all fitted runs."""
+    """Test the whitened residual of all fitted runs for any model discrepancy.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+
+    Returns
+    -------
+    Omnibus
+        p-values, and the energy on the harmonics of the drive.
+    """
     Q = tangent_space(solution)
     r = solution.residual - Q @ (Q.T @ solution.residual)
+    # Residual and tangent space take the same transforms, so one array carries both.
     both = np.column_stack((r, Q))
     names = ("repeating", "drifting", "band")
     found: dict[str, list[Array]] = {name: [] for name in names}
@@ -81,6 +127,7 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
         for name, drifting in (("repeating", False), ("drifting", True)):
             H = _waves(run, own, solution.problem.whiteners[number], drifting=drifting)
             found[name].append(np.linalg.qr(H)[0].T @ mine)
+        # Line k of the discrete cosine transform has the frequency k·π/duration.
         lines = 1 + int(BAND * run.t[-1] / np.pi)
         found["band"] += [dct(both[c.rows], axis=0, norm="ortho")[:lines] for c in own]
         first += run.y.size
@@ -94,13 +141,14 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
 
 
 def _waves(run: Run, own: Sequence[Channel], whiten: Whitener, *, drifting: bool) -> Array:
-    """Harmonics of each joint's drive in its readings, whitened: the columns of all joints, (n_t·n_joints, k)."""
+    """Return the whitened harmonics of each joint's drive in its own readings, shape (n_t·n_joints, k)."""
     columns = []
     for channel in own:
         waves = harmonics(channel.run, whole_cycles(channel.run), drifting=drifting)
         H = np.zeros((*run.y.shape, waves.shape[1]))
         H[:, channel.column] = waves
         H = whiten(H)
+        # Rows before ``score_from`` are not scored, but row 0 is: it is the prior of the fitted initial position.
         H[1 : run.score_from] = 0.0
         columns.append(H.reshape(run.y.size, -1))
     return np.concatenate(columns, axis=1)
@@ -111,7 +159,9 @@ def _test_channel(rows: Array, freedom: float) -> tuple[float, float, float]:
 
 
 def _tallest(rows: Array, freedom: float) -> float:
-    """P of the largest of m squared lines, each over its own variance under noise."""
+    """Return p of the largest of m squared lines, each over its own variance under noise."""
+    # A line that the model reproduces nearly whole has almost no variance left; the floor keeps its ratio from
+    # exploding.
     left = np.maximum(1.0 - (rows[:, 1:] ** 2).sum(axis=1), 0.05)
     p = float(np.exp(log_tail(float((rows[:, 0] ** 2 / left).max()), 1, freedom)))
     return float(-np.expm1(rows.shape[0] * np.log1p(-min(p, 1 - 1e-16))))

@@ -1,8 +1,11 @@
-"""Score tests over the whole catalogue, with the error rate of the family.
+"""Score every catalogue effect on the residual of a fit: `Solution` and `Signatures` in, `Scan` out.
 
-T = rᵀD(DᵀD)⁻¹Dᵀr with the whitened residual r and signatures D projected off the tangent space of the fitted model:
-under "nothing is missing" T is χ² with as many degrees of freedom as D has columns. The smallest p over all entries and
-shapes is judged against its distribution under white noise, which depends on the Gram matrix of all signatures alone.
+1. Project the whitened residual r and the signatures D off the tangent space of the fitted model.
+2. At every shape, compute T = rᵀD(DᵀD)⁻¹Dᵀr, with the amplitudes within their bounds. Without model discrepancy T is χ²
+   with as many degrees of freedom as D has columns.
+3. Keep the best shape of every effect.
+4. Judge the smallest p over all effects and shapes by its distribution under white noise, which depends on the Gram
+   matrix of all signatures alone (`familywise`).
 """
 
 from __future__ import annotations
@@ -23,29 +26,33 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
 SEEN = 1e-3
-"""Share of a signature that must survive the projection for it to be scored."""
+"""Share of a signature's norm that must survive the projection for the signature to be scored."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Score:
-    """The best shape of one entry.
+    """The best shape of one catalogue effect.
 
     Parameters
     ----------
     point
-        The shape.
-    T, dof, log_p
-        Score statistic, degrees of freedom, logarithm of the p of this one test.
+        Shape with the smallest p.
+    T
+        Score statistic.
+    dof
+        Degrees of freedom of T.
+    log_p
+        Logarithm of the p-value of this one test.
     family_p
-        p over the whole catalogue by the noise model.
+        Family-wise p-value under the noise model.
     flipped_p
-        p over the whole catalogue by random signs of the residual's stretches, where they were drawn.
+        Family-wise p-value by random signs of the residual's stretches; None where they were not drawn.
     amplitude
         Linear estimate of the factor on each column's values.
     survives
-        Share of the signature's norm that base parameters cannot reproduce.
+        Share of the signature's norm that the fitted model cannot reproduce.
     others
-        Next best shapes of the same entry, each as (point, T, amplitude).
+        Next best shapes of the same effect, each as (point, T, amplitude).
     """
 
     point: Point
@@ -60,13 +67,23 @@ class Score:
 
     @property
     def key(self) -> str:
-        """Key of the entry."""
+        """Key of the effect."""
         return self.point.key
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scan:
-    """Scores by entry, best first; how many independent tests the catalogue amounts to; smallest sizes that show."""
+    """Scores of the whole catalogue.
+
+    Parameters
+    ----------
+    scores
+        Best score of every effect, smallest p first.
+    tests
+        Number of independent tests of the catalogue.
+    detectable
+        Smallest detectable size of every effect.
+    """
 
     scores: tuple[Score, ...]
     tests: float
@@ -74,12 +91,28 @@ class Scan:
 
     @property
     def family_p(self) -> float:
-        """Return the smallest p over the whole catalogue."""
+        """Smallest family-wise p-value of the catalogue; 1 where nothing was scored."""
         return self.scores[0].family_p if self.scores else 1.0
 
 
 def project(study: Study, solution: Solution, found: Signatures) -> tuple[Array, Array, Array]:
-    """Return residual (n_r,), projected signatures (n_r, n_columns) and the share that survives (n_columns,)."""
+    """Project residual and signatures off the tangent space of a fitted model.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+    found
+        Signatures of the catalogue.
+
+    Returns
+    -------
+    r, D, survives
+        Projected residual (n_r,), projected whitened signatures (n_r, n_columns), and the share of each signature's
+        norm that survives (n_columns,).
+    """
     Q = tangent_space(solution)
     r = solution.residual
     D = np.zeros((r.size, found.raw.shape[1]))
@@ -91,12 +124,14 @@ def project(study: Study, solution: Solution, found: Signatures) -> tuple[Array,
 
 
 def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float, Array]:
-    """Return T at the best amplitudes within the effect's bounds, and these as factors on the columns."""
+    """Return T at the best amplitudes within the effect's bounds, and these amplitudes as factors on the columns."""
     block, right = G[point.columns, point.columns], c[point.columns]
     amplitude = np.linalg.lstsq(block, right, rcond=1e-10)[0]
     rows = effect.parameters[: len(point.values)]
     limits = [sorted((q.lower / v[q.id], q.upper / v[q.id])) for q, v in zip(rows, point.values, strict=True)]
     low, high = np.array(limits).T
+    # Clipping the joint optimum may lose most of T where one amplitude leaves its bounds; each amplitude alone is then
+    # better.
     alone = np.diag(right / np.maximum(np.diag(block), 1e-300))
     tried = [np.clip(a, low, high) for a in (amplitude, *alone)]
     gains = [float(2 * a @ right - a @ block @ a) for a in tried]
@@ -107,9 +142,25 @@ def _statistics(G: Array, c: Array, point: Point, effect: Effect) -> tuple[float
 def scan(
     study: Study, solution: Solution, found: Signatures, entries: Mapping[str, Effect], *, tests: float | None = None
 ) -> Scan:
-    """Score every entry at every shape, keep the best shape of each.
+    """Score every catalogue effect at every shape, and keep the best shape of each.
 
-    ``tests`` is counted by draws where it is not given, and signs are flipped.
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+    found
+        Signatures of the catalogue.
+    entries
+        Catalogue effects by key, in SI units.
+    tests
+        Number of independent tests. Where None, it is found by draws, and p-values by random signs are computed too.
+
+    Returns
+    -------
+    Scan
+        Scores of all effects with a visible signature.
     """
     r, D, survives = project(study, solution, found)
     c, G = D.T @ r, D.T @ D
@@ -124,6 +175,7 @@ def scan(
     scores = [
         _score(sorted(rows, key=lambda row: row[0]), count, survives, flipped.get(key)) for key, rows in best.items()
     ]
+    # Where p underflows for several effects, T still orders them.
     ordered = tuple(sorted(scores, key=lambda s: (s.log_p, -s.T)))
     return Scan(scores=ordered, tests=count, detectable=smallest(visible, G, count, entries))
 

@@ -1,8 +1,8 @@
-"""First-order signatures: how each entry of the catalogue would move the readings, over its grid of shapes.
+"""Simulate first-order signatures: `Solution` and catalogue `Effect`s in, `Signatures` out.
 
-Column j of an entry is (y(θ, s·a) − y(θ, 0))/(s·σ) at the base's optimum, a its typical amplitude and s a share of it,
-simulated for all shapes side by side. Parameters whose grid holds amplitudes (a dead band, a time constant) are taken
-at those, s = 1.
+A signature is the change of the readings that a catalogue effect causes at one shape of its grid. Column j is
+(y(θ, s·a) − y(θ, 0))/(s·σ) at the optimum θ, with the typical amplitude a and a share s of it, simulated for all shapes
+at once. Effects whose grid holds amplitudes (a dead band, a time constant) are simulated at these amplitudes, s = 1.
 """
 
 from __future__ import annotations
@@ -22,23 +22,24 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
 SHARE = 0.03
-"""s: at the whole amplitude, the curvature of what the base nearly takes up passes for what it does not."""
+"""Share s of the typical amplitude: at the whole amplitude, curvature along what the nominal model can nearly reproduce
+would pass for a discrepancy."""
 BLOWN = 1e6
-"""A column larger than this many standard deviations counts as a simulation that blew up."""
+"""Largest change of a reading, in standard deviations of the sensor, beyond which the simulation counts as diverged."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Point:
-    """One shape of one entry: the values that the effect's parameters take, column by column.
+    """One shape of one catalogue effect.
 
     Parameters
     ----------
     key
-        Entry of the catalogue.
+        Key of the effect.
     values
-        Parameters per column.
+        Parameters by id, one dict for each column.
     columns
-        Where its columns lie in the matrix of signatures.
+        Slice of the effect's columns in the matrix of signatures.
     """
 
     key: str
@@ -53,11 +54,12 @@ class Signatures:
     Parameters
     ----------
     points
-        Shapes, in the order of the columns.
+        Shapes in the order of their columns.
     raw
-        Signatures of all fitted runs over the sensor's std, one run after the other, shape (n_rows, n_columns).
+        Unwhitened signatures of all fitted runs over the sensor's standard deviation, run after run, shape
+        (n_rows, n_columns).
     simulations
-        Runs simulated.
+        Number of simulated runs.
     """
 
     points: tuple[Point, ...]
@@ -65,7 +67,20 @@ class Signatures:
     simulations: int
 
     def whitened(self, study: Study, solution: Solution) -> Array:
-        """Whiten as the residuals of ``solution`` are; shape (n_rows, n_columns)."""
+        """Whiten the signatures as the residuals of ``solution`` are whitened.
+
+        Parameters
+        ----------
+        study
+            Study with the fitted runs.
+        solution
+            Fitted model with its noise.
+
+        Returns
+        -------
+        ndarray
+            Whitened signatures, shape (n_rows, n_columns).
+        """
         edges = np.cumsum([0, *(run.y.size for run in study.fitted)])
         D = np.empty_like(self.raw)
         for w, run, a, b in zip(solution.problem.whiteners, study.fitted, edges[:-1], edges[1:], strict=True):
@@ -75,7 +90,19 @@ class Signatures:
 
 
 def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
-    """Return for every shape of an SI-scaled effect the parameter values of its columns."""
+    """Return the parameter values of every column, shape by shape.
+
+    Parameters
+    ----------
+    effect
+        Effect in SI units.
+
+    Returns
+    -------
+    list of tuple of dict
+        For every shape of the grid, one dict per column. A grid of amplitudes gives one column; otherwise each
+        amplitude has a column in which the other amplitudes are 0.
+    """
     initial = {x.id: x.initial for x in effect.parameters}
     amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
     found: list[tuple[dict[str, float], ...]] = []
@@ -89,12 +116,28 @@ def shapes(effect: Effect) -> list[tuple[dict[str, float], ...]]:
 
 
 def _has_grid_of_amplitudes(effect: Effect) -> bool:
-    """Whether the grid of an effect holds amplitudes."""
+    """Say whether the grid of an effect holds amplitudes."""
     return bool({id for id, _ in effect.shapes} & {x.id for x in effect.parameters[: effect.amplitudes]})
 
 
 def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[list[tuple[dict[str, float], ...]], Array]:
-    """Return the shapes of one entry and its raw columns over σ (n_rows, n_columns), rows of all runs stacked."""
+    """Simulate the signatures of one catalogue effect.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model, about which the readings change.
+    effect
+        Effect in SI units.
+
+    Returns
+    -------
+    grid, raw
+        Parameter values of every column, shape by shape, and the unwhitened signatures over the sensor's standard
+        deviation, shape (n_rows, n_columns).
+    """
     simulator = study.sketcher((*solution.effects, effect))
     grid = shapes(effect)
     share = 1.0 if _has_grid_of_amplitudes(effect) else SHARE
@@ -105,6 +148,7 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
     stacked = []
     for run, x0 in zip(study.fitted, solution.x0, strict=True):
         start = np.array(initial_state(simulator.equations, run))
+        # Of a joint alone, the states of the new effect come last: they keep their own start values.
         start[: x0.size] = x0
         y = simulator.simulate_many(theta, run, x0=start) / run.sensor_std
         stacked.append((y[1:] - y[0]).reshape(len(sets) - 1, -1).T / share)
@@ -117,7 +161,22 @@ def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float])
 
 
 def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> Signatures:
-    """Take the signatures of ``entries`` (SI-scaled, not random) about ``solution``."""
+    """Simulate the signatures of all effects.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model, about which the readings change.
+    entries
+        Effects in SI units, none of them random.
+
+    Returns
+    -------
+    Signatures
+        Signatures without the shapes whose simulation diverged.
+    """
     with ThreadPoolExecutor(2) as pool:
         taken = list(pool.map(lambda e: entry_columns(study, solution, e), entries))
     points, blocks, column = [], [], 0
@@ -126,6 +185,7 @@ def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> S
         for point in grid:
             block = raw[:, at : at + len(point)]
             at += len(point)
+            # A diverged simulation would give its shape an arbitrary score.
             if not np.isfinite(block).all() or np.abs(block).max() > BLOWN:
                 continue
             points.append(Point(key=effect.key, values=point, columns=slice(column, column + len(point))))
@@ -139,5 +199,6 @@ def _scored(rows: Array, first: int) -> Array:
     if first == 0:
         return rows
     kept = rows.copy()
+    # Row 0 stays: it is the prior of the fitted initial position, whatever the first scored row.
     kept[1:first] = 0.0
     return kept

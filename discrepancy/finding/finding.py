@@ -1,4 +1,10 @@
-"""One joint, from its runs to a finding: search, verdict, rebuilt FMU, gap before and after."""
+"""Run all stages of the search for one study: `Study` in, `Finding` out, as JSON and FMU.
+
+1. Search for missing effects, and turn the result into a verdict.
+2. Rebuild the FMU with the named effects, and refit it.
+3. Compare the RMS of measured − simulated before and after, on fitted and on held-out runs.
+4. Localise the residual of the nominal model in the joint where it is largest.
+"""
 
 from __future__ import annotations
 
@@ -24,14 +30,22 @@ from haptid.measurement.values.run import Array, Run
 from haptid.support.processes.threads import on_one_thread
 
 SCHEMA = "discrepancy/1"
+"""Name and version of the JSON's schema."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
-    """RMS of measured − simulated over some runs [rad]: before, after, and the sensor's noise.
+    """RMS of measured − simulated over some runs, before and after the named effects.
 
-    Where amplitudes scatter, ``beside`` has the same before and after over what noise and scatter give together: the
-    RMS of whitened residuals. What scatter leaves is no gap that a model could close.
+    Parameters
+    ----------
+    before, after
+        RMS of the nominal and of the best model [rad], [m] for a prismatic joint.
+    noise
+        RMS of the sensor noise in the same unit.
+    beside
+        Where amplitudes scatter: RMS of the whitened residuals before and after, which is 1 for noise and scatter
+        alone. No model could remove the part that scatter causes.
     """
 
     before: float
@@ -41,20 +55,21 @@ class Gap:
 
     @property
     def closed(self) -> float | None:
-        """(before − after)/(before − noise); None where there was no gap to close."""
+        """Share of the excess RMS that is removed, (before − after)/(before − noise); None without excess."""
         gap = self.before - self.noise
+        # A share of an excess within a few per cent of the noise would be a quotient of estimation errors.
         return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
 
     @property
     def closed_beside_scatter(self) -> float | None:
-        """(before − after)/(before − 1) of ``beside``; as `closed` where nothing scatters."""
+        """Same share beside the scatter, (before − after)/(before − 1) of ``beside``; `closed` without scatter."""
         if self.beside is None:
             return self.closed
         before, after = self.beside
         return None if before < 1.05 else (before - after) / (before - 1.0)
 
     def as_json(self) -> dict[str, float | None]:
-        """Fields of INTERFACES, and the share beside the scatter."""
+        """Return the fields of INTERFACES, and the share beside the scatter."""
         return {
             "before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed,
             "closed_beside_scatter": self.closed_beside_scatter,
@@ -63,7 +78,15 @@ class Gap:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """A run with its simulation before and after, for the picture."""
+    """Readings of one joint in one run, with the simulations before and after.
+
+    Parameters
+    ----------
+    run
+        Run of one joint.
+    before, after
+        Simulated readings of the nominal and of the best model [rad], shape (n_t,).
+    """
 
     run: Run
     before: Array
@@ -72,9 +95,30 @@ class Curve:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """Everything that the page and the JSON show of one joint, or of several that move together.
+    """Result for one joint, or for several that move together, as page and JSON show it.
 
-    ``maps`` and ``regions`` are those of the joint that is missed most, ``gap_joint``.
+    Parameters
+    ----------
+    joints
+        Numbers of the joints.
+    search
+        Result of the search.
+    judgement
+        Verdict with its grounds.
+    rebuilt
+        FMU with the named effects, or None.
+    gaps
+        RMS before and after by ``fit`` and ``validate``.
+    curves
+        Runs with their simulations, held-out ones where there are any.
+    maps
+        Residual energy of the nominal model in the joint ``gap_joint``.
+    gap_joint
+        Joint with the largest residual energy.
+    regions
+        Regions that hold most of that energy.
+    wall_s
+        Wall time of all stages [s].
     """
 
     joints: tuple[int, ...]
@@ -91,7 +135,33 @@ class Finding:
 
 @on_one_thread
 def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: Callable[[str], None]) -> Finding:
-    """Run all stages of one study; FMUs go below ``out``."""
+    """Run all stages of one study.
+
+    Parameters
+    ----------
+    study
+        Study of one joint, or of several that move together.
+    out
+        Folder below which FMUs are written.
+    kind
+        Kind of the FMU.
+    seed
+        Seed of the starts.
+    starts
+        Number of starts of the nominal fit.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    Finding
+        Verdict, FMU, RMS before and after, and the regions of the residual.
+
+    Raises
+    ------
+    NumericalError
+        If no start of the nominal fit gives a finite simulation.
+    """
     began = time.perf_counter()
     found = search(study, seed=seed, starts=starts, tell=tell)
     study = found.study
@@ -99,6 +169,7 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     judgement = judge(study, found)
     rebuilt = None
     best, plain = found.best.candidate, found.plain.candidate
+    # A surrogate must not reach the users' model, so no FMU is built for an unlisted verdict.
     if best.solution.effects and judgement.verdict in ("named", "ambiguous"):
         tell("FMU and refit")
         rebuilt = rebuild(study, found, best.solution.effects, out / "fmu", kind)
@@ -127,7 +198,20 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
 
 
 def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Array]) -> tuple[Curve, ...]:
-    """Return a curve for every joint of every run, from simulated readings (n_t, n_joints)."""
+    """Return one curve for every joint of every run.
+
+    Parameters
+    ----------
+    runs
+        Runs of one or several joints.
+    before, after
+        Simulated readings of every run, shape (n_t, n_joints).
+
+    Returns
+    -------
+    tuple of Curve
+        Curves run by run, and joint by joint within a run.
+    """
     return tuple(
         Curve(run=c.run, before=before[c.number][:, c.column], after=after[c.number][:, c.column])
         for c in channels(runs)
@@ -135,7 +219,20 @@ def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Arra
 
 
 def most_missed(runs: Sequence[Run], y: Sequence[Array]) -> tuple[int, tuple[Map, ...]]:
-    """Return the joint with the most energy of measured minus simulated readings (n_t, n_joints), and its maps."""
+    """Return the joint with the largest residual energy, and its maps.
+
+    Parameters
+    ----------
+    runs
+        Runs of the same joints.
+    y
+        Simulated readings of every run, shape (n_t, n_joints).
+
+    Returns
+    -------
+    joint, maps
+        Number of the joint, and its residual energy by variable.
+    """
     found = {}
     for k, joint in enumerate(runs[0].free_joints):
         own = [c for c in channels(runs) if c.column == k]
@@ -144,7 +241,7 @@ def most_missed(runs: Sequence[Run], y: Sequence[Array]) -> tuple[int, tuple[Map
 
 
 def _beside(study: Study, found: Search, runs: tuple[Run, ...], after: Prediction) -> tuple[float, float] | None:
-    """RMS of whitened residuals of the base and of the best model, both under the scatter of the best."""
+    """Return the RMS of whitened residuals of nominal and best model, both under the scatter of the best."""
     noise = found.best.solution.noise
     if not noise.scatters:
         return None
@@ -159,7 +256,7 @@ def _gap(
     rebuilt: Rebuilt | None,
     beside: tuple[float, float] | None,
 ) -> Gap:
-    """RMS over the runs; after the rebuilt FMU's own scores where there is one."""
+    """Return the RMS before and after over the runs; where an FMU was rebuilt, its own scores count."""
     final = list(after.rms)
     if rebuilt is not None:
         scores = {s.file: s.rmse_rad for s in rebuilt.fit.runs}
@@ -173,7 +270,22 @@ def _rms(values: Any) -> float:
 
 
 def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
-    """``discrepancy/joint<j>.json`` of INTERFACES."""
+    """Return the content of ``discrepancy/joint<j>.json``.
+
+    Parameters
+    ----------
+    finding
+        Finding of one study.
+    measured
+        Whether the runs were measured.
+    seed
+        Seed of the search.
+
+    Returns
+    -------
+    dict
+        Fields of INTERFACES.
+    """
     judgement, rebuilt = finding.judgement, finding.rebuilt
     shape, proposal = judgement.shape, judgement.next_experiment
     return {
@@ -201,7 +313,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
 
 
 def _alternative_json(trial: Trial, plain: Trial) -> dict[str, Any]:
-    """Evidence is over the base model; ``criterion`` is BIC less twice the held-out score, over the base's."""
+    """Return an alternative with its evidence and criterion over the nominal model."""
     candidate, before = trial.candidate, plain.candidate
     return {
         "ids": list(candidate.ids),

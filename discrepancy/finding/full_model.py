@@ -1,7 +1,8 @@
-"""Runs with all joints free, which no fit saw: what the identified model misses, with and without what was named.
+"""Judge the identified model on runs with all joints free: `Run`s and `Finding`s in, `WholeFinding` out.
 
-Nothing is fitted to such a run. What noise and the known uncertainty of the parameters give together is expected of it:
-e = √(noise² + spread²). A joint that is missed by far more has a gap.
+No fit saw these runs and nothing is fitted to them. Simulated are the identified model, and the model with the named
+effects. Noise and the known uncertainty of the parameters explain the RMS e = √(noise² + spread²) together. A joint
+with an RMS above `EXPECTED`·e has a model discrepancy.
 """
 
 from __future__ import annotations
@@ -23,14 +24,30 @@ from haptid.model.joint.joint_in_device import names_of
 from haptid.model.joint.whole_device import full_equations
 
 EXPECTED = 3.0
-"""RMS over what is expected beyond which a joint has a gap: the parameters' error is one draw for all of a run."""
+"""RMS over the expected one beyond which a joint has a discrepancy: the parameters' error is one draw for the whole
+run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Missed:
-    """RMS of measured − simulated of one joint of a run, before and after, and what is expected of either.
+    """RMS of measured − simulated of one joint in one run.
 
-    In rad; in m where the joint slides.
+    Parameters
+    ----------
+    file
+        File of the run.
+    mode
+        Mode of the simulation.
+    joint
+        Number of the joint.
+    prismatic
+        Whether the joint is prismatic; then all RMS are in m, otherwise in rad.
+    before, after
+        RMS without and with the named effects.
+    noise
+        RMS of the sensor noise.
+    expected
+        RMS that noise and the uncertainty of the parameters explain.
     """
 
     file: str
@@ -43,13 +60,27 @@ class Missed:
     expected: float
 
     def as_json(self) -> dict[str, Any]:
-        """Fields of the JSON."""
+        """Return the fields by name."""
         return {name: getattr(self, name) for name in self.__slots__}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WholeFinding:
-    """What the runs with all joints free say."""
+    """Verdict on the runs with all joints free.
+
+    Parameters
+    ----------
+    joints
+        Numbers of the joints.
+    verdict
+        ``nothing_missing``, ``named`` or ``unlisted``.
+    sentence
+        Sentence that an engineer reads first.
+    names
+        Effects that were named in the joints.
+    rows
+        RMS of every joint in every run.
+    """
 
     joints: tuple[int, ...]
     verdict: Verdict
@@ -73,7 +104,26 @@ def whole_finding(
     identification: Mapping[str, Any],
     findings: Sequence[Finding],
 ) -> WholeFinding:
-    """Simulate ``runs`` by the model of ``identification``, without and with the effects of ``findings``."""
+    """Simulate runs with all joints free, without and with the named effects, and judge their residuals.
+
+    Parameters
+    ----------
+    campaign
+        Campaign that the runs belong to; it may hold the controller.
+    device
+        Device with all joints.
+    runs
+        Runs with all joints free.
+    identification
+        Content of the identification's JSON.
+    findings
+        Findings of the single joints, whose named effects and refitted parameters are used.
+
+    Returns
+    -------
+    WholeFinding
+        Verdict with the RMS of every joint in every run.
+    """
     effects, controller = by_joint(findings), campaign.extra.get("controller")
     identified = of_device(identification)
     before = verify(device, identified.among(full_equations(device)).values, runs, controller)
@@ -105,7 +155,7 @@ def _residual_rms(file: str, mode: str, before: JointCheck, after: JointCheck, s
 
 
 def _parameter_spread(identification: Mapping[str, Any]) -> dict[tuple[str, str, int], float]:
-    """Return the standard deviation that the parameters' uncertainty gives, by run, mode and joint."""
+    """Return the standard deviation of the readings from the parameters' uncertainty [rad], by run, mode and joint."""
     return {
         (run["file"], run["mode"], one["joint"]): float(one["spread_rad"] or 0.0)
         for run in identification.get("verification", {}).get("runs", [])

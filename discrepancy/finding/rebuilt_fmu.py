@@ -1,4 +1,7 @@
-"""The named effect in the model that users run: FMU rebuilt, all parameters refitted by SLSQP through it."""
+"""Rebuild the FMU with the named effects: `Study` and `Search` in, `Rebuilt` out.
+
+All parameters are refitted by SLSQP through the FMU that users run.
+"""
 
 from __future__ import annotations
 
@@ -19,20 +22,45 @@ from haptid.model.effects.effect import Effect
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rebuilt:
-    """The rebuilt FMU and the fit of all parameters through it."""
+    """The rebuilt FMU with the fit through it.
+
+    Parameters
+    ----------
+    fmu
+        FMU with the named effects and the refitted parameters.
+    fit
+        Fit of all parameters through an FMU of the same equations.
+    """
 
     fmu: Fmu
     fit: Fit
 
 
 def rebuild(study: Study, found: Search, effects: tuple[Effect, ...], out: Path, kind: Kind) -> Rebuilt:
-    """Build ``joint<j>_<effects>.fmu`` (``joints01_…``) below ``out``, parameters from an SLSQP fit through the FMU.
+    """Build the FMU of the nominal model with named effects, its parameters fitted through the FMU.
 
-    The fit starts from the search's optimum at observer gain 0; the search's minima were found by homotopy.
+    Parameters
+    ----------
+    study
+        Study of the search.
+    found
+        Result of the search, whose optimum is the start.
+    effects
+        Named effects in SI units.
+    out
+        Folder in which ``joint<j>_<effects>.fmu`` (``joints01_…``) is written.
+    kind
+        Kind of the FMU.
+
+    Returns
+    -------
+    Rebuilt
+        FMU and fit.
     """
     equations = study.equations(effects, joint=study.joint)
     simulator = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
     start = tuple(found.best.solution.values[p.id] for p in equations.parameters)
+    # One start without observer is enough: the search has found the minimum by homotopy.
     options = FitOptions(starts=1, gains=(0.0,), start=start, weights=(1.0, 1.0))
     refitted = fit(simulator, (*study.fitted, *study.unseen), options=options)
     std = dict(zip([p.id for p in equations.parameters], refitted.std, strict=True))

@@ -1,4 +1,8 @@
-"""The first stages of the search, each alone: whether there is a gap, where it lies, what looks like it."""
+"""Run the first stages of the search, each alone: `Study` in, `Staged` out.
+
+The stages are whether there is a model discrepancy (``gap``), where it lies (``where``), and which catalogue effects
+resemble it (``what``). All of them need only the nominal fit.
+"""
 
 from __future__ import annotations
 
@@ -21,27 +25,32 @@ from haptid.support.numbers import plain
 from haptid.support.processes.threads import on_one_thread
 
 Stage = Literal["gap", "where", "what"]
+"""Name of a stage."""
 STAGES: tuple[Stage, ...] = ("gap", "where", "what")
 SHOWN = 5
-"""Entries of the best scores that are told."""
+"""Largest number of best-scoring effects that are listed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Staged:
-    """What one stage found out about the base model.
+    """Result of one stage about the nominal model.
 
     Parameters
     ----------
-    study, plain
-        The study at its inner step, and the base under its own noise.
+    stage
+        The stage.
+    study
+        Study at its inner step.
+    plain
+        Nominal model under its own noise.
     left
-        Omnibus test of what it leaves.
+        Omnibus test of its residual.
     curves
-        Runs with its simulation, those that no fit saw where there are any.
+        Runs with their simulation, held-out ones where there are any.
     maps, regions, joint
-        Where the gap lies, in the joint that is missed most; empty before that stage.
+        Residual energy and its regions in the joint where it is largest; empty but in the stage ``where``.
     scan
-        Scores of the catalogue; None before that stage.
+        Scores of the catalogue; None but in the stage ``what``.
     """
 
     stage: Stage
@@ -56,7 +65,7 @@ class Staged:
 
     @property
     def gap(self) -> bool:
-        """Whether the base leaves more than noise."""
+        """Whether the omnibus test finds more than noise in the residual."""
         return bool(self.left.p <= LACK)
 
     def as_json(self, *, measured: bool) -> dict[str, Any]:
@@ -74,7 +83,7 @@ class Staged:
 
     @property
     def sentence(self) -> str:
-        """What the stage says."""
+        """Sentence that states the result of the stage."""
         if self.scan is not None:
             found = [f"{s.key} (p = {s.family_p:.2g})" for s in self.scan.scores[:SHOWN] if s.family_p < FAMILY]
             none = "No entry of the catalogue looks like what is left."
@@ -108,7 +117,31 @@ class Staged:
 
 @on_one_thread
 def run_stages(study: Study, stage: Stage, *, seed: int, starts: int, tell: Callable[[str], None]) -> Staged:
-    """Run the stages of one study up to ``stage``."""
+    """Run one stage of one study.
+
+    Parameters
+    ----------
+    study
+        Study of one joint, or of several that move together.
+    stage
+        ``gap``, ``where`` or ``what``.
+    seed
+        Seed of the starts.
+    starts
+        Number of starts of the nominal fit.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    Staged
+        Result of the stage.
+
+    Raises
+    ------
+    NumericalError
+        If no start of the nominal fit gives a finite simulation.
+    """
     study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
     _, plain = under_own_noise(study, base)
     seen, unseen = (predict(study, plain, runs).y for runs in (study.fitted, study.unseen))

@@ -1,4 +1,10 @@
-"""From a search on a torque to a finding: verdict, rebuilt FMU, gap before and after on held-out stretches."""
+"""Run all stages of the search on a torque: `TorqueStudy` in, `TorqueFinding` out, as JSON and FMU.
+
+1. Search for missing effects among those that can be read from motion to torque.
+2. Compare the RMS of the residual torque before and after, on fitted and on held-out rows.
+3. Localise the residual torque of the nominal model.
+4. Build the FMU with the named effects.
+"""
 
 from __future__ import annotations
 
@@ -24,13 +30,22 @@ from haptid.model.effects.effect import Effect
 from haptid.support.processes.threads import on_one_thread
 
 BINS = 10
+"""Number of bins of position over which the residual torque is averaged."""
 NOISE = 1.1
-"""RMS over the noise up to which held-out torque counts as explained."""
+"""RMS over the noise up to which the torque of held-out rows counts as explained."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueGap:
-    """RMS of measured − modelled torque [N m]: before, after, and the torque's own white noise."""
+    """RMS of measured − modelled torque.
+
+    Parameters
+    ----------
+    before, after
+        RMS of the nominal and of the final model [N m].
+    noise
+        RMS of the torque's own white noise [N m].
+    """
 
     before: float
     after: float
@@ -38,14 +53,24 @@ class TorqueGap:
 
     @property
     def closed(self) -> float | None:
-        """(before − after)/(before − noise); None where there was no gap to close."""
+        """Share of the excess RMS that is removed, (before − after)/(before − noise); None without excess."""
         gap = self.before - self.noise
         return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remaining:
-    """Mean of the torque that is left (BINS,) [N m] over position, going up and down, with standard errors."""
+    """Mean residual torque over position, by direction.
+
+    Parameters
+    ----------
+    position
+        Middles of the bins [rad], shape (BINS,).
+    up, down
+        Mean residual torque while the position grows and falls [N m], shape (BINS,).
+    std
+        Standard error of these means [N m], shape (BINS,).
+    """
 
     position: Array
     up: Array
@@ -55,7 +80,25 @@ class Remaining:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueFinding:
-    """Everything that page and JSON show of a joint whose torque was scored."""
+    """Result for one joint whose torque was scored, as page and JSON show it.
+
+    Parameters
+    ----------
+    search
+        Result of the search.
+    gaps
+        RMS before and after by ``fit`` and ``validate``.
+    regions, maps
+        Residual energy of the nominal model, and the regions that hold most of it.
+    remaining
+        Mean residual torque of the final model over position.
+    fmu
+        FMU with the effects of the final model, or None.
+    considered
+        Number of catalogue effects that were searched.
+    wall_s
+        Wall time of all stages [s].
+    """
 
     search: TorqueSearch
     gaps: dict[str, TorqueGap]
@@ -68,7 +111,7 @@ class TorqueFinding:
 
     @property
     def verdict(self) -> str:
-        """One of those of INTERFACES: a name alone only where it leaves no more than the torque's noise."""
+        """Verdict of INTERFACES; a name alone stands only where the residual is no larger than the torque's noise."""
         gap = self.gaps["validate"]
         if gap.after > NOISE * gap.noise:
             return "unlisted"
@@ -76,7 +119,7 @@ class TorqueFinding:
 
     @property
     def sentence(self) -> str:
-        """What an engineer reads first."""
+        """Sentence that an engineer reads first."""
         names = " and ".join(f"{e.id} ({e.title})" for e in self.search.final.effects)
         gap = self.gaps["validate"]
         if self.verdict == "nothing_missing":
@@ -103,9 +146,39 @@ def find_torque(
     starts: int,
     tell: Callable[[str], None],
 ) -> TorqueFinding:
-    """Run all stages for one joint; FMUs go below ``out``."""
+    """Run all stages of the search on the torque of one joint.
+
+    Parameters
+    ----------
+    study
+        Study of the joint.
+    entries
+        Catalogue effects by key, in multiples of the joint's scales.
+    out
+        Folder below which FMUs are written.
+    kind
+        Kind of the FMU.
+    seed
+        Seed of the starts.
+    starts
+        Number of starts of the nominal fit.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    TorqueFinding
+        Verdict, FMU, RMS before and after, and the regions of the residual.
+
+    Raises
+    ------
+    NumericalError
+        If no start of the nominal fit gives a finite torque.
+    """
     began = time.perf_counter()
     known = readable(entries, study.base, prismatic=study.prismatic)
+    # Where no position is passed again in the same direction, an effect over time cannot be told from one over
+    # position.
     if not study.repeats:
         known = {key: effect for key, effect in known.items() if effect.lives_in != "time"}
     found = search_torque(study, known, starts=starts, seed=seed, tell=tell)
@@ -129,9 +202,9 @@ def find_torque(
 
 
 def _maps(study: TorqueStudy, found: TorqueSearch) -> tuple[Map, ...]:
-    """Residual energy of the base over position, speed, torque and time, in squares of the torque's noise.
+    """Return the residual energy of the nominal model, in squares of the torque's noise.
 
-    The energy is put into runs whose "reading" is the measured position, so that `where.maps` can sort it.
+    The residual torque is added to the measured position as if it were a reading, so that `localise.maps` can sort it.
     """
     turned, simulated = [], []
     for run, r in zip(study.runs, found.base.residual, strict=True):
@@ -153,6 +226,7 @@ def _remaining(found: TorqueSearch) -> Remaining:
         count = np.maximum(np.bincount(place[rows], minlength=BINS), 1)
         return np.asarray(np.bincount(place[rows], r[rows], minlength=BINS) / count)
 
+    # Correlated rows count once per correlation time, and half of them in each direction.
     each = np.maximum(np.bincount(place, minlength=BINS) / (2.0 * found.final.correlation_time), 1.0)
     middle = 0.5 * (edges[1:] + edges[:-1])
     return Remaining(position=middle, up=mean(v > 0), down=mean(v < 0), std=rms(r) / np.sqrt(each))
@@ -168,7 +242,22 @@ def _build_fmu(found: TorqueSearch, out: Path, kind: Kind) -> Fmu:
 
 
 def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[str, Any]:
-    """``discrepancy/joint<j>.json`` of INTERFACES; gaps in N m, as ``scored`` says."""
+    """Return the content of ``discrepancy/joint<j>.json`` for a joint whose torque was scored.
+
+    Parameters
+    ----------
+    finding
+        Finding of one joint.
+    measured
+        Whether the runs were measured.
+    seed
+        Seed of the search.
+
+    Returns
+    -------
+    dict
+        Fields of INTERFACES; RMS are in N m, as the field ``scored`` says.
+    """
     found, left = finding.search, finding.remaining
     return {
         "schema": "discrepancy/1",

@@ -1,4 +1,8 @@
-"""Where a jump lies: between two torques that were sent, its place changes nothing, so it may be anywhere there."""
+"""Place a discontinuity between two torques that were sent: `Solution` in, equally likely parameter vectors out.
+
+A discontinuity that lies between two neighbouring torques of the fitted runs changes no reading wherever it lies in
+between. Torques of other runs may divide that interval.
+"""
 
 from __future__ import annotations
 
@@ -12,25 +16,64 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 
 MOST = 8
-"""Most places of the jump between two fitted torques that are told apart by torques of other runs."""
+"""Largest number of places between two fitted torques that are predicted separately."""
 
 
 def torques(runs: Sequence[Run], effect: Effect) -> Array:
-    """Sizes of the torques that were sent to the joint of an effect, each once, ascending."""
+    """Return the magnitudes of the torques that were sent to the joint of an effect.
+
+    Parameters
+    ----------
+    runs
+        Runs whose torques count.
+    effect
+        Effect with a discontinuity; the only joint of the runs where it names none.
+
+    Returns
+    -------
+    ndarray
+        Distinct magnitudes, ascending [N m] ([N] for a prismatic joint), shape (n,).
+    """
     sent = [run.u[:, 0 if effect.joint is None else run.free_joints.index(effect.joint)] for run in runs]
     return np.unique(np.abs(np.concatenate(sent)))
 
 
 def around(value: float, sent: Array) -> tuple[float, float]:
-    """Return the torques sent next below and next above ``value``."""
+    """Return the sent torques next to a discontinuity.
+
+    Parameters
+    ----------
+    value
+        Place of the discontinuity [N m].
+    sent
+        Torques that were sent, ascending, shape (n,).
+
+    Returns
+    -------
+    low, high
+        Torques next below and next above ``value`` [N m]; the first or the last torque twice where ``value`` lies
+        outside.
+    """
     k = int(np.searchsorted(sent, value))
     return float(sent[max(k - 1, 0)]), float(sent[min(k, sent.size - 1)])
 
 
 def places(solution: Solution, fitted: Sequence[Run], others: Sequence[Run]) -> tuple[Array, ...]:
-    """Parameters (n_p,) with the jump at every place that fitted torques allow and other runs' torques tell apart.
+    """Return parameter vectors with the discontinuity at every place that the fitted runs cannot tell apart.
 
-    The fitted parameters come first; they are alone where no jump is in the model.
+    Parameters
+    ----------
+    solution
+        Fitted model.
+    fitted
+        Runs of the fit; their torques bound each discontinuity.
+    others
+        Runs to predict; their torques divide the interval in which the discontinuity may lie.
+
+    Returns
+    -------
+    tuple of ndarray
+        Parameters, shape (n_p,) each, the fitted ones first. Without a discontinuity there are no others.
     """
     found = [solution.theta]
     ids = [q.id for q in solution.equations.parameters]
@@ -40,6 +83,7 @@ def places(solution: Solution, fitted: Sequence[Run], others: Sequence[Run]) -> 
         value = float(solution.theta[at])
         low, high = around(value, torques(fitted, effect))
         ends = np.concatenate(([low], sent[(sent > low) & (sent < high)], [high]))
+        # One place in each part of the interval is enough, and the fitted value already stands for its own part.
         middles = [float(a + b) / 2 for a, b in itertools.pairwise(ends) if not a <= value <= b]
         for middle in sorted(middles, key=lambda d: abs(d - value))[:MOST]:
             moved = solution.theta.copy()

@@ -1,4 +1,10 @@
-"""Runs that no fit saw: their log predictive score and their RMS error, the initial position profiled."""
+"""Predict held-out runs with a fitted model: `Solution` and `Run`s in, `Prediction` out.
+
+1. Hold all parameters and fit the initial states alone, without scatter.
+2. With scatter, linearise it about that trajectory and fit the initial states once more.
+3. Score the whitened residual, and take the RMS of measured − simulated.
+4. Where a discontinuity may lie at several places, average the predictive densities over these places.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +23,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour, Noise
 
 SPREAD, SHARE = 5.0, 0.05
-"""How far ‖r‖² of unseen runs may lie above its mean for noise alone."""
+"""Largest excess of ‖r‖² of held-out runs over its mean under noise: standard deviations, and share of the mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,16 +33,18 @@ class Prediction:
     Parameters
     ----------
     score
-        Log predictive score Σ −½(‖r‖² + ln det C), whitened residuals r under the noise model.
+        Log predictive score Σ −½(‖r‖² + ln det C), with whitened residuals r under the noise model.
     rms
-        RMS of measured − simulated over the scored rows of every run [rad].
+        RMS of measured − simulated over the scored rows of every run [rad], [m] for a prismatic joint.
     y
         Simulated readings of every run, shape (n_t, n_joints).
-    chi2, rows
-        ‖r‖² over all runs, and how many rows count.
+    chi2
+        ‖r‖² over all runs.
+    rows
+        Number of scored residuals.
     excess
-        Largest relative excess of a run's mean square over the sensor's noise, beyond `SPREAD` of its standard
-        deviations, where that noise is stated; 0 otherwise. What scatters is whitened, what is correlated is not.
+        Largest relative excess of a run's mean square over the stated sensor noise, beyond `SPREAD` of its standard
+        deviations; 0 where the campaign states no noise. Scatter is whitened first, correlation is not.
     """
 
     score: float
@@ -48,9 +56,9 @@ class Prediction:
 
     @property
     def noise_alone(self) -> bool:
-        """Whether ‖r‖² is what noise gives: within `SPREAD` of its standard deviations and `SHARE` of its mean.
+        """Whether ‖r‖² is as large as noise makes it: within `SPREAD` standard deviations plus `SHARE` of its mean.
 
-        The share leaves room for what a fit's uncertainty and the noise model's own add on runs that no fit saw.
+        The share leaves room for the uncertainty of the fit and of the noise model on held-out runs.
         """
         return self.chi2 <= self.rows * (1.0 + SHARE) + SPREAD * float(np.sqrt(2.0 * self.rows))
 
@@ -58,10 +66,25 @@ class Prediction:
 def predict(
     study: Study, solution: Solution, runs: Sequence[Run] | None = None, *, noise: Noise | None = None
 ) -> Prediction:
-    """Predict ``runs`` (by default the unseen ones) with the fitted parameters, under ``noise`` (default its own).
+    """Predict runs with fitted parameters; only their initial states are fitted.
 
-    Where a jump may lie at several places as far as the fitted runs tell, the score is that of their mixture, ‖r‖² that
-    of the best; readings and RMS are those of the fitted one.
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    solution
+        Fitted model.
+    runs
+        Runs to predict; the held-out runs of the study where None.
+    noise
+        Noise model of the score; that of the solution where None.
+
+    Returns
+    -------
+    Prediction
+        Score, RMS and readings. Where the fitted runs leave the place of a discontinuity open, the score is that of the
+        mixture over all places, and ``chi2`` and ``excess`` are the smallest; readings and RMS belong to the fitted
+        place.
     """
     chosen = tuple(study.unseen if runs is None else runs)
     model = solution.noise if noise is None else noise
@@ -69,18 +92,20 @@ def predict(
         return Prediction(score=0.0, rms=(), y=())
     found = [_at(study, solution, theta, chosen, model) for theta in places(solution, study.fitted, chosen)]
     scores = [p.score for p in found]
+    # The mean of the densities: no place is more probable than another before the runs are seen.
     score = float(logsumexp(scores) - np.log(len(scores)))
     return replace(found[0], score=score, chi2=min(p.chi2 for p in found), excess=min(p.excess for p in found))
 
 
 def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], model: Noise) -> Prediction:
-    """Predict with the parameters ``theta``."""
+    """Predict runs with the parameters ``theta``, shape (n_p,)."""
     held = {q.id: {"initial": float(p), "lower": float(p), "upper": float(p), "fixed": True}
             for q, p in zip(solution.equations.parameters, theta, strict=True)}  # fmt: skip
     simulator = study.factory(solution.equations.with_parameters(held))
     problem = under_noise(simulator, runs, model.but(scatters=()), theta, (), threads=study.threads)
     x = minimise(problem, np.zeros(problem.size), iterations=12).x
     x0 = problem.x0(x)
+    # A scatter is linearised about a trajectory, so the initial states are first fitted without it.
     if model.scatters:
         problem = under_noise(simulator, runs, model, theta, x0, threads=study.threads)
         x = minimise(problem, with_starts(problem, np.zeros(problem.size), x0), iterations=12).x
@@ -91,6 +116,7 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
     left = [(run.y - s)[run.scored] for run, s in zip(runs, y, strict=True)]
     rms = tuple(float(np.sqrt(np.mean(e**2))) for e in left)
     rows = sum(scored_rows(run) for run in runs)
+    # A model discrepancy can be mistaken for correlated noise; against the stated white noise it shows as excess.
     stated, excess = model.but(colour=Colour()), 0.0
     if study.noise_given and model == stated:
         excess = _excess(runs, found.rows)

@@ -1,4 +1,9 @@
-"""Homotopy: an observer holds the simulation near the readings, and lets go while base and effects are fitted."""
+"""Fit nominal model and effects by homotopy over the observer gain: `Study` and start values in, `Solution` out.
+
+1. Lay out the problem under an observer that holds the simulation near the readings, with weak priors, white noise.
+2. Fit under each gain of `GAINS` in turn; with every lower gain the simulation depends more on the model alone.
+3. Drop observer and weak priors and fit once more, under white noise.
+"""
 
 from __future__ import annotations
 
@@ -19,17 +24,31 @@ from haptid.model.equations.quantity import Normal
 from haptid.noise.correlation import Noise, Whitener
 
 GAINS = (60.0, 20.0, 6.0, 2.0, 0.0)
-"""Observer gains of the homotopy [1/s]."""
+"""Observer gains of the homotopy, in the order in which they are used [1/s]."""
 FEW, MANY, LOOSE = 25, 80, 1.0
-"""Most simulations of a level and of the last one, and the tolerance of all but the last, in squares over the noise."""
+"""Largest number of simulations under one gain and of the last fit, and the tolerance under each gain in squares over
+the noise."""
 WIDTH = 0.5
-"""Relative width of the weak priors at the upper levels."""
+"""Width of the weak priors relative to the first guess, for parameters of logarithmic scale."""
 ON_GRID = 1e-9
-"""Distance from a shape, in those of its grid, below which both are the same."""
+"""Distance from a grid value, relative to the largest such distance, below which a shape counts as that grid value."""
 
 
 def lay_out_under_observer(study: Study, effects: Sequence[Effect]) -> Whitened:
-    """Lay out base and effects with the observer and weak priors, under white noise."""
+    """Lay out the problem of nominal model and effects with weak priors, under white noise.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    effects
+        Effects in SI units.
+
+    Returns
+    -------
+    Whitened
+        Problem whose residuals take an observer gain.
+    """
     guided = replace(study, base=with_guides(study.base))
     whiteners = tuple(Whitener() for _ in study.fitted)
     simulator = guided.simulator(effects)
@@ -42,14 +61,16 @@ class Guided:
 
     Parameters
     ----------
-    problem, x
-        The problem and the point that was reached.
+    problem
+        Problem with weak priors.
+    x
+        Point that was reached, in scaled unknowns, shape (n,).
     cost
         ‖r(x)‖² under the last gain.
     level
-        Number of gains of `GAINS` that are behind it.
+        Number of gains of `GAINS` that the fit has passed.
     calls
-        Simulations of all runs so far.
+        Number of simulations of all runs so far.
     """
 
     problem: Whitened
@@ -65,7 +86,22 @@ class Guided:
         return {q.id: float(p) for q, p in pairs}
 
     def down_to(self, level: int, most: int = FEW, tolerance: float = LOOSE) -> Guided:
-        """Fit under the next gains, ``level`` of `GAINS` in all, ``most`` simulations under each."""
+        """Fit under the next gains.
+
+        Parameters
+        ----------
+        level
+            Number of gains of `GAINS` that are passed afterwards.
+        most
+            Largest number of simulations of all runs under one gain.
+        tolerance
+            Predicted decrease of ‖r‖², in squares over the noise, at which the fit under one gain ends.
+
+        Returns
+        -------
+        Guided
+            Fit at that level, with its simulations added.
+        """
         x, cost, calls = self.x, self.cost, self.calls
         for gain in GAINS[self.level : level]:
             found = minimise(self.problem, x, gain, iterations=most, tolerance=tolerance)
@@ -74,24 +110,65 @@ class Guided:
 
 
 def start_under_observer(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> Guided:
-    """Lay out base and effects under the observer, from ``values``."""
+    """Lay out nominal model and effects under the observer, and start at ``values``.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    effects
+        Effects in SI units.
+    values
+        Start values of parameters by id; the others start at their first guesses.
+
+    Returns
+    -------
+    Guided
+        Feasible starting point, before any gain.
+    """
     problem = lay_out_under_observer(study, effects)
     start = start_vector(problem.simulator.equations, values)
     return Guided(problem=problem, x=feasible(problem, problem.first(start)))
 
 
 def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:
-    """Return what was sketched at a long inner step as a fit at that of ``study``, its simulations counted anew."""
+    """Carry a fit from a long inner step over to the inner step of ``study``.
+
+    Parameters
+    ----------
+    study
+        Study at the new inner step.
+    effects
+        Effects of the fit in SI units.
+    sketched
+        Fit at the long step.
+
+    Returns
+    -------
+    Guided
+        The same point in a problem at the new step, with 0 simulations.
+    """
     return replace(sketched, problem=lay_out_under_observer(study, effects), calls=0)
 
 
 def release_observer(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:
-    """Go through the gains that are left, then fit without observer, under white noise, to ``tolerance``.
+    """Pass the remaining gains, then fit without observer and weak priors, under white noise.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    effects
+        Effects in SI units.
+    begun
+        Fit that the observer guides.
+    tolerance
+        Predicted decrease of ‖r‖², in squares over the noise, at which the last fit ends.
 
     Returns
     -------
     solution, calls
-        Its optimum, and how many simulations of all runs it took beside those of ``begun``.
+        Optimum, and the number of simulations of all runs beyond those of ``begun``.
     """
     low = begun.down_to(len(GAINS))
     x0 = low.problem.x0(low.x)
@@ -102,37 +179,71 @@ def release_observer(study: Study, effects: Sequence[Effect], begun: Guided, tol
 def through_homotopy(
     study: Study, effects: Sequence[Effect], values: Mapping[str, float], *, tolerance: float = 0.01
 ) -> tuple[Solution, int]:
-    """Fit base and effects from ``values`` through falling observer gains, under white noise, to ``tolerance``.
+    """Fit nominal model and effects through falling observer gains, under white noise.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    effects
+        Effects in SI units.
+    values
+        Start values of parameters by id; the others start at their first guesses.
+    tolerance
+        Predicted decrease of ‖r‖², in squares over the noise, at which the last fit ends.
 
     Returns
     -------
     solution, calls
-        Its optimum, and how many simulations of all runs it took.
+        Optimum, and the number of simulations of all runs.
     """
     return release_observer(study, effects, start_under_observer(study, effects, values), tolerance)
 
 
 def hold_shapes(effect: Effect, values: Mapping[str, float]) -> Effect:
-    """Return the effect with a weak prior around each shape in ``values``, half a step of its grid wide.
+    """Add a weak prior around each shape parameter of an effect.
 
-    Far from the optimum one step may lead to where the shape hardly acts (waves too short for the motion), and no later
-    one leads back.
+    Far from the optimum one step may lead to a shape that hardly acts (waves too short for the motion), and no later
+    step leads back.
+
+    Parameters
+    ----------
+    effect
+        Effect whose ``shapes`` are the grid.
+    values
+        Values of the shape parameters by id.
+
+    Returns
+    -------
+    Effect
+        Effect whose shape priors have a standard deviation of half the distance to the next grid value.
     """
     shapes = dict(effect.shapes)
     amplitudes = {q.id for q in effect.parameters[: effect.amplitudes]}
     priors = {}
     for id in shapes.keys() - amplitudes:
         steps = [abs(x - values[id]) for x in shapes[id]]
+        # The distance 0 is the grid value itself; only the others say how far the next shape is.
         width = min((x for x in steps if x > ON_GRID * max(steps)), default=0.0) / 2
         priors[id] = Normal(mean=values[id], std=width) if width else None
     return effect.but(parameters=tuple(q.but(prior=priors.get(q.id, q.prior)) for q in effect.parameters))
 
 
 def with_guides(base: Equations) -> Equations:
-    """Return the base with a weak prior around every first guess that has none.
+    """Add a weak prior around every first guess of the nominal model that has none.
 
-    At a high observer gain some of friction's parameters hardly act; the prior keeps them from running into a corner
-    (vs and Fs without meaning where Fs = Fc) from which no lower gain brings them back. The last level does without.
+    At a high observer gain some friction parameters hardly act. The prior keeps them from running into a corner (vs and
+    Fs without meaning where Fs = Fc) from which no lower gain brings them back. The last fit does without these priors.
+
+    Parameters
+    ----------
+    base
+        Equations of the nominal model.
+
+    Returns
+    -------
+    Equations
+        Equations with weak priors for fits under an observer.
     """
     changes = {}
     for q in base.parameters:

@@ -1,4 +1,10 @@
-"""Noise of a fitted model: correlation from what does not repeat with the drive, scatter from cycle to cycle."""
+"""Estimate the noise model from the residuals of a fit: `Study` and `Solution` in, `Noise` out.
+
+1. Estimate the ARMA(1,1) correlation from the part of the residuals that does not repeat with the drive.
+2. Under white noise, find the joint whose cycle amplitudes scatter most clearly, then the next, by REML.
+3. Estimate the correlation again from the residuals without the scatter.
+4. Weigh every scatter again beside the others under that correlation.
+"""
 
 from __future__ import annotations
 
@@ -20,21 +26,39 @@ from haptid.noise.reml import best_scatter
 from haptid.support.processes.threads import map_threads
 
 PATHS: tuple[Path, ...] = ("reading", "torque")
+"""Paths on which amplitudes can scatter, in the order in which they are tried."""
 GAIN = 14.0
 """Twice the gain in restricted log-likelihood from which cycles count as scattering."""
 WORTH = 4.0
-"""Least such gain about a fixed centre for which the centre is sought."""
+"""Least such gain about a fixed centre for which the centre of a scatter on the reading is optimised."""
 
 
 def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) -> Noise:
-    """Estimate colour and scatter (where the catalogue has it) from the unwhitened residuals of ``solution``."""
+    """Estimate correlation and scatter of the noise from the unwhitened residuals of a fit.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs; scatter is looked for where its catalogue holds `SCATTER`.
+    solution
+        Fitted model.
+    paths
+        Paths on which amplitudes may scatter.
+
+    Returns
+    -------
+    Noise
+        Noise model with at most one scatter of each joint.
+    """
     colour = _colour(study, solution.raw.rows)
     if SCATTER not in study.entries:
         return Noise(colour=colour)
     found = _scattering(study, solution, paths)
     if not found:
         return Noise(colour=colour)
+    # Scatter correlates all rows of a cycle, so the correlation of the sensor noise is known only without it.
     colour = _colour(study, remove_scatter(study, solution, found))
+    # One scatter under white noise was weighed under these very conditions already.
     if len(found) > 1 or not colour.white:
         found = _again(study, solution, found, colour)
     return Noise(colour=colour, scatters=found)
@@ -47,7 +71,7 @@ def _colour(study: Study, rows: Sequence[Array]) -> Colour:
 
 
 def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tuple[Scatter, ...]:
-    """Return what scatters under white noise: of one joint after the other, the one that stands out most first."""
+    """Find the scatters under white noise: one joint after another, the most probable scatter first."""
     found: list[Scatter] = []
     free = list(range(len(study.fitted[0].free_joints)))
     while free:
@@ -62,7 +86,7 @@ def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tupl
 
 
 def _again(study: Study, solution: Solution, found: Sequence[Scatter], colour: Colour) -> tuple[Scatter, ...]:
-    """Weigh every scatter again beside the others under ``colour``; return those that still count."""
+    """Weigh every scatter again beside the others under ``colour``; return those whose gain still reaches `GAIN`."""
     kept = list(found)
     for one in found:
         others = [other for other in kept if other.column != one.column]
@@ -72,12 +96,13 @@ def _again(study: Study, solution: Solution, found: Sequence[Scatter], colour: C
 
 
 def _columns(study: Study, solution: Solution, scatter: Scatter) -> list[Array]:
-    """M of every fitted run at the optimum, its cycles those of the torque that was sent."""
+    """Return M of every fitted run at the optimum, for the cycles of the torque that was sent."""
     simulator = study.simulator(solution.effects)
 
     def one(run: Run, sent: Run, x0: Array) -> Array:
         return cycle_columns(simulator, run, scatter, solution.theta, x0, cycles=cycles_of(sent, scatter))
 
+    # The problem's runs may carry torques scaled by the scatter; the cycles are those of the torques as they were sent.
     return map_threads(one, solution.problem.runs, study.fitted, solution.x0, threads=study.threads)
 
 
@@ -95,7 +120,22 @@ def _whiteners(study: Study, solution: Solution, colour: Colour, scatters: Seque
 
 
 def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]) -> list[Array]:
-    """Residuals of the runs without the best linear prediction of the cycles' amplitudes, each (n_t, n_joints)."""
+    """Subtract the best linear prediction of the cycles' amplitudes from the residuals.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+    scatters
+        Scatters to remove.
+
+    Returns
+    -------
+    list of ndarray
+        Residuals over the sensor's standard deviation, one array (n_t, n_joints) for each run.
+    """
     left = []
     for r, S in zip(solution.raw.rows, _scatter_columns(study, solution, scatters), strict=True):
         left.append(r - S @ most_probable(S.reshape(r.size, -1), r.ravel()))
@@ -104,7 +144,17 @@ def remove_scatter(study: Study, solution: Solution, scatters: Sequence[Scatter]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Weighed:
-    """A scatter with twice its gain in restricted log-likelihood over none, and −2 ln L up to what all have alike."""
+    """A scatter with its evidence.
+
+    Parameters
+    ----------
+    scatter
+        Scatter of largest restricted likelihood.
+    gain
+        Twice its gain in restricted log-likelihood over no scatter.
+    deviance
+        −2 ln L up to a constant that all compared scatters share.
+    """
 
     scatter: Scatter
     gain: float
@@ -112,10 +162,30 @@ class Weighed:
 
 
 def scatter_along(study: Study, solution: Solution, path: Path, column: int, whiteners: Sequence[Whitener]) -> Weighed:
-    """Return the best scatter of the joint in ``column`` on this path, beside the noise of ``whiteners``.
+    """Estimate the scatter of one joint on one path by REML.
 
-    Only differences between cycles of one run count: what moves all cycles of a run alike is taken out with the base
-    parameters, for a deterministic effect does that too.
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Fitted model.
+    path
+        Whether the scatter acts on the torque or on the reading.
+    column
+        Index of the joint among the free joints.
+    whiteners
+        Whiteners of the fitted runs under the rest of the noise model.
+
+    Returns
+    -------
+    Weighed
+        Scatter with its evidence; on the reading its centre is optimised where the gain makes this worthwhile.
+
+    Notes
+    -----
+    Only differences between cycles of one run count. A change that all cycles of a run share is projected out with the
+    parameters of the model, since a deterministic effect produces it too.
     """
     if path == "torque":
         scatter = Scatter(path=path, column=column)
@@ -123,6 +193,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
     readings = [run.y[:, column] for run in study.fitted]
     middle = float(np.mean([y.mean() for y in readings]))
     reach = 0.3 * max(float(np.ptp(y)) for y in readings)
+    # M is linear in the centre, so one simulation serves all centres.
     columns = _columns(study, solution, Scatter(path=path, centre=middle, column=column))
     masks = [M != 0 for M in columns]
     std = [run.sensor_std[column] for run in study.fitted]
@@ -142,7 +213,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
 def _estimate_by_reml(
     solution: Solution, columns: Sequence[Array], whiteners: Sequence[Whitener], scatter: Scatter
 ) -> Weighed:
-    """Scatter of largest restricted likelihood, parameters and one amplitude per run projected out."""
+    """Estimate the scatter of largest restricted likelihood; parameters and one amplitude per run are projected out."""
     moving = movable(solution)
     runs = zip(whiteners, solution.raw.rows, solution.raw.jacobians or (), columns, strict=True)
     parts = [_apart(w(row).ravel(), _flat(w(B))[:, moving], _flat(w(M))) for w, row, B, M in runs]
@@ -156,7 +227,7 @@ def _estimate_by_reml(
 
 
 def _apart(r: Array, J: Array, M: Array) -> tuple[Array, Array, Array]:
-    """Return residual, Jacobian and columns of a run without what an amplitude that all its cycles share explains."""
+    """Project the amplitude that all cycles of a run share off its residual, Jacobian and columns."""
     common = M.sum(axis=1) if np.isfinite(M).all() else np.zeros_like(r)
     common /= max(float(np.linalg.norm(common)), 1e-300)
     return r - common * (common @ r), J - np.outer(common, common @ J), M - np.outer(common, common @ M)
@@ -168,7 +239,19 @@ def _flat(x: Array) -> Array:
 
 
 def orthonormal(A: Array) -> Array:
-    """Orthonormal basis of the columns of A, by eigenvectors of their Gram matrix."""
+    """Return an orthonormal basis of the columns of a matrix, by eigenvectors of its Gram matrix.
+
+    Parameters
+    ----------
+    A
+        Matrix of many more rows than columns, shape (n, m).
+
+    Returns
+    -------
+    ndarray
+        Basis, shape (n, k) with k at most m.
+    """
+    # Columns of length 1 make the threshold on eigenvalues independent of the parameters' units.
     scaled = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
     values, vectors = np.linalg.eigh(scaled.T @ scaled)
     keep = values > 1e-10 * values[-1]

@@ -1,4 +1,9 @@
-"""The base fit: homotopy from several starts, so that a stuck optimiser does not pass for missing physics."""
+"""Fit the nominal model from several starts: `Study` in, `Base` out.
+
+1. Lay out starts by a Sobol sequence; the first is at given values or at the first guesses.
+2. Fit from each start by homotopy, `AGREE` starts side by side.
+3. Stop when `AGREE` starts share the best minimum, so that a stuck optimiser does not pass for missing physics.
+"""
 
 from __future__ import annotations
 
@@ -16,25 +21,25 @@ from haptid.support.errors import NumericalError
 from haptid.support.processes.threads import map_threads
 
 AGREE = 2
-"""Starts that must reach the best minimum before the rest are left out."""
+"""Number of starts that must reach the best minimum before the remaining ones are left out."""
 SAME, ALIKE = 1.0, 1e-3
-"""Difference of two costs that count as one minimum: squares over the noise, or share of what is left beyond noise."""
+"""Difference of two costs that count as one minimum: squares over the noise, or share of the cost beyond noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Base:
-    """The base fit with the record of its starts.
+    """Fit of the nominal model with the record of its starts.
 
     Parameters
     ----------
     solution
         Best minimum.
     costs
-        ‖r‖² over all rows of every start, in the order of the starts.
+        ‖r‖² of every start that stayed finite, in the order of the starts.
     reached
-        How many starts reached the best minimum.
+        Number of starts that reached the best minimum.
     calls
-        Simulations of all runs.
+        Number of simulations of all runs.
     """
 
     solution: Solution
@@ -44,15 +49,47 @@ class Base:
 
 
 def agreeing(costs: Sequence[float], rows: int) -> int:
-    """Return how many of the costs over ``rows`` rows are the least one."""
+    """Count the costs that belong to the best minimum.
+
+    Parameters
+    ----------
+    costs
+        ‖r‖² of the starts.
+    rows
+        Number of scored residuals, the cost that noise alone is expected to leave.
+
+    Returns
+    -------
+    int
+        Number of costs within `SAME` of the least one, or within the share `ALIKE` of its excess over ``rows``.
+    """
     best = min(costs, default=np.inf)
     return sum(cost <= best + max(SAME, ALIKE * (best - rows)) for cost in costs)
 
 
 def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[str, float] | None = None) -> Base:
-    """Fit the base from ``starts`` starts (fewer where `AGREE` of them share the best minimum) under white noise.
+    """Fit the nominal model from several starts, under white noise.
 
-    The first start is at ``values`` where given, at the first guesses otherwise.
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    starts
+        Number of starts; fewer are used where `AGREE` of them share the best minimum.
+    seed
+        Seed of the Sobol starts.
+    values
+        Parameters by id of the first start; its first guesses where None.
+
+    Returns
+    -------
+    Base
+        Best minimum with the costs of all starts.
+
+    Raises
+    ------
+    NumericalError
+        If no start gives a finite simulation.
     """
     first = start_vector(study.base, values or {})
     scaling = lay_out_under_observer(study, ()).scaling
@@ -73,7 +110,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
 
 
 def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int]]:
-    """Yield the fit from each start with its cost, `AGREE` of them side by side: so many are needed at least."""
+    """Yield the fit from each start and its simulations, `AGREE` starts side by side: at least so many are needed."""
     alone = replace(study, threads=1) if len(starts) > 1 else study
 
     def one(theta: Array) -> tuple[Solution, int]:

@@ -1,4 +1,9 @@
-"""Amplitudes that scatter from cycle to cycle: how a cycle's amplitude moves the reading, and how much it scatters."""
+"""Linearise amplitudes that scatter from cycle to cycle: simulator, `Run` and `Noise` in, columns S = s·M out.
+
+Column c of M is the change of the readings with the relative amplitude of cycle c, over the sensor's standard
+deviation. On the reading it follows from one simulation. On the torque it is a difference of two simulations, and the
+linearisation is repeated about the most probable amplitudes.
+"""
 
 from __future__ import annotations
 
@@ -21,7 +26,7 @@ LINEARISATIONS, NEAR = 12, 5e-4
 Three do for most; a joint whose torque steps while it reverses takes nine.
 """
 LARGEST = 1.0
-"""Largest |ln| of a cycle's relative torque that is linearised about: beyond it the model is wrong."""
+"""Largest |ln| of a cycle's relative torque about which a run is linearised."""
 PROBE = 1e-5
 """Relative change of a cycle's torque from which its effect on the reading is taken.
 
@@ -34,7 +39,8 @@ FORGOTTEN = 1e-6
 A joint that dissipates does so within a few cycles; what follows is not simulated.
 """
 PARTS = 20
-"""Most parts of a run in which it is seen whether a cycle is forgotten, none shorter than the cycle."""
+"""Largest number of parts of a run after each of which the effect of a cycle may count as forgotten; none is shorter
+than the cycle."""
 
 
 def cycles_of(run: Run, scatter: Scatter) -> Cycles:
@@ -45,11 +51,33 @@ def cycles_of(run: Run, scatter: Scatter) -> Cycles:
 def cycle_columns(
     simulator: TwoStep, run: Run, scatter: Scatter, theta: Array, x0: Array, *, cycles: Cycles | None = None
 ) -> Array:
-    """Return M (n_t, n_joints, n_cycles): change of the readings with each cycle's relative amplitude, over their std.
+    """Compute the change of the readings with each cycle's relative amplitude.
 
-    Where the scatter acts on the reading, column c is q − centre of its joint within cycle c and 0 elsewhere; where it
-    acts on the torque, it is the difference of two simulations, the second from where that cycle begins to
-    where it is forgotten. Like sensitivities, they run at the coarse step.
+    Parameters
+    ----------
+    simulator
+        Simulator of the model; the coarse step is used, as for sensitivities.
+    run
+        Run of one or several joints.
+    scatter
+        Joint, path and centre of the scatter.
+    theta
+        Parameters, shape (n_p,).
+    x0
+        Initial state, shape (n_x,).
+    cycles
+        Cycles of the torque; those of ``run`` where None.
+
+    Returns
+    -------
+    ndarray
+        M over the sensor's standard deviation, shape (n_t, n_joints, n_cycles).
+
+    Notes
+    -----
+    On the reading, column c is q − centre of the joint within cycle c and 0 elsewhere. On the torque, it is the
+    difference of two simulations over `PROBE`; the second begins where cycle c begins and ends where the joint has
+    forgotten it.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
     at = scatter.column
@@ -58,6 +86,7 @@ def cycle_columns(
         M = np.zeros((*y.shape, cycles.count))
         M[:, at] = (y[:, at] - scatter.centre)[:, None] * cycles.inside
     else:
+        # Where the torque runs linearly between rows, a changed cycle acts from the row before it on.
         first = np.maximum(np.searchsorted(cycles.index, np.arange(cycles.count)) - 1, 0).tolist()
         y, states = _with_states(simulator.coarse, theta, run, x0, first)
         M = np.zeros((*y.shape, cycles.count))
@@ -82,9 +111,9 @@ def _with_states(
 
 
 def _change(simulator: KernelSimulator, theta: Array, run: Run, x: Array, y: Array, begin: int, end: int) -> Array:
-    """Return the readings less ``y`` (n_t, n_joints) from the state x at row ``begin`` on, until they are forgotten.
+    """Return the change of the readings from ``y`` (n_t, n_joints), simulated from the state x at row ``begin``.
 
-    The torque differs in the rows from ``begin`` to ``end``.
+    The torque differs in the rows from ``begin`` to ``end``. The simulation stops where that difference is forgotten.
     """
     change, largest, last = np.zeros_like(y), 0.0, run.t.size - 1
     for a, b in pairwise((begin, *range(end, last, max(end - begin, last // PARTS, 1)), last)):
@@ -103,11 +132,32 @@ def _readings(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
 
 
 def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array, x0: Array) -> tuple[Run, Array]:
-    """Return the run about the most probable amplitudes of its cycles, and S = s·M (n_t, n_joints, K) there.
+    """Linearise a run about the most probable amplitudes of its cycles.
 
+    Parameters
+    ----------
+    simulator
+        Simulator of the model.
+    run
+        Run as it was measured.
+    noise
+        Noise model with its scatters.
+    theta
+        Parameters, shape (n_p,).
+    x0
+        Initial state, shape (n_x,).
+
+    Returns
+    -------
+    run, S
+        Run with torque u·exp(s·ξ̂) and reading y + σ·S·ξ̂, and S = s·M at ξ̂, shape (n_t, n_joints, K). The run is
+        unchanged where no torque scatters or the simulation left the finite numbers.
+
+    Notes
+    -----
     With torque u·exp(s·ξ) in a cycle, ξ standard normal, the reading is linearised about the posterior mean ξ̂ instead
-    of 0: y(ξ) ≈ y(ξ̂) + σ·S·(ξ − ξ̂). The returned run has the torque u·exp(s·ξ̂) and the reading y + σ·S·ξ̂, so that
-    residual and S stay those of the linear model r = S·ξ + ε. A scatter on the reading is linear as it is.
+    of 0: y(ξ) ≈ y(ξ̂) + σ·S·(ξ − ξ̂). With the returned run, residual and S stay those of the linear model r = S·ξ + ε.
+    A scatter on the reading is linear as it is.
     """
     cycles = [cycles_of(run, scatter) for scatter in noise.scatters]
     counts = [c.count for c in cycles]
@@ -125,6 +175,7 @@ def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array,
     for _ in range(LINEARISATIONS):
         moved = run.but(u=run.u * np.exp(_spread_over_rows(b, noise.scatters, cycles, run)))
         S = columns(moved)
+        # The whitener takes no directions from such columns; the residual is infinite there.
         if not np.isfinite(S).all():
             return run, S
         shift = S @ (b / s)
@@ -138,12 +189,25 @@ def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array,
 
 
 def most_probable(S: Array, r: Array) -> Array:
-    """Return ξ̂ = (SᵀS + I)⁻¹·Sᵀ·r of the model r = S·ξ + ε, shape (K,)."""
+    """Return the posterior mean of the cycles' amplitudes, ξ̂ = (SᵀS + I)⁻¹·Sᵀ·r, of the model r = S·ξ + ε.
+
+    Parameters
+    ----------
+    S
+        Columns of the scatter, shape (n, K).
+    r
+        Residual with white noise of variance 1, shape (n,).
+
+    Returns
+    -------
+    ndarray
+        ξ̂, shape (K,).
+    """
     return np.asarray(np.linalg.lstsq(S.T @ S + np.eye(S.shape[1]), S.T @ r, rcond=None)[0])
 
 
 def _spread_over_rows(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cycles], run: Run) -> Array:
-    """Value of b in every row of its joint, (n_t, n_joints); 0 outside all cycles."""
+    """Return the value of b in every row of its joint, shape (n_t, n_joints); 0 outside all cycles."""
     spread, first = np.zeros(run.u.shape), 0
     for scatter, c in zip(scatters, cycles, strict=True):
         spread[:, scatter.column] += c.inside @ b[first : first + c.count]
@@ -154,15 +218,35 @@ def _spread_over_rows(b: Array, scatters: Sequence[Scatter], cycles: Sequence[Cy
 def degrees_of_freedom(
     runs: Sequence[Run], whiteners: Sequence[Whitener], scatters: Sequence[Scatter], scatter: Scatter
 ) -> float:
-    """Return to how many degrees of freedom the size of one of ``scatters`` is known from ``runs``, at least 1.
+    """Compute the degrees of freedom to which the size of a scatter is known.
 
-    A direction in which the cycles' amplitudes add λ to the noise's variance of 1 counts (λ/(1 + λ))², half its
-    information on ln s; a run has as many as its joints have cycles, and this joint's part is that of its cycles. Only
-    differences between the cycles of one run tell: what they share could be any other parameter.
+    Parameters
+    ----------
+    runs
+        Fitted runs.
+    whiteners
+        Whiteners of these runs under the noise model.
+    scatters
+        All scatters of the noise model.
+    scatter
+        The scatter among them whose size is asked for.
+
+    Returns
+    -------
+    float
+        Degrees of freedom, at least 1.
+
+    Notes
+    -----
+    A direction in which the cycles' amplitudes add λ to the noise variance of 1 counts (λ/(1 + λ))², half its
+    information on ln s. A run has as many directions as its joints have cycles, and the joint's share is that of its
+    cycles. Only differences between the cycles of one run are informative: any other parameter could produce what the
+    cycles share.
     """
     freedom = 0.0
     for run, whitener in zip(runs, whiteners, strict=True):
         own, all_joints = cycles_of(run, scatter).count, sum(cycles_of(run, one).count for one in scatters)
         grown = np.zeros(0) if whitener.growth is None else whitener.growth
+        # One degree of freedom of each run is lost to the amplitude that all its cycles share.
         freedom += float(np.sum((grown / (1.0 + grown)) ** 2)) * (own - 1) / max(all_joints, 1)
     return max(freedom, 1.0)

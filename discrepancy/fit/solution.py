@@ -1,4 +1,11 @@
-"""A fitted model: base parameters, effects and noise, with everything that later stages ask of its optimum."""
+"""Fit nominal model and effects together under a noise model: `Study`, effects and `Noise` in, `Solution` out.
+
+1. Lay out the least-squares problem under the noise model; a scatter is linearised about the current trajectories.
+2. Move a factor that all cycles share from the scatter into the parameters (a scatter on the torque, one joint alone).
+3. Minimise ‖r‖² of the whitened residual by Levenberg–Marquardt.
+4. Repeat steps 1 to 3 `ROUNDS` times where there is scatter and the tolerance is fine.
+5. Compute likelihood and Jacobian at the optimum, a scatter on the torque linearised there once more.
+"""
 
 from __future__ import annotations
 
@@ -20,13 +27,13 @@ from haptid.noise.correlation import Noise, Scatter, Whitener
 from haptid.support.processes.threads import map_threads
 
 SCATTER = "amplitude_scatter"
-"""Entry of the catalogue that is random: it stands in the noise."""
+"""Id of the random catalogue effect; it stands in the noise model and not in the equations."""
 ROUNDS = 2
-"""Fits to the end, each about the cycles' columns of the scatter that the last one leads to."""
+"""Number of fits under a scatter; each linearises the scatter about the optimum of the fit before."""
 ROUGH = 1.0
-"""Predicted decrease, in squares over the noise, at which a try that is not the last one ends."""
+"""Predicted decrease of ‖r‖², in squares over the noise, at which a preliminary fit ends."""
 BALANCED = 0.05
-"""Mean of the cycles' relative amplitudes, over their scatter, below which they need no common factor."""
+"""Deviation of the common torque factor from 1, over the size of the scatter, below which it is left as it is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,21 +45,25 @@ class Solution:
     effects
         Effects in the equations, in SI units.
     noise
-        Noise model under which it was fitted.
+        Noise model under which the model was fitted.
     equations
-        Base and effects.
+        Equations of nominal model and effects.
     theta
-        Parameters (n_p,), in the order of ``equations.parameters``.
+        Parameters in the order of ``equations.parameters``, shape (n_p,).
     x0
-        Initial state of every fitted run.
-    problem, x
-        The least-squares problem and its optimum.
-    raw, blocks
-        Residuals over the sensor's std and their Jacobians there, and the same whitened.
+        Initial state of every fitted run, shape (n_x,) each.
+    problem
+        The least-squares problem.
+    x
+        Optimum of the problem in scaled unknowns, shape (n,).
+    raw
+        Residuals over the sensor's standard deviation at the optimum, with their Jacobians, before whitening.
+    blocks
+        The same residuals and Jacobians after whitening.
     log_likelihood
         −½(‖r‖² + ln det C), priors included.
     calls
-        Simulations of all runs that it took.
+        Number of simulations of all runs that the fit took.
     converged
         Whether the minimiser met its tolerance.
     """
@@ -82,22 +93,22 @@ class Solution:
 
     @property
     def chi2(self) -> float:
-        """‖r‖²."""
+        """‖r‖² of the whitened residual, priors included."""
         return float(self.residual @ self.residual)
 
     @property
     def finite(self) -> bool:
-        """Whether residuals and Jacobian are numbers."""
+        """Whether log-likelihood and Jacobian are finite."""
         return bool(np.isfinite(self.log_likelihood) and np.isfinite(self.blocks.jacobian).all())
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of the effects, the random ones among them."""
+        """Keys of the effects, including the random ones."""
         return (*(e.key for e in self.effects), *self.random)
 
     @property
     def touching(self) -> bool:
-        """Whether one of the effects is a contact."""
+        """Whether an effect of the model is a contact."""
         return any(e.touches for e in self.effects)
 
     @property
@@ -107,19 +118,41 @@ class Solution:
 
     @property
     def ids(self) -> tuple[str, ...]:
-        """Ids of the effects, the random ones among them."""
+        """Ids of the effects, including the random ones, each once; variants of an effect share its id."""
         return tuple(dict.fromkeys(key.partition(":")[0] for key in self.keys))
 
 
 def random_key(run: Run, scatter: Scatter) -> str:
-    """Return the key of a scatter: ``amplitude_scatter``, where several joints move ``joint1_amplitude_scatter``."""
+    """Return the key of a scatter: ``amplitude_scatter``, or ``joint1_amplitude_scatter`` where several joints move."""
     return SCATTER if len(run.free_joints) == 1 else f"joint{run.free_joints[scatter.column]}_{SCATTER}"
 
 
 def under_noise(
     simulator: TwoStep, runs: Sequence[Run], noise: Noise, theta: Array, x0: Sequence[Array], *, threads: int = 1
 ) -> Whitened:
-    """Lay out the problem of ``runs`` under ``noise``, its scatter linearised about the trajectories at ``theta``."""
+    """Lay out the least-squares problem of ``runs`` under ``noise``.
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the model.
+    runs
+        Runs to fit or to predict.
+    noise
+        Noise model; a scatter is linearised about the trajectories at ``theta`` and ``x0``.
+    theta
+        Parameters, shape (n_p,).
+    x0
+        Initial state of every run, shape (n_x,) each; not used where nothing scatters.
+    threads
+        Number of threads that simulate runs side by side.
+
+    Returns
+    -------
+    Whitened
+        Problem whose residuals have covariance 1 under ``noise``. Where a torque scatters, its runs have the torques
+        and readings of `relinearise_cycles`.
+    """
     if not noise.scatters:
         return Whitened.under(
             simulator, tuple(runs), tuple(Whitener(colour=noise.colour) for _ in runs), threads=threads
@@ -134,7 +167,20 @@ def under_noise(
 
 
 def start_vector(equations: Equations, values: Mapping[str, float]) -> Array:
-    """Parameters (n_p,) from ``values`` where given, else first guesses, inside their bounds."""
+    """Return start values of all parameters.
+
+    Parameters
+    ----------
+    equations
+        Equations with first guesses and bounds.
+    values
+        Start values by id; first guesses serve for the others.
+
+    Returns
+    -------
+    ndarray
+        Parameters clipped to their bounds, shape (n_p,).
+    """
     return np.array([min(max(values.get(q.id, q.initial), q.lower), q.upper) for q in equations.parameters])
 
 
@@ -148,14 +194,41 @@ def solve(
     iterations: int = 40,
     tolerance: float = 0.01,
 ) -> Solution:
-    """Fit base and effects together from ``values``, by Levenberg–Marquardt on whitened residuals.
+    """Fit nominal model and effects together, by Levenberg–Marquardt on whitened residuals.
 
-    A scatter's columns are computed anew before each of `ROUNDS` fits, once where the tolerance is `ROUGH`. Those of a
-    scatter on the torque are computed at the optimum besides: with others, likelihood and curvature are not its own.
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    effects
+        Effects in SI units.
+    noise
+        Noise model; it is held during the fit.
+    values
+        Start values of parameters by id; the others start at their first guesses.
+    x0
+        Initial state of every fitted run at the start, shape (n_x,) each; None for the problem's own starts.
+    iterations
+        Largest number of simulations of all runs in each fit.
+    tolerance
+        Predicted decrease of ‖r‖², in squares over the noise, at which the fit ends. At `ROUGH` or above, a scatter is
+        linearised once only.
+
+    Returns
+    -------
+    Solution
+        Optimum with its likelihood and Jacobian. `Solution.finite` says whether the simulation stayed finite.
+
+    Notes
+    -----
+    A scatter's columns are linearised anew before each of `ROUNDS` fits. Those of a scatter on the torque are
+    linearised at the optimum too, because likelihood and curvature belong to the columns at the optimum.
     """
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
     runs = study.fitted
+    # The first layout only places the unknowns. A scatter needs trajectories, and so initial states, to be linearised
+    # about; the loop adds it.
     problem = under_noise(simulator, runs, noise.but(scatters=()), theta, (), threads=study.threads)
     x = problem.first(theta)
     if x0 is not None:
@@ -170,6 +243,7 @@ def solve(
         x, calls, converged = found.x, calls + found.calls, found.converged
     if settled and noise.on_torque:
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
+    # One simulation serves both: the noise estimate needs the residuals before whitening.
     raw = Problem.blocks(problem, x)
     blocks = problem.whitened(raw)
     chi2 = float(blocks.residual @ blocks.residual)
@@ -190,7 +264,22 @@ def solve(
 
 
 def deviance(study: Study, solution: Solution, x: Array) -> float:
-    """Return −2 ln L at other unknowns ``x`` (n,) of a solution's problem, a scatter on the torque linearised there."""
+    """Return −2 ln L at other unknowns of a solution's problem.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    solution
+        Solution whose model and noise are kept.
+    x
+        Scaled unknowns, shape (n,); a scatter on the torque is linearised there.
+
+    Returns
+    -------
+    float
+        ‖r‖² + ln det C, priors included.
+    """
     problem = solution.problem
     if solution.noise.on_torque:
         problem, x = _about(study, study.simulator(solution.effects), solution.noise, problem.theta(x), problem.x0(x))
@@ -233,13 +322,28 @@ def _with_torque(unit: str) -> bool:
 
 
 def _deviance(problem: Whitened, x: Array) -> float:
-    """−2 ln L at x."""
+    """Return −2 ln L at x."""
     r = problem.blocks(x, jacobian=False).residual
     return float(r @ r) + problem.log_determinant
 
 
 def with_starts(problem: Whitened, x: Array, x0: Sequence[Array]) -> Array:
-    """Return x with every run started at the position and speed of ``x0``."""
+    """Return x with the initial states of ``x0``.
+
+    Parameters
+    ----------
+    problem
+        Problem whose unknowns x holds.
+    x
+        Scaled unknowns, shape (n,).
+    x0
+        Initial state of every run, shape (n_x,) each.
+
+    Returns
+    -------
+    ndarray
+        Copy of x, shape (n,), whose fitted initial states (position, and speed where it is fitted) are those of ``x0``.
+    """
     moved = x.copy()
     for start, part, state in zip(problem.starts, problem.slices(), x0, strict=True):
         chosen = list(start.states)

@@ -1,10 +1,15 @@
-"""Standard errors of a fit, also where the likelihood is rough: where contacts come and go, minimum lies by minimum.
+"""Compute standard errors, also where contacts make the likelihood rough: `Solution` in, `Solution` and errors out.
 
-About the minimum of a smooth ‖r‖² with covariance C, a move of one standard error along the valley of parameter k,
-x̂ ± C·e_k/√C_kk, raises it by 1, straight on or once all else is fitted again. Where it does not (play, slack), fits
-begin again from further out, and the 95 % interval is that of the likelihood over all minima found:
-{θ : ℓ(θ) > max ℓ − χ²₁(0.95)/2} (Royall 1997, section 1.2), with a parabola about each whose standard errors are the
-medians of all: a joint with contacts has many minima whatever the curvature of one says, and some are pits.
+1. Take the covariance C at the minimum. One standard error along the valley of parameter k, x̂ ± C·e_k/√C_kk, raises a
+   smooth ‖r‖² by 1, straight on or after all other unknowns are fitted again.
+2. For every effect parameter where it does not (play, slack), begin fits further out along that valley.
+3. Take the 95 % interval of the likelihood over all minima, {θ : ℓ(θ) > max ℓ − χ²₁(0.95)/2}, with a parabola about
+   each minimum. Its standard errors are the medians over all minima: a joint with contacts has many minima whatever the
+   curvature of one of them says, and some are pits.
+
+References
+----------
+Royall 1997, section 1.2.
 """
 
 from __future__ import annotations
@@ -25,29 +30,53 @@ from haptid.measurement.values.run import Array
 from haptid.support.processes.threads import map_threads
 
 SMOOTH = (1 / 3, 3.0)
-"""Rise of −2 ln L one standard error away within which the curvature is believed."""
+"""Range of the rise of −2 ln L one standard error away within which the curvature is trusted; a parabola rises by 1."""
 SEEN = 0.5
-"""Least rise that the data alone let expect: a parameter that they do not determine has no minimum to leave."""
+"""Least rise of ‖r‖² that the Jacobian predicts: a parameter that the data do not determine has no minimum to leave."""
 OUT = (-6.0, -2.0, 2.0, 6.0)
 """Standard errors from the minimum at which fits begin again, along the valley of a parameter."""
 AGAIN = 30
-"""Most simulations of all runs in one of these fits."""
+"""Largest number of simulations of all runs in one of these fits."""
 CLOSE = 0.1
-"""Their tolerance in squares over the noise: little beside the `LEVEL` that makes the interval."""
+"""Tolerance of these fits in squares over the noise, small beside the `LEVEL` that defines the interval."""
 LEVEL = float(chi2.ppf(0.95, 1))
+"""Drop of 2 ln L from its maximum to the ends of the 95 % interval, χ²₁(0.95)."""
 
 
 def of_curvature(solution: Solution) -> Array:
-    """Return the standard error of every parameter (n_p,), 0 where fixed, as the curvature at the minimum says."""
+    """Return the standard errors that the curvature at the minimum implies.
+
+    Parameters
+    ----------
+    solution
+        Fitted model.
+
+    Returns
+    -------
+    ndarray
+        Standard error of every parameter in its unit, shape (n_p,); 0 where the parameter is fixed.
+    """
     return _physical(solution, covariance(solution))
 
 
 def standard_errors(study: Study, solution: Solution, rounded: Solution | None = None) -> tuple[Solution, Array]:
-    """Return the best minimum that is found, and there the standard error of every parameter (n_p,), 0 where fixed.
+    """Compute standard errors, and search for a better minimum where the likelihood is rough.
 
-    Where the likelihood is rough, it is the distance to the farther end of the 95 % interval, over √χ²₁(0.95). Where
-    bodies touch, ``rounded`` is the same fit with contacts that are rounded off more: its curvature says how far out
-    fits begin again, and the least that the errors are. That at the bottom of a pit says nothing of the others.
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    solution
+        Fitted model.
+    rounded
+        The same fit with contacts rounded off more. Where bodies touch, its curvature sets how far out fits begin again
+        and the least standard errors, since the curvature at the bottom of a pit says nothing about the other minima.
+
+    Returns
+    -------
+    solution, std
+        Best minimum, and the standard error of every parameter in its unit, shape (n_p,), 0 where fixed. Where the
+        likelihood is rough, the error is the distance to the farther end of the 95 % interval, over √χ²₁(0.95).
     """
     touching = solution.touching
     about = rounded if touching and rounded is not None else solution
@@ -66,22 +95,48 @@ def standard_errors(study: Study, solution: Solution, rounded: Solution | None =
 
 
 def covariance(solution: Solution) -> Array:
-    """Return the covariance (n, n) of the scaled unknowns, from whitened Jacobian and priors.
+    """Return the covariance of the scaled unknowns.
 
-    Each parameter has the information of a uniform distribution between its bounds besides, 12/width²: of what the data
-    say nothing (a stop that no run reaches), no more is known than that.
+    Parameters
+    ----------
+    solution
+        Fitted model.
+
+    Returns
+    -------
+    ndarray
+        Inverse of the information of whitened Jacobian, priors and bounds, shape (n, n).
+
+    Notes
+    -----
+    Each parameter also has the information 12/width² of a uniform distribution between its bounds: where the data say
+    nothing (a stop that no run reaches), its bounds are all that is known.
     """
     J = np.vstack((solution.blocks.jacobian, np.diag(np.sqrt(flat_information(solution.problem)))))
+    # Columns of length 1, and QR instead of the Gram matrix, keep small information from being lost to rounding.
     size = np.linalg.norm(J, axis=0)
     inverse = solve_triangular(np.linalg.qr(J / size, mode="r"), np.eye(size.size))
     return np.asarray(inverse @ inverse.T / np.outer(size, size))
 
 
 def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
-    """Whether −2 ln L one standard error of unknown ``k`` away is not what the curvature says, on a side within bounds.
+    """Say whether −2 ln L one standard error away contradicts the curvature, on a side within the bounds.
 
-    Where the straight ``valley`` (n,) says so, everything else is fitted again: a ridge that bends, as that of a wave's
-    number, phase and amplitude does, is smooth all the same.
+    Parameters
+    ----------
+    study
+        Study of the fit.
+    solution
+        Fitted model.
+    k
+        Index of the parameter among the scaled unknowns.
+    valley
+        Move of all unknowns by one standard error of this parameter, shape (n,).
+
+    Returns
+    -------
+    bool
+        True if −2 ln L rises too little or too much on either side.
     """
     problem = solution.problem
     lower, upper = problem.scaling.bounds
@@ -89,18 +144,20 @@ def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
         inside = x[: problem.n_parameters]
         if np.any((inside < lower) | (inside > upper)) or _as_curved(deviance(study, solution, x), solution):
             continue
+        # A ridge that bends, as that of a wave's number, phase and amplitude does, fails the straight test and is
+        # smooth all the same. So all other unknowns are fitted again before the likelihood counts as rough.
         if not _as_curved(fit_pinned(problem, x, k)[1] + problem.log_determinant, solution):
             return True
     return False
 
 
 def _as_curved(there: float, solution: Solution) -> bool:
-    """Whether this −2 ln L is that of a parabola one standard error away."""
+    """Say whether this −2 ln L is that of a parabola one standard error away."""
     return SMOOTH[0] < there + 2.0 * solution.log_likelihood < SMOOTH[1]
 
 
 def _again(study: Study, solution: Solution, move: Array) -> Solution:
-    """Fit from x̂ + ``move``."""
+    """Fit from x̂ + ``move``, clipped to the bounds."""
     problem, x = solution.problem, solution.x + move
     x[: problem.n_parameters] = np.clip(x[: problem.n_parameters], *problem.scaling.bounds)
     values = {q.id: float(p) for q, p in zip(solution.equations.parameters, problem.theta(x), strict=True)}
@@ -108,10 +165,12 @@ def _again(study: Study, solution: Solution, move: Array) -> Solution:
 
 
 def _reach(solution: Solution, minima: Sequence[Solution], std: Array) -> Array:
-    """Return how far the likelihood's interval over the minima reaches from the best one (n_p,), over √χ²₁(0.95)."""
+    """Return the distance to the farther end of the likelihood interval, over √χ²₁(0.95), shape (n_p,)."""
     reach = np.zeros_like(std)
     for m in minima:
         room = 1.0 - 2.0 * (solution.log_likelihood - m.log_likelihood) / LEVEL
+        # A minimum whose likelihood lies below the interval's level adds nothing; a parabola about one above it has
+        # room for √room standard errors.
         if room > 0.0:
             reach = np.maximum(reach, np.abs(m.theta - solution.theta) / np.sqrt(LEVEL) + std * np.sqrt(room))
     return np.where(std > 0.0, reach, 0.0)

@@ -1,4 +1,7 @@
-"""A least-squares problem with correlated noise: residual and Jacobian of a run are whitened as a whole."""
+"""Define least-squares problems with correlated noise: simulator, `Run`s and `Whitener`s in, `Whitened` problem out.
+
+Residual and Jacobian of a run are whitened as a whole, since amplitude scatter correlates rows that lie far apart.
+"""
 
 from __future__ import annotations
 
@@ -14,12 +17,18 @@ from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Whitener
 
 OPTIONS = FitOptions(method="gauss_newton", weights=(1.0, 1.0))
-"""Every row counts once: the time weights of a fit would spoil the statistics."""
+"""Options that weight every row once: the time weights of a fit would invalidate the statistics of the residual."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whitened(Problem):
-    """A problem whose residuals have covariance 1 under the noise model."""
+    """A least-squares problem whose residuals have covariance 1 under the noise model.
+
+    Parameters
+    ----------
+    whiteners
+        One whitener for every run.
+    """
 
     whiteners: tuple[Whitener, ...] = ()
 
@@ -27,17 +36,60 @@ class Whitened(Problem):
     def under(
         cls, simulator: Simulator, runs: tuple[Run, ...], whiteners: tuple[Whitener, ...], *, threads: int = 1
     ) -> Whitened:
-        """Lay out the unknowns of ``runs`` under these whiteners; runs are simulated on ``threads`` threads."""
+        """Lay out the unknowns of ``runs`` under a noise model.
+
+        Parameters
+        ----------
+        simulator
+            Simulator of the model.
+        runs
+            Runs whose residuals are fitted.
+        whiteners
+            One whitener for every run.
+        threads
+            Number of threads that simulate runs side by side.
+
+        Returns
+        -------
+        Whitened
+            Problem that weights every row once.
+        """
         plain = Problem.of(simulator, runs, OPTIONS)
         names = ("simulator", "scaling", "runs", "starts", "roots", "options")
         return cls(**{name: getattr(plain, name) for name in names}, whiteners=whiteners, threads=threads)
 
     def blocks(self, x: Array, gain: float = 0.0, *, jacobian: bool = True) -> Blocks:
-        """Simulate every run at x and whiten."""
+        """Simulate every run at ``x`` and whiten residuals and Jacobians.
+
+        Parameters
+        ----------
+        x
+            Scaled unknowns, shape (n,).
+        gain
+            Observer gain [1/s].
+        jacobian
+            Whether to compute the Jacobians.
+
+        Returns
+        -------
+        Blocks
+            Whitened residuals (n_t, n_joints) and Jacobians (n_t, n_joints, n) of every run, and those of the priors.
+        """
         return self.whitened(Problem.blocks(self, x, gain, jacobian=jacobian))
 
     def whitened(self, found: Blocks) -> Blocks:
-        """Whiten the residuals and Jacobians of every run."""
+        """Whiten residuals and Jacobians of every run.
+
+        Parameters
+        ----------
+        found
+            Residuals over the sensor's standard deviation and their Jacobians.
+
+        Returns
+        -------
+        Blocks
+            Whitened rows of the runs; those of the priors are white already and stay as they are.
+        """
         rows = tuple(w(r) for w, r in zip(self.whiteners, found.rows, strict=True))
         slopes = None
         if found.jacobians is not None:
@@ -45,13 +97,20 @@ class Whitened(Problem):
         return Blocks(rows=rows, jacobians=slopes, prior=found.prior, prior_jacobian=found.prior_jacobian)
 
     def constraints(self) -> tuple[Array, Array]:
-        """Return A, b of A·x ≥ b; nothing where every parameter is held and only initial states are fitted."""
+        """Return A and b of the constraints A·x ≥ b.
+
+        Returns
+        -------
+        A, b
+            Shapes (n_constraints, n) and (n_constraints,); without rows where all parameters are fixed and only initial
+            states are fitted.
+        """
         if self.n_parameters == 0:
             return np.zeros((0, self.size)), np.zeros(0)
         return Problem.constraints(self)
 
     @property
     def log_determinant(self) -> float:
-        """Sum of ln det C over the runs."""
+        """Sum of ln det C over the runs, C the covariance of a run's residuals over the sensor's std."""
         pairs = zip(self.whiteners, self.runs, strict=True)
         return sum(w.log_determinant(scored_rows(run)) for w, run in pairs)

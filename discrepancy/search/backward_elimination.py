@@ -1,4 +1,8 @@
-"""Each effect of a model taken out once: left out, or exchanged, where the others do as well."""
+"""Eliminate effects backward: best `Trial` in, a `Trial` without unnecessary effects out.
+
+Each effect of a model is taken out once. It is left out where the other effects do as well, and exchanged where another
+catalogue effect does better.
+"""
 
 from __future__ import annotations
 
@@ -14,16 +18,31 @@ from haptid.model.effects.effect import Effect
 
 
 def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dict[str, Candidate], list[Trial]]:
-    """Leave every effect out where the others do as well, exchange it where another does better.
+    """Leave out every effect without which the model does as well, and exchange every effect for a better one.
 
-    Where as many effects as there may be still leave more than noise, they follow the gap as terms of a series do, and
-    none is exchanged; nor is one beside effects on top of which the catalogue has been tried. Beside an effect that is
-    real, what is missing scores first: few are tried.
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    best
+        Best trial of the forward selection.
+    start
+        Nominal model.
 
     Returns
     -------
     best, less, trials
-        The model that is left, that model without each of its effects by key, and what was tried.
+        The reduced model, that model without each of its effects by key, and all trials on the way.
+
+    Notes
+    -----
+    1. Leave out each scatter that the criterion does not need.
+    2. Leave out each effect but the last where the criterion does not need it.
+    3. Otherwise try a few best-scoring effects in its place. While the others are real, the missing one scores high.
+
+    No effect is exchanged where a model with `MOST` effects is still not adequate: its effects then follow the
+    discrepancy as terms of a series do. Nor is one exchanged beside effects on top of which the catalogue has been
+    tried.
     """
     made: list[Trial] = []
     less = without_each(s, best, start)
@@ -35,6 +54,7 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
         if smaller.adequate and _costs(smaller, best) < BETTER:
             best = smaller
             less = without_each(s, best, start)
+    # The last effect was chosen beside all others and has just earned its place; earlier ones were chosen without it.
     for key in [e.key for e in best.solution.effects[:-1]]:
         if len(less) < 2 or key not in less:
             break
@@ -55,11 +75,29 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
 
 
 def prune_stand_ins(s: Searcher, made: Sequence[Trial], start: Trial) -> list[Trial]:
-    """Take a stand-in out of a model that leaves only noise, where it has come to nothing beside the other effects.
+    """Remove surrogates from an adequate model whose effects have not all earned their place.
 
-    It was the best of the single entries before the one that it stood in for was found. A Wald statistic may say so
-    wrongly (a bent spring that weight and stiffness follow a long way): where a fit without the effect tells that it is
-    needed, the model is returned with what leaving it out costs. Where one less is not enough, two stand-ins are out.
+    A surrogate was the best single effect before the true one was found, and has become unnecessary beside it.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    made
+        Trials of one step.
+    start
+        Nominal model.
+
+    Returns
+    -------
+    list of Trial
+        Adequate and acceptable trials: the model itself, with the loss of the criterion without its most dispensable
+        effect, and models with one effect less, or with two less where one is not enough.
+
+    Notes
+    -----
+    A Wald statistic may call an effect a surrogate wrongly (a bent spring that weight and stiffness follow a long way),
+    so the refit without the effect decides.
     """
     full = [t for t in made if t.adequate and not t.acceptable and len(t.solution.effects) > 1]
     best = min(full, key=lambda t: t.candidate.criterion, default=None)
@@ -85,15 +123,31 @@ def _costs(smaller: Trial, best: Trial) -> float:
 
 
 def _improves(winner: Trial, best: Trial) -> bool:
-    """Whether ``winner`` leaves less: only noise where the other leaves more, or else a better criterion."""
+    """Say whether ``winner`` alone is adequate or, if both are alike in this, has the better criterion."""
     if winner.adequate != best.adequate:
         return winner.adequate
     return _costs(winner, best) < 0.0
 
 
 def without_each(s: Searcher, best: Trial, start: Trial) -> dict[str, Candidate]:
-    """Refit the best model without each of its effects, the random ones among them."""
+    """Refit the best model without each of its effects, the random ones included.
+
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    best
+        Best trial.
+    start
+        Nominal model, which is the best model without its only effect.
+
+    Returns
+    -------
+    dict
+        Candidates by the key of the missing effect.
+    """
     full = best.solution
+    # Without its only effect the model is the nominal one, which was fitted already.
     if len(full.keys) == 1 and full.effects:
         return {full.keys[0]: start.candidate}
     found = _less(s, full)

@@ -1,6 +1,7 @@
-"""A name against what has none: an effect of the same kind that is no entry of the catalogue, in its place.
+"""Fit unlisted effects of the same kind in the place of named ones: best `Trial` in, contender `Trial`s out.
 
-A name that had nothing of its kind to beat is no finding: all that is late looks like the only late entry there is.
+A name is no finding without an alternative of its kind that it has beaten: any delay resembles the only delay that the
+catalogue holds. So each effect brings contenders, effects of its kind that are no catalogue effects.
 """
 
 from __future__ import annotations
@@ -22,10 +23,21 @@ Place = tuple[Mapping[str, float], Sequence[Array]]
 
 
 def fit_contenders(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
-    """Fit the best model with each effect's contenders in its place, where the catalogue holds no other of their kind.
+    """Fit the best model with each effect's contenders in its place.
 
-    They begin at the best model's optimum, or at the base with nothing of them. The other effects of the model may make
-    up for what the named one lacks and its contender has; so a contender is fitted without each of them too.
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    best
+        Best trial; nothing is fitted where it is not adequate.
+    start
+        Nominal model.
+
+    Returns
+    -------
+    list of Trial
+        Trials with a contender, where the catalogue holds no other effect with that contender.
     """
     if not best.adequate:
         return []
@@ -35,8 +47,11 @@ def fit_contenders(s: Searcher, best: Trial, start: Trial) -> list[Trial]:
         pairs = zip(free, (q for q in effect.parameters if not q.fixed), strict=True)
         values = best.solution.values
         values |= {other.id: values[own.id] for other, own in pairs}
+        # Two starts: the optimum of the best model, and the nominal model with the contender at its neutral values.
         places = ((values, best.solution.x0), (values | start.solution.values | contender.neutral, start.solution.x0))
         others = [e for e in best.solution.effects if e is not effect]
+        # The other effects may make up for a flaw of the named effect that its contender does not have. So the
+        # contender is fitted without each of them too.
         for left in (others, *([e for e in others if e is not other] for other in others)):
             begun = s.each(partial(_start_contender, [*left, contender], best.solution.noise), places)
             s.simulations += sum(b.calls for b in begun) * len(s.study.fitted)
@@ -50,7 +65,7 @@ def _start_contender(effects: Sequence[Effect], noise: Noise, study: Study, plac
 
 
 def _iterate_contenders(s: Searcher, effects: Sequence[Effect]) -> Iterator[tuple[Effect, Effect]]:
-    """Yield effects with each of their contenders that no other entry of the catalogue has."""
+    """Yield effects with those of their contenders that no other catalogue effect has."""
     for effect in effects:
         theirs = {c.id for e in s.entries.values() if e.id != effect.id for c in e.contenders}
         yield from ((effect, contender) for contender in effect.contenders if contender.id not in theirs)

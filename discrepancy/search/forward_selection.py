@@ -1,7 +1,14 @@
-"""The search: from the base, one effect at a time, until what is left is noise or no entry helps any more.
+"""Search for missing effects by forward selection: `Study` in, `Search` out.
 
-Base fit, noise from its own residuals, inner step from its own error; then test, score, refit, add. A better base found
-from the winner's optimum starts it again; with several effects, each is exchanged and removed once more.
+1. Fit the nominal model from several starts, and choose the inner step whose error is invisible there.
+2. Estimate the noise from its residuals, simulate the signatures of the catalogue, and score them.
+3. Add one effect at a time until a model is adequate or no effect has earned its place; where single effects stay far
+   from noise, try two at once.
+4. Leave out or exchange each effect once (backward elimination).
+5. Refit the nominal model from the winner's optimum. A better minimum shows that the first fit was stuck, and starts
+   the search again.
+6. Compare the best models at the inner step that they need, and search again there if that changes the outcome.
+7. Fit unlisted effects of the same kind in the place of the named ones.
 """
 
 from __future__ import annotations
@@ -28,23 +35,50 @@ from haptid.model.effects.effect import Effect
 from haptid.noise.correlation import Colour, Noise
 
 Way = Callable[[Searcher, Solution], list[Trial]]
-"""How a second effect is looked for on top of a fit with one."""
+"""How a second effect is searched for on top of a fit with one effect."""
 LEADS = 3
-"""Leading fits, each of another entry, on which a second effect is tried where no other way leaves only noise."""
+"""Number of leading fits, each with another effect, on which a second effect is tried where no other way is
+adequate."""
 ROUNDED = 0.01
-"""Share of its threshold over which a jump is rounded where a second effect is sought: sharper ones hold fits up."""
+"""Least rounding of a discontinuity, as a share of its threshold, while a second effect is searched for: sharper ones
+hold fits up."""
 CLEAR = 4
-"""Best scores that are tried on top of a leading fit as it is, before many from the first guesses."""
+"""Number of best scores that are tried on top of a leading fit as it is, before many are tried from the first
+guesses."""
 PART = 0.2
-"""Least share of the gap, or of the gain of the effect before, for which a third effect is looked for."""
+"""Least share of the excess energy, or of the gain of the effect before, that an effect must bring for a further one to
+be tried."""
 SCATTERED = 0.1
-"""Largest share of the base's squares that is left where scatter, or an entry, makes up for most of a large gap."""
+"""Largest share of the nominal model's ‖r‖² that remains where scatter, or an effect, explains most of a large
+discrepancy."""
 STUCK = 10.0
-"""Decrease of the base's cost, found from a winner's optimum, that shows the base fit to have been stuck."""
+"""Decrease of the nominal model's −2 ln L from the winner's optimum that shows its fit to have been stuck."""
 
 
 def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
-    """Look for what is missing in the base model of ``study``; ``tell`` hears of the progress."""
+    """Search for the effects that the nominal model of ``study`` lacks.
+
+    Parameters
+    ----------
+    study
+        Study of one joint, or of several that move together.
+    seed
+        Seed of the starts.
+    starts
+        Number of starts of the nominal fit.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    Search
+        Best model, all trials and the scores of the catalogue.
+
+    Raises
+    ------
+    NumericalError
+        If no start of the nominal fit gives a finite simulation.
+    """
     study, base = fit_nominal_model(study, seed=seed, starts=starts, tell=tell)
     found, s = _search_from(study, base, tell)
     if found.best.solution.effects and (better := _refit_nominal(found)) is not None:
@@ -53,6 +87,8 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
         again, s = _search_from(study, base, tell, known=found)
         found = _with_cost_of(found, again)
     if (finer := closer(s, found.best, found.trials)) is not None:
+        # Where the finer step overturns the outcome, candidates that were dropped at the old step may win, so all are
+        # tried again.
         if finer.best is None or finer.best.adequate < found.best.adequate:
             again, s = _search_from(finer.searcher.study, base, tell)
         else:
@@ -65,14 +101,44 @@ def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str]
 
 
 def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Callable[[str], None]) -> tuple[Study, Base]:
-    """Fit the base; return the study at the inner step whose error is invisible there, and the fit."""
+    """Fit the nominal model and choose the inner step.
+
+    Parameters
+    ----------
+    study
+        Study at any inner step.
+    seed
+        Seed of the starts.
+    starts
+        Number of starts.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    study, base
+        Study at the inner step whose error is invisible at the nominal model, and the fit.
+    """
     tell("base fit")
     base = fit_base(study, starts=starts, seed=seed)
     return at_step(study, step_for(study, base.solution, share=SMALL_SHARE)), base
 
 
 def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:
-    """Return the base under white noise, and under the noise that is estimated from it."""
+    """Fit the nominal model under white noise, and under the noise estimated from its residuals.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    base
+        Fit of the nominal model.
+
+    Returns
+    -------
+    white, own
+        Solutions under white noise and under the estimated noise.
+    """
     white = solve(study, (), Noise(), base.solution.values, x0=base.solution.x0)
     return white, settle(study, (), white).solution
 
@@ -80,7 +146,22 @@ def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:
 def score_catalogue(
     study: Study, plain: Solution, tell: Callable[[str], None]
 ) -> tuple[dict[str, Effect], Signatures, Scan]:
-    """Return the catalogue in SI units, its signatures at the base, and their scores."""
+    """Simulate and score the signatures of the catalogue.
+
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    plain
+        Nominal model under its own noise.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    entries, found, scan
+        Catalogue effects in SI units by key, their signatures at the nominal model, and their scores.
+    """
     tell("signatures of the catalogue")
     entries = study.in_si(plain.values)
     found = signatures(study, plain, list(entries.values()))
@@ -92,7 +173,7 @@ def score_catalogue(
 def _search_from(
     study: Study, base: Base, tell: Callable[[str], None], known: Search | None = None
 ) -> tuple[Search, Searcher]:
-    """Search from one minimum of the base; keep what is ``known`` where it still gains over a base that lacks."""
+    """Search from one minimum of the nominal model; keep the ``known`` result where it still gains."""
     white, plain = under_own_noise(study, base)
     entries, found, first = score_catalogue(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
@@ -116,7 +197,7 @@ def _with_cost_of(earlier: Search, found: Search) -> Search:
 
 
 def _at_finer_step(found: Search, finer: Closer, best: Trial) -> Search:
-    """Take over what a finer step makes of the models near the best; base and the others are as good at the old one."""
+    """Take over the refined trials; nominal model and distant trials are as good at the old step."""
     fitted = {t.solution.keys for t in finer.trials}
     others = [t for t in found.trials if t.solution.keys not in fitted]
     same = best.solution.keys == found.best.solution.keys
@@ -128,10 +209,13 @@ def _at_finer_step(found: Search, finer: Closer, best: Trial) -> Search:
 
 
 def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], Trial]:
-    """Add effects until nothing but noise is left, or no entry helps; begin under white noise.
+    """Add effects until a model is adequate or no effect has earned its place; begin under white noise.
 
-    A large gap passes for correlated or scattering noise; so each candidate's noise is estimated from what it leaves.
+    A large discrepancy may be mistaken for correlated noise or for scatter. So the noise of every candidate is
+    estimated from the residuals of that candidate.
     """
+    # White noise alone explains the nominal model. Where it needs scatter or correlation to be adequate, an effect may
+    # still explain the same with less.
     if start.adequate and start.solution.noise == Noise():
         return [], start
     trials, leads = _first_step(s, start, white, first)
@@ -152,21 +236,22 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         made = _two_at_once(s, leads, start, _anew)
         trials += made
         best = chosen([t for t in made if t.adequate]) or best
+    # All effects were tried in vain: a score against the nominal model is then refuted, unless it is very low.
     if best is start and not any(t.acceptable for t in trials):
         best = replace(start, refuted=True)
     return trials, best
 
 
 def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[list[Trial], list[Solution]]:
-    """Try single entries, two at once where all of them leave far more than noise.
+    """Try single effects, and two at once where all single effects are far from noise.
 
-    The cheaper comes first: the best scores on top of the leading fits, then many from the first guesses on top of the
-    best of them, then single entries from the first guesses.
+    The cheaper ways come first: the best scores on top of the leading fits, then many effects from the first guesses on
+    top of the best of them, then single effects from the first guesses.
 
     Returns
     -------
     trials, leads
-        What was fitted to the end, and the leading fits under white noise on which the catalogue was not tried anew.
+        Trials, and the leading fits under white noise on which the catalogue was not tried from the first guesses.
     """
     few = start.adequate
     begun: list[Solution] = []
@@ -195,27 +280,41 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
 
 
 def explains_all(trials: Sequence[Trial]) -> bool:
-    """Whether one leaves nothing but noise and has earned its effects."""
+    """Say whether a trial is both adequate and acceptable."""
     return any(t.adequate and t.acceptable for t in trials)
 
 
 def all_far(trials: Sequence[Trial]) -> bool:
-    """Whether something was tried, and all of it leaves far more than noise."""
+    """Say whether there are trials, and all of them are far from noise."""
     return bool(trials) and all(t.left.far for t in trials)
 
 
 def leads_of(begun: Sequence[Solution], most: int) -> list[Solution]:
-    """Return the leading fits, the best of every last entry in whatever variant."""
+    """Return the leading fits, the best of every last effect in whatever variant.
+
+    Parameters
+    ----------
+    begun
+        Preliminary fits, best first.
+    most
+        Largest number of fits.
+
+    Returns
+    -------
+    list of Solution
+        Leading fits, best first.
+    """
+    # Reversed, the best fit of each id enters the dict last and stays.
     first_of = {lead.effects[-1].id: lead for lead in reversed(begun)}
     return [lead for lead in begun if lead is first_of[lead.effects[-1].id]][:most]
 
 
 def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way) -> list[Trial]:
-    """Extend leading fits under white noise, each though it leaves a gap: the noise is judged beside two effects.
+    """Extend leading fits under white noise by a second effect, although the first alone leaves a discrepancy.
 
-    What a second effect leaves passes for noise of any kind and size, under which the first one may gain nothing. A
-    jump that is still rounded off would hide the second one. Where the first one comes to nothing beside the second, it
-    was a stand-in for it.
+    The discrepancy of a missing second effect may pass for noise of any kind and size, under which the first gains
+    nothing. So the noise is judged beside both effects. A discontinuity that is still rounded would hide the second
+    effect. Where the first effect is unnecessary beside the second, it was a surrogate.
     """
     made: list[Trial] = []
     for lead in leads:
@@ -232,22 +331,22 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
 
 
 def _clear(s: Searcher, first: Solution) -> list[Trial]:
-    """Try the best scores on top of one effect as it was fitted: beside one that is real the other scores best."""
+    """Try the best scores on top of one effect as it was fitted: beside a real effect the missing ones score best."""
     s.tell(f"{'+'.join(first.keys)} and what scores best beside it")
     return s.step(score_candidate(s.study, first, first.calls), s.ready(first, CLEAR), FEW)
 
 
 def _anew(s: Searcher, first: Solution) -> list[Trial]:
-    """Try many from the first guesses: the base may have taken the second effect upon itself."""
+    """Try many effects from the first guesses: the nominal model may have taken the second effect upon itself."""
     s.tell(f"{'+'.join(first.keys)} and another")
     return s.step(score_candidate(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
 
 
 def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]]:
-    """Yield fits of single entries from the base: under white noise, then under scatter alone.
+    """Yield preliminary fits of single effects: under white noise, then under scatter alone.
 
-    Each way is gone when it is asked for, that under scatter where the base's makes up for most of the gap and no entry
-    does: there a gap under white noise says nothing of the entries.
+    Fits under scatter are made only where the caller asks for them, and where the scatter of the nominal model explains
+    most of its residual while no effect does: there the residual under white noise says nothing about the effects.
     """
     yield (fits := s.ready(white, PROMISING if start.adequate else None))
     noise = start.solution.noise.but(colour=Colour())
@@ -259,23 +358,36 @@ def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]
 
 
 def beats(now: Trial, start: Trial) -> bool:
-    """Whether it beats the base under a noise of its own, which may hold all of the gap as scatter."""
+    """Say whether a trial beats the nominal model, whose noise may hold the whole discrepancy as scatter."""
     return start.candidate.criterion - now.candidate.criterion > BETTER
 
 
 def gets_on(now: Trial, before: Trial) -> bool:
-    """Whether one effect more has taken a good part of what was left, so that another one may take the rest."""
+    """Say whether one effect more has removed so much of the residual that a further one may remove the rest.
+
+    Parameters
+    ----------
+    now
+        Trial with the last effect.
+    before
+        Trial without that effect.
+
+    Returns
+    -------
+    bool
+        True if the excess energy fell by more than the share `PART`, or the gain exceeds that share of the gain before.
+    """
     left, was = (t.left.energy - t.left.dof for t in (now, before))
     return left < (1.0 - PART) * was or now.gain > PART * before.gain
 
 
 def simpler(winner: Trial, start: Trial) -> bool:
-    """Whether the noise of an adequate winner needs less than that of the base: an effect was taken for noise."""
+    """Say whether an adequate trial needs fewer noise terms than the nominal model, which took an effect for noise."""
     return winner.adequate and winner.solution.noise.terms < start.solution.noise.terms
 
 
 def _refit_nominal(found: Search) -> Solution | None:
-    """Refit the base from the winner's optimum; return it where it beats the base that the search began with."""
+    """Refit the nominal model from the winner's optimum; return the refit where it is better, else None."""
     winner, plain = found.best.solution, found.plain.solution
     again = solve(found.study, (), plain.noise, winner.values, x0=winner.x0)
     return again if again.log_likelihood > plain.log_likelihood + STUCK / 2 else None

@@ -1,4 +1,4 @@
-"""What a search found out about one joint."""
+"""Hold the result of a search in one joint, or in several joints that move together."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from haptid.discrepancy.study.study import Study
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Search:
-    """Everything that the search found out.
+    """Result of a search for missing effects.
 
     Parameters
     ----------
     study
-        The study at the inner step that was chosen.
+        Study at the inner step that was chosen.
     base
-        The base fit with its starts, under white noise.
+        Fit of the nominal model with its starts, under white noise.
     plain
-        The base under the noise model estimated from it.
+        Nominal model under the noise estimated from its residuals.
     scan
-        Scores of the whole catalogue at the base.
+        Scores of the whole catalogue at the nominal model.
     trials
-        Every candidate that was fitted to the end, in the order of the steps.
+        Every candidate that was fitted to the end, in the order of the search.
     best
-        Where the search ended.
+        Trial with which the search ended.
     less
-        For each effect of the best trial, by key, that trial without it.
+        The best trial without one of its effects, by the key of that effect.
     contenders
-        The best model with an effect in place of its own that is no entry of the catalogue.
+        The best model with an unlisted effect of the same kind in the place of one of its effects.
     simulations
-        Runs simulated in fits. Those that linearise about the amplitudes of cycles are not among them.
+        Number of runs simulated in fits, without those that linearise about the amplitudes of cycles.
     cut
-        Whether combinations of effects were left out for want of effort.
+        Whether combinations of effects were left out because the effort was spent.
     """
 
     study: Study
@@ -54,7 +54,7 @@ class Search:
 
     @property
     def rivals(self) -> tuple[Trial, ...]:
-        """Other trials with other effects that predict as well as the best one, the better first, one per set."""
+        """Trials with other effects that predict as well as the best one, best first, one for each set of ids."""
         close: dict[frozenset[str], Trial] = {}
         for t in self._close:
             if frozenset(t.candidate.ids) != frozenset(self.best.candidate.ids):
@@ -62,7 +62,18 @@ class Search:
         return tuple(close.values())
 
     def variants(self, trial: Trial) -> tuple[Trial, ...]:
-        """Return other variants of a trial's effects that predict as well as the best one, the better first."""
+        """Return other variants of a trial's effects that predict as well as the best trial.
+
+        Parameters
+        ----------
+        trial
+            Trial of this search.
+
+        Returns
+        -------
+        tuple of Trial
+            Trials with the same ids under other keys, best first.
+        """
         close: dict[frozenset[str], Trial] = {keys_of(trial.solution): trial}
         for t in self._close:
             if frozenset(t.candidate.ids) == frozenset(trial.candidate.ids):
@@ -71,9 +82,10 @@ class Search:
 
     @property
     def _close(self) -> list[Trial]:
-        """Trials that predict as well as the best one, the better first.
+        """Trials that predict as well as the best one, best first.
 
-        What a parameter more costs in BIC tells nothing of entries that the catalogue calls rivals, where both fit.
+        Between effects that the catalogue calls rivals, the BIC's charge for further parameters is no evidence, where
+        both fit.
         """
         return [
             t
@@ -85,7 +97,7 @@ class Search:
         ]
 
     def _price(self, other: Trial) -> float:
-        """Return what a trial's further parameters cost it, k·ln n, where a rival has the place of one effect."""
+        """Return k·ln n for the k further parameters of a trial in which a rival replaces one effect; else 0."""
         ours, theirs = self.best.solution, other.solution
         mine = [e for e in ours.effects if e.id not in theirs.ids]
         its = [e for e in theirs.effects if e.id not in ours.ids]
@@ -96,16 +108,27 @@ class Search:
 
     @property
     def beaten_by(self) -> Trial | None:
-        """Return the best contender where it predicts better than the best model by more than rivals differ.
+        """Best contender that predicts better than the best model by more than `RIVAL`, or None.
 
-        It may leave more than noise itself: what it beats is no finding all the same.
+        The contender need not be adequate: even so, the name that it beats is no finding.
         """
         least = self.best.candidate.criterion - RIVAL
         better = [t for t in self.contenders if t.candidate.criterion < least]
         return min(better, key=lambda t: t.candidate.criterion, default=None)
 
     def evidence(self, key: str) -> float:
-        """Twice the gain in held-out log predictive score by one effect; in BIC where every run was fitted."""
+        """Return the evidence for one effect of the best model.
+
+        Parameters
+        ----------
+        key
+            Key of the effect.
+
+        Returns
+        -------
+        float
+            Twice the gain in log predictive score on held-out runs; the gain in BIC where every run was fitted.
+        """
         with_it, without = self.best.candidate, self.less[key]
         if self.study.unseen:
             return 2.0 * (with_it.prediction.score - without.prediction.score)

@@ -1,7 +1,8 @@
-"""The best model and what comes near it, compared at an inner step whose error none of their effects hides.
+"""Refine the inner step for the best models: best `Trial` and its neighbours in, the same at a finer step out.
 
-The step of the search is chosen for the base. There a lag shorter than the step may look like a delay that is not, and
-a wrong effect with the stepper's error like the true one.
+The step of the search is chosen for the nominal model. At that step a lag shorter than the step may look like a delay,
+and a wrong effect together with the integration error like the true one. So the best models are compared at a step
+whose error none of their effects can hide.
 """
 
 from __future__ import annotations
@@ -15,27 +16,47 @@ from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, step_for, v
 from haptid.discrepancy.search.tools import FEW, FINISHED, Searcher
 
 BEYOND = 10.0
-"""Multiple of the step's visible error that is not of the step."""
+"""Multiple of the step's visible error beyond which a residual cannot come from the step."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Closer:
-    """What a finer step makes of the models near the best, and the search's tools there."""
+    """The models near the best at a finer step.
+
+    Parameters
+    ----------
+    searcher
+        Tools of the search at that step.
+    trials
+        Trials that were fitted there.
+    """
 
     searcher: Searcher
     trials: tuple[Trial, ...]
 
     @property
     def best(self) -> Trial | None:
-        """The best of them, None where none has earned its effects."""
+        """Best acceptable trial, or None."""
         return chosen(self.trials)
 
 
 def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
-    """Fit the best model and what is near it again at the step that they all need; None where it is no finer.
+    """Refit the best model and those near it at the inner step that all of them need.
 
-    What leaves more than the step's error can account for does so at any step; and where contacts make the likelihood
-    rough, none is fine enough.
+    Parameters
+    ----------
+    s
+        Tools of the search.
+    best
+        Best trial.
+    trials
+        All trials of the search.
+
+    Returns
+    -------
+    Closer or None
+        Trials at the finer step. None where the residual is larger than the step can explain, where no finer step is
+        needed, or where no step is fine enough, as contacts may make it.
     """
     if not best.solution.effects or best.left.far or _beyond(s, best):
         return None
@@ -49,16 +70,13 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
 
 
 def _beyond(s: Searcher, best: Trial) -> bool:
-    """Whether the best model leaves many times as much, beyond chance, as the step's error is in squares."""
+    """Say whether the excess energy of the best model is many times the step's error in squares."""
     excess = best.left.energy - best.left.dof
     return not best.adequate and excess > BEYOND * visible(s.study, best.solution, s.study.factory.step)
 
 
 def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:
-    """Return the best model and others that leave as little as it does, one per set of effects, the better first.
-
-    They are few where none leaves only noise.
-    """
+    """Return the best model and others that are adequate if it is, one for each set of effects, best first."""
     first = {best.solution.keys: best}
     for t in sorted(trials, key=lambda t: t.candidate.criterion):
         if t.acceptable and (t.adequate or not best.adequate):
@@ -67,7 +85,7 @@ def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:
 
 
 def _again(s: Searcher, trial: Trial) -> Trial:
-    """Fit one model to the end at the searcher's step; what it gains changes by as much as criterion and score do."""
+    """Fit one model to the end at the searcher's step; its gains change by as much as criterion and score do."""
     judged = s.trial(settle(s.study, trial.solution.effects, trial.solution))
     now, then = judged.candidate, trial.candidate
     return replace(

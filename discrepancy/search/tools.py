@@ -1,4 +1,10 @@
-"""The search's tools: entries begun on top of a model, side by side, and the best of them fitted to the end."""
+"""Provide the steps of the search: a model and catalogue effects in, judged `Trial`s out.
+
+1. Score the catalogue on the model's residual (`Searcher.scan`).
+2. Begin single effects on top of the model, side by side, and continue the promising ones (`Searcher.ready`), or fit
+   them through homotopy from the first guesses (`Searcher.anew`).
+3. Fit the best of them to the end and judge them (`Searcher.step`).
+"""
 
 from __future__ import annotations
 
@@ -34,49 +40,56 @@ from haptid.support.processes.threads import map_threads
 S = TypeVar("S")
 T = TypeVar("T")
 Tried = tuple[tuple[Effect, ...], Guided]
-"""Effects with their fit under the observer."""
+"""Effects of a model, with its fit under the observer."""
 
 PROMISING = 8
-"""Entries that are gone on with after a first try."""
+"""Number of effects that are continued after a first try."""
 LATER = 20
-"""Entries that are begun on top of an effect: by then the scores of the catalogue may be trusted for a first sieve."""
+"""Number of effects that are begun on top of an effect: by then the scores of the catalogue can be trusted as a first
+sieve."""
 FINISHED, HOPELESS, FEW = 8, 4, 2
-"""Most fits to the end of one step, how many of them where none leaves only noise, and where all are far from it."""
+"""Largest number of fits to the end in one step: at all, where none is adequate, and where all are far from noise."""
 MOST = 3
-"""Most effects at once."""
+"""Largest number of effects in a model."""
 CLOSE = 40.0
-"""Log-likelihood from the best within which a begun fit is finished as a rival."""
+"""Difference of log-likelihood from the best adequate fit within which a preliminary fit is finished as a rival."""
 SIEVED, BRIEF, WIDE = 2, 12, 10.0
-"""Gains of the homotopy under which entries that are fitted anew are compared, most simulations under each, and the
-tolerance in squares over the noise."""
+"""Number of homotopy gains of the first sieve, largest number of simulations under each, and tolerance in squares over
+the noise."""
 BESIDE = 12
-"""Entries that are fitted anew beside another one: those that score best there."""
+"""Number of effects that are fitted from the first guesses beside another effect: those that score best there."""
 APART, AHEAD = 3, 4
-"""Gains of the homotopy that tell entries well apart, and how many are gone on with then."""
+"""Number of homotopy gains after which effects are distinguishable, and number of effects that are continued from
+there."""
 NEWS = 0.05
-"""Share of what a finished fit left over that a new start with the same effects must be ahead by to be finished too."""
+"""Share of the excess energy of a finished fit by which a new start with the same effects must be ahead to be finished
+too."""
 
 
 @dataclass(slots=True)
 class Searcher:
-    """The search's tools about one joint: study, signatures at its base, and the running count of simulations.
+    """The tools of one search, with its running count of simulations.
 
     Parameters
     ----------
     study
-        The study at the inner step of its readings.
-    entries, found, tests
-        Catalogue in SI units, its signatures at the base, and the number of independent tests that it amounts to.
+        Study at the inner step of its readings.
+    entries
+        Catalogue effects by key, in SI units.
+    found
+        Their signatures at the nominal model.
+    tests
+        Number of independent tests of the catalogue.
     tell
-        Hears of the progress.
+        Function that takes one line on the progress.
     simulations
-        Runs simulated in fits so far.
+        Number of runs simulated in fits so far.
     finished
-        Fits to the end by the keys of their effects.
+        Trials that were fitted to the end, by the keys of their effects.
     extended
-        Keys of the effects on top of which the catalogue has been tried, not its few best scores only.
+        Keys of the effects on top of which the whole catalogue, and not only its few best scores, has been tried.
     cut
-        Whether combinations were left out for want of effort.
+        Whether combinations of effects were left out because the effort was spent.
     """
 
     study: Study
@@ -90,7 +103,7 @@ class Searcher:
     cut: bool = False
 
     def spent(self) -> bool:
-        """Whether as many runs were simulated as the study's effort allows; if so, something is left out now."""
+        """Say whether the effort of the study is spent; if so, record that combinations are left out."""
         if self.simulations < self.study.effort:
             return False
         if not self.cut:
@@ -99,15 +112,30 @@ class Searcher:
         return True
 
     def scan(self, solution: Solution) -> Scan:
-        """Score the catalogue about ``solution``."""
+        """Score the catalogue on the residual of ``solution``, with the signatures at the nominal model."""
         return scan(self.study, solution, self.found, self.entries, tests=self.tests)
 
     def trial(self, candidate: Candidate, before: Candidate | None = None) -> Trial:
-        """Judge a candidate, against ``before`` where it extends one."""
+        """Judge a candidate.
+
+        Parameters
+        ----------
+        candidate
+            Refitted model.
+        before
+            Model that the candidate extends; its gains are over this model.
+
+        Returns
+        -------
+        Trial
+            Candidate with the tests for and against it.
+        """
         self.simulations += candidate.calls * len(self.study.fitted)
         solution = candidate.solution
         wald, at_bound = significance(solution)
         judged = Trial(candidate=candidate, left=omnibus(self.study, solution), worth=wald, at_bound=at_bound)
+        # The tests go from cheap to dear. Each is made only where those before it find nothing, since one finding is
+        # enough; parameter constancy comes last because it fits all runs anew.
         if judged.passes:
             judged = replace(judged, left_p=self.scan(solution).family_p)
         if judged.adequate and solution.effects:
@@ -119,14 +147,30 @@ class Searcher:
     def step(
         self, current: Candidate, begun: Sequence[Solution], most: int = HOPELESS, *, freed: bool = False
     ) -> list[Trial]:
-        """Extend ``current``: of what was begun on top of it, finish the best, ``most`` if none leaves only noise.
+        """Finish the best preliminary fits on top of ``current``.
 
-        What was begun from the first guesses is ``freed`` already.
+        Parameters
+        ----------
+        current
+            Model that the fits extend.
+        begun
+            Preliminary fits.
+        most
+            Largest number of fits to the end where none is adequate.
+        freed
+            Whether the preliminary fits began at the first guesses; otherwise the best trial is fitted from there too.
+
+        Returns
+        -------
+        list of Trial
+            Judged trials, with those of equal equations.
         """
         trials: list[Trial] = []
         ahead: dict[frozenset[str], Candidate] = {}
         ready = self.best_of_each(begun)
         while ready and len(trials) < FINISHED:
+            # Once one trial is adequate, only its rivals matter: fits that come near its likelihood. Until then the
+            # number of fits is bounded, and more tightly where even the best are far from noise.
             if any(t.adequate for t in trials):
                 limit = max(t.solution.log_likelihood for t in trials) - CLOSE
                 ready = [s for s in ready if s.log_likelihood > limit]
@@ -142,7 +186,20 @@ class Searcher:
         return trials if freed else self.with_best_freed(current, trials)
 
     def with_twins(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
-        """Begin models with the same equations as one that leaves only noise at its optimum: neither is the better."""
+        """Add trials with the same equations as an adequate one, started at its optimum: neither of them is better.
+
+        Parameters
+        ----------
+        current
+            Model that the trials extend.
+        trials
+            Judged trials.
+
+        Returns
+        -------
+        list of Trial
+            The trials with those of equal equations after them.
+        """
         found = list(trials)
         known = {keys_of(t.solution) for t in found if t.adequate}
         for solution in [t.solution for t in trials if t.adequate]:
@@ -157,9 +214,18 @@ class Searcher:
         return found
 
     def twins(self, effects: tuple[Effect, ...]) -> Iterator[tuple[tuple[Effect, ...], dict[str, str]]]:
-        """Yield models in which another entry with the same equations takes the place of one effect.
+        """Yield models with the same equations under the names of another catalogue effect.
 
-        With each come the other entry's parameters by those of the effect.
+        Parameters
+        ----------
+        effects
+            Effects of a model.
+
+        Yields
+        ------
+        effects, names
+            The model with another effect in the place of one, and the parameters of that effect by those of the
+            replaced one.
         """
         ids = [e.id for e in effects]
         for k, effect in enumerate(effects):
@@ -168,14 +234,27 @@ class Searcher:
                     yield (*effects[:k], other, *effects[k + 1 :]), names
 
     def known(self, current: Candidate, begun: Solution) -> Trial | None:
-        """Return the fit to the end with the same effects where the new start promises nothing better, else None.
+        """Return a finished trial with the same effects where a new start promises no better one.
 
-        Both are compared under the noise of the new start, the finished one after a few steps under it.
+        Parameters
+        ----------
+        current
+            Model that the trial extends.
+        begun
+            Preliminary fit from the new start.
+
+        Returns
+        -------
+        Trial or None
+            The best finished trial with these effects; None where there is none, or where the new start is clearly
+            ahead.
         """
         before = self.finished.get(keys_of(begun), ())
         for trial in sorted(before, key=lambda t: t.candidate.criterion)[:1]:
             effects, values = trial.solution.effects, trial.solution.values
             rough = at_step(self.study, COARSE)
+            # Likelihoods under different noise models cannot be compared, so the finished fit takes a few steps under
+            # the noise, and at the inner step, of the new start.
             there = solve(rough, effects, begun.noise, values, x0=trial.solution.x0, iterations=FIRST)
             self.simulations += there.calls * len(self.study.fitted)
             ahead = begun.log_likelihood - there.log_likelihood
@@ -184,23 +263,39 @@ class Searcher:
         return None
 
     def best_of_each(self, *begun: Sequence[Solution]) -> list[Solution]:
-        """Return the most likely fit of every last entry, the most likely first."""
+        """Return the best preliminary fit of every last effect, best first."""
         first: dict[str, Solution] = {}
         for found in sorted((s for each in begun for s in each), key=self.rank):
             first.setdefault(found.effects[-1].key, found)
         return list(first.values())
 
     def with_best_freed(self, current: Candidate, trials: list[Trial]) -> list[Trial]:
-        """Fit the best trial again through homotopy from the first guesses, where it is near noise alone but not there.
+        """Add a fit of the best trial through homotopy from the first guesses, where it is near noise but not adequate.
 
-        The base fit may have taken friction into a corner to make up for what is missing (Fs = Fc, where vs means
-        nothing); a fit that starts there can stay there. What leaves only noise with one effect too many is there.
+        Parameters
+        ----------
+        current
+            Model that the trials extend.
+        trials
+            Judged trials.
+
+        Returns
+        -------
+        list of Trial
+            The trials, with the new fit after them where it promises to be better.
+
+        Notes
+        -----
+        The fit of the nominal model may have moved friction into a corner to make up for a discrepancy (Fs = Fc, where
+        vs has no meaning), and a fit that starts there can stay there. No such fit is needed where a trial is adequate
+        with its effects earned, or with one effect too many.
         """
         there = any(t.adequate and (t.acceptable or len(t.solution.effects) > 1) for t in trials)
         if there or all(t.left.far for t in trials):
             return trials
         best = chosen(trials) or min(trials, key=lambda t: t.candidate.criterion)
         effects = best.solution.effects
+        # A second finished trial with the same effects came from another start already.
         if len(self.finished.get(keys_of(best.solution), ())) > 1:
             return trials
         own = {q.id: best.solution.values[q.id] for e in effects for q in e.parameters}
@@ -210,16 +305,27 @@ class Searcher:
         return [*trials, self.finish(current, freed)] if better else trials
 
     def ready(self, solution: Solution, most: int | None = None) -> list[Solution]:
-        """Return fits of single entries on top of ``solution``, the most likely first; coarse steps, not the end.
+        """Begin single effects on top of a model, and continue the promising ones.
 
-        By default all entries are tried on top of the base, and `LATER` of the best scores on top of an effect; no more
-        than the study says, and the rivals of the best one beside them.
+        Parameters
+        ----------
+        solution
+            Model that the effects extend.
+        most
+            Number of best scores that are begun. Where None, all effects are begun on the nominal model, and `LATER` on
+            a model with effects; never more than ``study.most``.
+
+        Returns
+        -------
+        list of Solution
+            Preliminary fits at the coarse step, best first.
         """
         most = min(most or (LATER if solution.effects else len(self.entries)), self.study.most or len(self.entries))
         if most >= PROMISING:
             self.extended.add(keys_of(solution))
         rough = self.side_by_side(COARSE)
         scored = self.beside(solution, self.scan(solution))
+        # Effects that are easily mistaken for the best one are tried whatever their score, lest a rival be missed.
         likely = self.rivals(scored[0].key) if scored else set()
         fresh = {s.key: s for k, s in enumerate(scored) if k < most or self.entries[s.key].id in likely}
         tried = [self.entries[key] for key in fresh]
@@ -235,21 +341,52 @@ class Searcher:
         return self.ranked(s for s, _ in done)
 
     def rivals(self, key: str) -> set[str]:
-        """Return ids of the entries that an entry has for rivals, and of those that have it for one."""
+        """Return the rivals of a catalogue effect.
+
+        Parameters
+        ----------
+        key
+            Key of the effect.
+
+        Returns
+        -------
+        set of str
+            Ids of the effects that this one names as rivals, and of those that name this one.
+        """
         entry = self.entries[key]
         return {*entry.rivals, *(other.id for other in self.entries.values() if entry.id in other.rivals)}
 
     def beside(self, solution: Solution, scored: Scan) -> list[Score]:
-        """Return the scores of entries that are not in ``solution`` yet, in any variant, the best first."""
+        """Return the scores of effects that are not in ``solution`` in any variant, best first."""
         return [s for s in scored.scores if self.entries[s.key].id not in solution.ids]
 
     def anew(self, scored: Scan, onto: Solution) -> list[Solution]:
-        """Return fits through homotopy of base, the effects of ``onto`` and one entry, the most likely first.
+        """Fit single effects together with the nominal model through homotopy from the first guesses.
 
-        They begin at the first guesses of the base and the effects as they are in ``onto``: a base that took a large
-        effect upon itself may lie so far from the joint that no fit from there finds back, and no score there tells.
-        The observer holds the simulation near the readings: there entries are compared, and ever fewer go on. Beside
-        another effect those are tried that score best: what is missing there scores first, as long as that one is real.
+        Parameters
+        ----------
+        scored
+            Scores of the catalogue on the residual of ``onto``.
+        onto
+            Model that the effects extend; its effects begin at their fitted parameters.
+
+        Returns
+        -------
+        list of Solution
+            Fits of the remaining effects, best first.
+
+        Notes
+        -----
+        A nominal model that took a large effect upon itself may lie so far from the joint that no fit from there finds
+        back, and no score there is informative. Under the observer, which holds the simulation near the readings,
+        effects are compared early, and ever fewer continue:
+
+        1. Fit all of them at the step `SKETCH` under `SIEVED` gains, shapes held by weak priors.
+        2. Fit the best `PROMISING` of them at the coarse step under the next gains, `APART` in all.
+        3. Release the observer for the best `AHEAD` of them.
+
+        Beside another effect, only the `BESIDE` best scores are tried: while that effect is real, the missing one
+        scores high.
         """
         self.extended.add(keys_of(onto))
         rough = self.side_by_side(COARSE)
@@ -270,39 +407,65 @@ class Searcher:
         return self.ranked(s for s, _ in done)
 
     def side_by_side(self, step: float) -> Study:
-        """Return the study at an inner step [s] with one thread a fit: for fits of several entries side by side."""
+        """Return the study at an inner step [s], with one thread for each fit, for fits that run side by side."""
         return replace(at_step(self.study, step), threads=1)
 
     def mapped(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
-        """Return ``function`` of every tuple of arguments, side by side on the study's threads."""
+        """Apply ``function`` to every tuple of arguments, side by side on the study's threads."""
         return map_threads(function, *arguments, threads=self.study.threads)
 
     def ranked(self, fits: Iterable[Solution]) -> list[Solution]:
-        """Return those of the fits that did not leave the numbers, the one to look at first before the others."""
+        """Return the finite fits, best first."""
         return sorted((s for s in fits if np.isfinite(s.log_likelihood)), key=self.rank)
 
     def rank(self, solution: Solution) -> float:
-        """BIC up to a constant: the smaller, the sooner a fit is looked at."""
+        """Return the BIC of a fit up to a constant: smaller is better."""
         return effect_parameters(solution) * float(np.log(self.study.rows)) - 2.0 * solution.log_likelihood
 
     def look_ahead(self, ahead: dict[frozenset[str], Candidate], ready: Sequence[Solution]) -> None:
-        """Fit the first of ``ready`` to the end unless it is there, and what may come next side by side with it.
+        """Fit the first of ``ready`` to the end unless this was done, and the likely next ones side by side with it.
 
-        The first of all is fitted alone, for it is the likeliest to leave only noise; what was fitted in vain changes
-        neither results nor the count of simulations.
+        Parameters
+        ----------
+        ahead
+            Candidates that were fitted ahead, by the keys of their effects; new ones are added.
+        ready
+            Preliminary fits, best first.
+
+        Notes
+        -----
+        The caller passes the very first fit alone, since it is the likeliest to be adequate. A fit that is never used
+        changes neither the results nor the count of simulations.
         """
         if keys_of(ready[0]) not in ahead:
+            # As many fits as threads run at once; the further ones may be needed next. On one thread nothing is fitted
+            # ahead.
             fresh = [ready[0], *(s for s in ready[1:] if keys_of(s) not in self.finished)][: self.study.threads]
             done = self.each(lambda study, s: settle(study, s.effects, s), fresh)
             ahead.update(zip(map(keys_of, fresh), done, strict=True))
 
     def each(self, function: Callable[[Study, S], T], chosen: Sequence[S]) -> list[T]:
-        """Return ``function`` of the study and each of ``chosen``: several side by side, on one thread each."""
+        """Apply ``function`` to the study and each of ``chosen``; several run side by side on one thread each."""
         study = self.study if len(chosen) == 1 else replace(self.study, threads=1)
         return self.mapped(partial(function, study), chosen)
 
     def finish(self, current: Candidate, begun: Solution, fitted: Candidate | None = None) -> Trial:
-        """Fit to the end what was begun on top of ``current`` (if it is not ``fitted``), judge it and tell of it."""
+        """Fit a preliminary fit to the end, judge it, and report the progress.
+
+        Parameters
+        ----------
+        current
+            Model that the fit extends.
+        begun
+            Preliminary fit.
+        fitted
+            The candidate, where it was fitted to the end already.
+
+        Returns
+        -------
+        Trial
+            Judged trial; it is kept in ``finished``.
+        """
         made = self.trial(fitted or settle(self.study, begun.effects, begun), current)
         made = self.on_its_path(made, current)
         self.finished.setdefault(keys_of(begun), []).append(made)
@@ -313,10 +476,24 @@ class Searcher:
         return made
 
     def on_its_path(self, made: Trial, before: Candidate | None = None) -> Trial:
-        """Put the scatter on the other path where that alone leaves only noise.
+        """Move the scatter to the other path where that alone makes the trial adequate.
 
-        Whether amplitudes scatter in the torque or in the reading is known only once both have been fitted: a torque's
-        scatter is linear in the reading about its own most probable amplitudes alone.
+        Parameters
+        ----------
+        made
+            Judged trial.
+        before
+            Model that the trial extends.
+
+        Returns
+        -------
+        Trial
+            The trial with the scatter on the other path if that one is adequate, or else the given trial.
+
+        Notes
+        -----
+        Both paths have to be fitted to compare them: a scatter on the torque is linear in the reading only about its
+        own most probable amplitudes.
         """
         scatters = made.solution.noise.scatters
         if made.adequate or not scatters or made.left.far:
@@ -327,29 +504,30 @@ class Searcher:
 
 
 def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
-    """Fit under the highest gains, briefly, with the last effect in the shape in which it begins."""
+    """Fit briefly under the highest gains; a weak prior holds the shape of the last effect."""
     *onto, last = effects
     near = start_under_observer(study, (*onto, hold_shapes(last, values)), values).down_to(SIEVED, BRIEF, WIDE)
     return effects, near
 
 
 def _sieved(study: Study, tried: Tried) -> Tried:
-    """Go on at the step of ``study``, down to where entries are told apart."""
+    """Continue at the inner step of ``study``, down to the gain at which effects are distinguishable."""
     effects, low = tried
     return effects, at_fine(study, effects, low).down_to(APART)
 
 
 def _released(study: Study, tried: Tried) -> tuple[Solution, int]:
-    """Go on to the end, roughly."""
+    """Release the observer and fit to the tolerance `ROUGH`."""
     return release_observer(study, *tried, ROUGH)
 
 
 def best_first(found: Sequence[Tried]) -> list[Tried]:
-    """Return the guided fit of least cost of every last entry, the least first."""
+    """Return the guided fit of least cost for every last effect, least cost first."""
+    # Sorted by falling cost, the last fit of each effect that enters the dict is its cheapest.
     best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].cost)}
     return sorted(best.values(), key=lambda pair: pair[1].cost)
 
 
 def effect_parameters(solution: Solution) -> int:
-    """Count the free parameters of a solution's effects."""
+    """Count the free parameters of the effects of a solution."""
     return sum(not q.fixed for e in solution.effects for q in e.parameters)

@@ -1,4 +1,8 @@
-"""Rows of a residual by run and joint: what is joint after joint in one reading, and reading after reading in a run."""
+"""Lay out the residual rows of several runs by run and joint: `Run`s in, `Channel`s out.
+
+The residual vector stacks the runs one after another. Within a run it stacks the rows in time, and within a row the
+joints: the residual of joint k at row i of a run of n joints has the index first + i·n + k.
+"""
 
 from __future__ import annotations
 
@@ -11,18 +15,18 @@ from haptid.measurement.values.run import Run
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Channel:
-    """One joint of a run.
+    """One joint of one run, with the place of its residuals in the stacked residual vector.
 
     Parameters
     ----------
     run
-        The run as one of this joint alone.
+        The run reduced to this joint.
     number
-        Which of the runs it is from.
+        Index of the run in the sequence of runs.
     column
-        Which of the run's joints it is.
+        Index of the joint among the free joints of the run.
     rows
-        Where its residuals lie among those of all runs.
+        Slice of the stacked residual vector that holds this joint's residuals; its step is the number of joints.
     """
 
     run: Run
@@ -32,9 +36,21 @@ class Channel:
 
 
 def channels(runs: Sequence[Run]) -> tuple[Channel, ...]:
-    """Return the channels of all runs, run by run."""
+    """Return one channel for every joint of every run.
+
+    Parameters
+    ----------
+    runs
+        Runs in the order in which their residuals are stacked.
+
+    Returns
+    -------
+    tuple of Channel
+        Channels run by run, and joint by joint within a run.
+    """
     found, first = [], 0
     for number, run in enumerate(runs):
+        # A row holds all joints of one sample, so one joint's residuals lie ``joints`` apart.
         joints = run.y.shape[1]
         end = first + run.y.size
         found += [
@@ -47,7 +63,21 @@ def channels(runs: Sequence[Run]) -> tuple[Channel, ...]:
 
 @lru_cache(maxsize=64)
 def alone(run: Run, column: int) -> Run:
-    """Return a run with one of its joints only: the same one where it has no other, and every time it is asked for."""
+    """Reduce a run to one of its joints.
+
+    Parameters
+    ----------
+    run
+        Run of one or several free joints.
+    column
+        Index of the joint among the free joints of the run.
+
+    Returns
+    -------
+    Run
+        Run whose arrays have one column. A run of one joint is returned as it is, and repeated calls return the same
+        object, so that caches keyed by the run keep working.
+    """
     if run.y.shape[1] == 1:
         return run
     one = slice(column, column + 1)
@@ -58,5 +88,5 @@ def alone(run: Run, column: int) -> Run:
 
 
 def scored_rows(run: Run) -> int:
-    """Count the residuals of a run that are scored, those of all its joints."""
+    """Count the scored residuals of a run: its rows from ``score_from`` on, times its joints."""
     return (run.t.size - run.score_from) * run.y.shape[1]

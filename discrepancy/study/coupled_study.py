@@ -1,4 +1,8 @@
-"""Several joints under study together, as in the coupled test: entries of the catalogue in each of them."""
+"""Define the study of several joints that move together: `Campaign` and catalogue in, `CoupledStudy` out.
+
+Every joint has catalogue effects of its own. An effect in joint 3 has the id ``joint3_<id>``, and its parameters carry
+the suffix ``_3``.
+"""
 
 from __future__ import annotations
 
@@ -23,25 +27,28 @@ from haptid.model.rigid_body.locked_dynamics import LockedDynamics, locked_motio
 from haptid.support.errors import InputError
 
 FEW = 3
-"""Most joints that a search takes on: the equations are solved for the accelerations symbolically."""
+"""Largest number of joints that a search takes on: the equations are solved for the accelerations symbolically."""
 BEGUN = 16
-"""Entries that are begun, those of the best scores: the kernel of one with sensitivities takes seconds to compile."""
+"""Number of catalogue effects with the best scores that are begun: a kernel with sensitivities compiles for seconds."""
 _motions: dict[tuple[str, tuple[int, ...], tuple[float, ...]], LockedDynamics] = {}
 _formulas: dict[tuple[object, ...], Equations] = {}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CoupledStudy(Study):
-    """A study of several joints: ``joint3_cogging`` is an entry, ``cogging_sin_3`` a parameter.
+    """A study of several joints: ``joint3_cogging`` is a catalogue effect, ``cogging_sin_3`` a parameter.
 
     Parameters
     ----------
     joints
-        The free joints.
-    device, posture
-        Whose they are, and where all others are locked.
+        Numbers of the free joints.
+    device
+        Device to which the joints belong.
+    posture
+        Position of every joint of the device [rad] in which the other joints are locked.
     known
-        Effects that their own tests have named, by joint, in SI units: they are part of the base.
+        Effects by joint, in SI units, that the tests of each joint alone have named; they are part of the nominal
+        model.
     """
 
     joints: tuple[int, ...]
@@ -52,24 +59,37 @@ class CoupledStudy(Study):
 
     @property
     def name(self) -> str:
-        """``joints01``."""
+        """Name of the model, for example ``joints01``."""
         return f"joints{''.join(map(str, self.joints))}"
 
     @property
     def title(self) -> str:
-        """``Joints 0, 1``."""
+        """Title of the study, for example ``Joints 0, 1``."""
         return f"Joints {', '.join(map(str, self.joints))}"
 
     @property
     def motion(self) -> LockedDynamics:
-        """The equation of motion of the free joints, derived once."""
+        """Equation of motion of the free joints; it is derived once per process."""
         key = (repr(self.device), self.joints, self.posture)
         if key not in _motions:
             _motions[key] = locked_motion(self.device, self.joints, self.posture)
         return _motions[key]
 
     def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
-        """Return the base with ``effects``, each in its joint; formulas are put together once."""
+        """Return the equations of the nominal model with ``effects``, each in its own joint.
+
+        Parameters
+        ----------
+        effects
+            Effects in SI units, as `place_in_joint` names them.
+        joint
+            Not used; it keeps the signature of `Study.equations`.
+
+        Returns
+        -------
+        Equations
+            Equations whose first guess of each inertia is the one at the first guesses with all joints at 0.
+        """
         del joint
         plain = {j: list(self.known.get(j, ())) for j in self.joints}
         for effect in effects:
@@ -89,7 +109,18 @@ class CoupledStudy(Study):
         return _formulas[key]
 
     def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
-        """Return every entry that any device can have in each joint, in its scales, but for what is known or random."""
+        """Convert the catalogue to SI units, once for every joint.
+
+        Parameters
+        ----------
+        theta
+            Fitted parameters of the nominal model by id.
+
+        Returns
+        -------
+        dict
+            Effects by key that the friction law of each joint can take, without the known and the random ones.
+        """
         found = {}
         for i, j in enumerate(self.joints):
             scales = self.scales(i, theta)
@@ -101,22 +132,35 @@ class CoupledStudy(Study):
         return found
 
     def in_joint(self, effect: Effect, column: int) -> Effect:
-        """Return an effect as one of the joint at place ``column``, under names that bear its number."""
+        """Return an effect under the names that it has in the joint at index ``column``."""
         return place_in_joint(effect, self.joints[column])
 
     def scales(self, i: int, theta: Mapping[str, float]) -> Scales:
-        """Return the scales of the joint at place ``i`` at the fitted parameters."""
+        """Return the scales of one joint.
+
+        Parameters
+        ----------
+        i
+            Index of the joint among the free joints.
+        theta
+            Fitted parameters of the nominal model by id.
+
+        Returns
+        -------
+        Scales
+            Scales in SI units over the fitted runs.
+        """
         j = self.joints[i]
         roles = self.law(i).roles
         own = {id: theta[f"{id}_{j}"] for id in ("Kp", roles.coulomb, roles.viscous)}
         return scales_over([alone(run, i) for run in self.fitted], own | {"inertia": self.inertia(i)}, roles)
 
     def law(self, i: int) -> FrictionLaw:
-        """Return the friction law of the joint at place ``i``."""
+        """Return the friction law of the joint at index ``i``."""
         return law_named(self.device.joints[self.joints[i]].friction)
 
     def inertia(self, i: int) -> float:
-        """Return M of the joint at place ``i`` at the first guesses, all joints at 0."""
+        """Return the inertia M_ii [kg m²] of the joint at index ``i`` at the first guesses, all joints at 0."""
         motion = self.motion
         M = motion.mass_matrix[i, i].subs(dict.fromkeys(map(position_symbol, self.joints), 0))
         return float(M.subs({c.symbol: self.base.parameter(c.id).initial for c in motion.coefficients}))
@@ -130,14 +174,34 @@ def coupled_study_of(
     *,
     threads: int = 1,
 ) -> CoupledStudy:
-    """Return the study of several free joints of a campaign, with the effects that are ``known`` of each of them.
+    """Build the study of several free joints of a campaign.
 
-    Runs in other postures of the locked joints than that of the first are left out: their coefficients are others.
+    Runs in another posture of the locked joints than that of the first run are left out, because their coefficients
+    differ.
+
+    Parameters
+    ----------
+    campaign
+        Campaign of a device.
+    joints
+        Numbers of the free joints.
+    entries
+        Catalogue effects by key, in multiples of the joints' scales.
+    known
+        Effects by joint, in SI units, that the tests of each joint alone have named.
+    threads
+        Number of threads that simulate runs side by side.
+
+    Returns
+    -------
+    CoupledStudy
+        Study with the known effects in its nominal model, their parameters fixed.
 
     Raises
     ------
     InputError
-        Where the campaign has no runs of these joints to fit, or its device is a joint alone.
+        If the campaign has no run of these joints to fit, if its device is a single joint, or if there are more than
+        `FEW` joints.
     """
     joints = tuple(joints)
     fitted, device = campaign.runs_of(joints, "fit"), device_of(campaign)
@@ -169,7 +233,20 @@ def _locked(run: Run, joints: Sequence[int]) -> tuple[float, ...]:
 
 
 def place_in_joint(effect: Effect, joint: int) -> Effect:
-    """Return an effect as one of joint ``joint`` among several: ids and parameters bear its number."""
+    """Rename an effect as one of joint ``joint`` among several.
+
+    Parameters
+    ----------
+    effect
+        Effect of a joint alone.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    Effect
+        Effect whose id, rivals and parameters carry the number of the joint. It has no contenders.
+    """
     names = {id: f"{id}_{joint}" for id in effect.own_names}
     return relabel(effect, names).but(
         id=f"joint{joint}_{effect.id}",
@@ -181,6 +258,6 @@ def place_in_joint(effect: Effect, joint: int) -> Effect:
 
 
 def take_from_joint(effect: Effect, joint: int) -> Effect:
-    """Return a `place_in_joint` effect as it was."""
+    """Undo the renaming of `place_in_joint`; id and parameters lose the number of joint ``joint``."""
     names = {id: id.removesuffix(f"_{joint}") for id in effect.own_names}
     return relabel(effect, names).but(id=effect.id.removeprefix(f"joint{joint}_"), joint=None)

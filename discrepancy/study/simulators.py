@@ -1,7 +1,8 @@
-"""Simulators of a joint with effects: readings at a fine inner step, sensitivities at a coarse one.
+"""Build two-step simulators of a joint with effects: `Equations` in, `TwoStep` out.
 
-A minimum lies where Jᵀr = 0. The integration's error in r moves it and stays in what is left over, where it would pass
-for missing physics; the same error in J costs a few iterations at most. So only the readings are computed finely.
+Readings are integrated at a fine inner step, sensitivities at a coarse one. A minimum lies where Jᵀr = 0. The
+integration error in r moves that minimum and stays in the residual, where it would pass for missing physics. The same
+error in J only costs a few more iterations. So only the readings need the fine step.
 """
 
 from __future__ import annotations
@@ -19,16 +20,28 @@ from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 
 COARSE = 2.5e-3
-"""Inner step of sensitivities and first tries [s]."""
+"""Inner step of sensitivities and of first tries [s]."""
 SKETCH = 5e-3
-"""Inner step of signatures [s], which are differences of simulations at the same step, and of a first sieve."""
+"""Inner step of signatures, which are differences of simulations at the same step, and of the first sieve [s]."""
 _compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
 
 
 def compile_kernel(equations: Equations, *, many: bool = False, tangent: bool = True) -> CompiledKernel:
-    """Return the kernel of ``equations`` with output injection; made once per process.
+    """Compile the kernel of ``equations`` with output injection, once per process.
 
-    One that runs ``many`` sets at once takes longer to compile, and so does one with sensitivities.
+    Parameters
+    ----------
+    equations
+        Equations without observer; the observer is added here.
+    many
+        Whether the kernel also simulates many parameter sets at once. This takes longer to compile.
+    tangent
+        Whether the kernel also integrates sensitivities. This takes longer to compile.
+
+    Returns
+    -------
+    CompiledKernel
+        Kernel from the cache of this process, or a freshly compiled one.
     """
     key = (equations.digest, many, tangent)
     if key not in _compiled:
@@ -38,45 +51,104 @@ def compile_kernel(equations: Equations, *, many: bool = False, tangent: bool = 
 
 @dataclass(frozen=True, slots=True)
 class TwoStep:
-    """Runs the equations at one inner step for readings and another for sensitivities and whole sets of parameters."""
+    """Simulate readings at a fine inner step, and sensitivities and parameter sets at a coarse one.
+
+    Parameters
+    ----------
+    fine
+        Simulator at the inner step of the readings.
+    coarse
+        Simulator at the inner step of the sensitivities.
+    """
 
     fine: KernelSimulator
     coarse: KernelSimulator
 
     @property
     def equations(self) -> Equations:
-        """The equations with bounds and first guesses."""
+        """Equations with bounds and first guesses, without observer."""
         return self.fine.equations
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """See `identification.simulators.protocol.Simulator`."""
+        """Simulate one run; the readings come from the fine step, the sensitivities from the coarse one.
+
+        Parameters
+        ----------
+        theta
+            Parameters in the order of ``equations.parameters``, shape (n_p,).
+        run
+            Run whose torque drives the joint.
+        x0
+            Initial state, shape (n_x,); the first sample at its measured speed or at rest where None.
+        gain
+            Observer gain [1/s].
+        sensitivities
+            Whether to return derivatives with respect to parameters and initial state.
+
+        Returns
+        -------
+        Trajectory
+            Readings [rad], shape (n_t, n_y); NaN after the state has left the finite numbers.
+        """
         if not sensitivities:
             return self.fine.simulate(theta, run, x0=x0, gain=gain)
         rough = self.coarse.simulate(theta, run, x0=x0, gain=gain, sensitivities=True)
+        # Where both steps are equal the second simulation would repeat the first; where the coarse one diverged, its
+        # sensitivities are of no use, so the readings report the divergence.
         if self.fine.step >= self.coarse.step or not np.isfinite(rough.y).all():
             return rough
         return replace(rough, y=self.fine.simulate(theta, run, x0=x0, gain=gain).y)
 
     def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None) -> Array:
-        """Return outputs (n_sets, n_t, n_y) for parameter sets (n_sets, n_p) at the step of sketches."""
+        """Simulate one run for many parameter sets at the inner step `SKETCH`.
+
+        Parameters
+        ----------
+        thetas
+            Parameter sets, shape (n_sets, n_p).
+        run
+            Run whose torque drives the joint.
+        x0
+            Initial state, shape (n_x,).
+
+        Returns
+        -------
+        ndarray
+            Readings [rad], shape (n_sets, n_t, n_y).
+        """
         return self.coarse.with_step(SKETCH).simulate_many(thetas, run, x0=x0)
 
 
 @dataclass(frozen=True, slots=True)
 class Factory:
-    """From equations to a simulator: what the search is handed in place of a concrete one.
+    """Turn equations into a simulator; the search depends on this factory and on no concrete simulator.
 
     Parameters
     ----------
     step
-        Inner step of the readings [s], and of sensitivities where it is longer than `COARSE`.
+        Inner step of the readings [s]. Sensitivities are integrated at this step too where it is longer than `COARSE`.
     """
 
     step: float = COARSE
 
     def __call__(self, equations: Equations, *, many: bool = False, tangent: bool = True) -> TwoStep:
-        """Build the simulator; it runs one set at a time unless asked for more, and has sensitivities unless told."""
+        """Build the simulator of ``equations``.
+
+        Parameters
+        ----------
+        equations
+            Equations without observer.
+        many
+            Whether the simulator runs many parameter sets at once.
+        tangent
+            Whether the simulator returns sensitivities.
+
+        Returns
+        -------
+        TwoStep
+            Simulator at the two inner steps of this factory.
+        """
         simulator = KernelSimulator(equations, compile_kernel(equations, many=many, tangent=tangent))
         return TwoStep(simulator.with_step(self.step), simulator.with_step(max(self.step, COARSE)))

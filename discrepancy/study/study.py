@@ -1,4 +1,8 @@
-"""One joint under study: its runs, its base equations, and what turns equations into simulators."""
+"""Define the study of one joint: `Campaign` and catalogue in, `Study` out.
+
+A study holds the runs, the equations of the nominal model, the catalogue, and the factory that turns equations into
+simulators. Every stage of the search takes a study.
+"""
 
 from __future__ import annotations
 
@@ -25,36 +29,37 @@ from haptid.support.errors import InputError
 REACH = 40.0
 """Largest stiffness, as a multiple of torque over travel."""
 DECADES = 100.0
+"""Largest ratio of a parameter's bound to its first guess, for parameters of logarithmic scale."""
 EFFORT = 30_000
 """Simulated runs after which no further combinations of effects are tried: 145 of 146 names came sooner."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Study:
-    """What every stage of the search is handed.
+    """One joint under study: its runs, its nominal model, the catalogue and the settings of the search.
 
     Parameters
     ----------
     joint
         Number of the free joint.
     fitted, unseen
-        Runs that are fitted, and runs that no fit sees.
+        Runs that are fitted, and held-out runs.
     base
-        Equations without effects; their parameters have first guesses, bounds and priors.
+        Equations of the nominal model without effects; their parameters have first guesses, bounds and priors.
     entries
-        The catalogue by key, in multiples of the joint's scales.
+        Catalogue effects by key, in multiples of the joint's scales.
     prismatic
-        Whether the joint slides.
+        Whether the joint is prismatic.
     noise_given
-        Whether the campaign states the sensor's noise; it is estimated from the readings otherwise.
+        Whether the campaign states the sensor noise; otherwise it is estimated from the readings.
     factory
-        Equations in, simulator out.
+        Factory that turns equations into a simulator.
     threads
-        Threads that simulate runs side by side; the results do not depend on it.
+        Number of threads that simulate runs side by side; the results do not depend on it.
     most
-        Most entries that are begun on top of a model; None for no limit.
+        Largest number of catalogue effects that are begun on top of a model; None for no limit.
     effort
-        Simulated runs after which no further combinations of effects are tried.
+        Number of simulated runs after which the search tries no further combinations of effects.
     """
 
     joint: int
@@ -71,57 +76,121 @@ class Study:
 
     @property
     def name(self) -> str:
-        """Name of the model: ``joint3``."""
+        """Name of the model, for example ``joint3``."""
         return f"joint{self.joint}"
 
     @property
     def title(self) -> str:
-        """``Joint 3``."""
+        """Title of the study, for example ``Joint 3``."""
         return f"Joint {self.joint}"
 
     @property
     def alone(self) -> bool:
-        """Whether one joint alone moves."""
+        """Whether exactly one joint moves."""
         return len(self.base.joints) == 1
 
     @property
     def rows(self) -> int:
-        """Rows of all fitted runs that count."""
+        """Number of scored residuals of all fitted runs."""
         return sum(scored_rows(run) for run in self.fitted)
 
     def equations(self, effects: Sequence[Effect] = (), *, joint: int = 0) -> Equations:
-        """Return the base with ``effects``, by default under the number 0: then all joints share their kernels."""
+        """Return the equations of the nominal model with effects.
+
+        Parameters
+        ----------
+        effects
+            Catalogue effects in SI units.
+        joint
+            Number under which the equations are built. With the default 0 all joints share their compiled kernels.
+
+        Returns
+        -------
+        Equations
+            Equations without observer.
+        """
         return joint_equations(
             joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
             friction=self.base.friction[0],
         )  # fmt: skip
 
     def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
-        """Return the catalogue in SI units at fitted base parameters ``theta``, without what is random."""
+        """Convert the catalogue to SI units.
+
+        Parameters
+        ----------
+        theta
+            Fitted parameters of the nominal model by id, from which the scales follow.
+
+        Returns
+        -------
+        dict
+            Effects in SI units by key, without the random ones, which belong to the noise model.
+        """
         scales = scales_over(self.fitted, theta, law_named(self.base.friction[0]).roles)
         return {key: e.at(scales) for key, e in self.entries.items() if not e.random}
 
     def in_joint(self, effect: Effect, column: int) -> Effect:
-        """Return an effect as one of the joint at place ``column``."""
+        """Return an effect under the names that it has in the joint at index ``column``: here unchanged."""
         del column
         return effect
 
     def simulator(self, effects: Sequence[Effect] = ()) -> TwoStep:
-        """Return a simulator of the base with ``effects``."""
+        """Build a simulator of the nominal model with effects.
+
+        Parameters
+        ----------
+        effects
+            Catalogue effects in SI units.
+
+        Returns
+        -------
+        TwoStep
+            Simulator with sensitivities, at the inner steps of the factory.
+        """
         return self.factory(self.equations(effects))
 
     def sketcher(self, effects: Sequence[Effect]) -> TwoStep:
-        """Return a simulator of many sets of parameters at once."""
+        """Build a simulator that runs many parameter sets at once.
+
+        Parameters
+        ----------
+        effects
+            Catalogue effects in SI units.
+
+        Returns
+        -------
+        TwoStep
+            Simulator for `TwoStep.simulate_many`.
+        """
+        # Signatures need no sensitivities. Where joints are coupled, leaving them out saves seconds of compilation.
         return self.factory(self.equations(effects), many=True, tangent=self.alone)
 
 
 def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, threads: int = 1) -> Study:
-    """Return the study of one joint of a campaign.
+    """Build the study of one joint of a campaign.
+
+    Parameters
+    ----------
+    campaign
+        Campaign whose runs free this joint alone.
+    joint
+        Number of the joint.
+    entries
+        Catalogue effects by key, in multiples of the joint's scales.
+    threads
+        Number of threads that simulate runs side by side.
+
+    Returns
+    -------
+    Study
+        Study of the joint; its bounds are narrowed to what the runs can reach.
 
     Raises
     ------
     InputError
-        Where the campaign has no run of this joint to fit, or the joint's equation is not that of one axis.
+        If the campaign has no run of this joint to fit, if the joint's equation is not that of one axis with constant
+        inertia, or if an effect of the user's own asks for a slot that the friction law lacks.
     """
     fitted = campaign.runs_of((joint,), "fit")
     if not fitted:
@@ -131,6 +200,7 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
     base = equations_for(campaign, device_of(campaign), (joint,))
     slides = bool(fitted[0].prismatic[0])
     expected = joint_equations(joint, parameters=base.parameters, prismatic=slides, friction=base.friction[0])
+    # The search builds candidates on the equation of one axis. Any other nominal model would be replaced silently.
     if expected.digest != base.digest:
         where = f"joint {joint}"
         raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
@@ -144,12 +214,25 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
 
 
 def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]:
-    """Return the entries that the friction law has slots for.
+    """Keep the effects whose slots the friction law offers.
+
+    Parameters
+    ----------
+    entries
+        Catalogue effects by key.
+    law
+        Friction law of the joint.
+
+    Returns
+    -------
+    dict
+        Effects by key that can act in this friction law.
 
     Raises
     ------
     InputError
-        Where an entry of the user's own is none of them: nobody would look for it.
+        If an effect of the user's own asks for a slot that the law lacks. Dropping it silently would hide that the
+        search never looks for it.
     """
     for key, effect in entries.items():
         if key not in catalogue():
@@ -158,9 +241,22 @@ def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]
 
 
 def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
-    """Return the base with ranges of no more than a hundred times the first guess, a stiffness after torque and travel.
+    """Narrow the bounds of the nominal model to what the runs can reach.
 
-    A range of many orders of magnitude would set the scale of the step in a linear parameter, and drown the others.
+    Bounds of many orders of magnitude would set the scale of the step in a linear parameter, and drown the others.
+
+    Parameters
+    ----------
+    base
+        Equations of the nominal model.
+    runs
+        Runs that are fitted.
+
+    Returns
+    -------
+    Equations
+        Equations whose parameters of logarithmic scale stay within a factor `DECADES` of their first guess, and whose
+        stiffness stays below `REACH`·max|u|·Kp over the travel, but at least at ten times its first guess.
     """
     changes: dict[str, dict[str, float]] = {
         q.id: {"lower": max(q.lower, q.initial / DECADES), "upper": min(q.upper, q.initial * DECADES)}
@@ -178,7 +274,22 @@ def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
 
 
 def scales_over(runs: Sequence[Run], theta: Mapping[str, float], roles: Roles) -> Scales:
-    """Return the scales over ``runs`` of a joint alone: ``theta`` has Kp, inertia, Coulomb and viscous friction."""
+    """Compute the scales of a joint over its runs.
+
+    Parameters
+    ----------
+    runs
+        Runs of this joint alone.
+    theta
+        Values of Kp, inertia, Coulomb friction and viscous friction by id, in SI units.
+    roles
+        Ids under which the friction law keeps its Coulomb and viscous friction.
+
+    Returns
+    -------
+    Scales
+        Scales in SI units; torque, span of positions and speed are kept above zero, since sizes are divided by them.
+    """
     y = np.concatenate([run.y[:, 0] for run in runs])
     torque = max(float(np.abs(run.u[:, 0]).max()) for run in runs) * theta["Kp"]
     low, high = float(y.min()), float(y.max())
@@ -197,6 +308,6 @@ def scales_over(runs: Sequence[Run], theta: Mapping[str, float], roles: Roles) -
 
 
 def _speed(run: Run) -> float:
-    """Largest speed over a fiftieth of the run [rad/s]."""
+    """Return the largest mean speed over any fiftieth of the run [rad/s]."""
     span = max(run.t.size // 50, 1)
     return float(np.abs((run.y[span:, 0] - run.y[:-span, 0]) / (run.t[span:] - run.t[:-span])).max())

@@ -1,4 +1,4 @@
-"""A joint with effects fitted to the torque that a position controller recorded, and what it leaves of that torque."""
+"""Fit a joint with effects to the torque that a position controller recorded: `TorqueStudy` in, `TorqueFit` out."""
 
 from __future__ import annotations
 
@@ -18,26 +18,29 @@ from haptid.support.errors import NumericalError
 from haptid.support.linear_algebra import scaled_covariance
 
 ITERATIONS = 60
+"""Largest number of simulations of all runs from one start."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueFit:
-    """A fitted model.
+    """Optimum of a model on the fitted rows.
 
     Parameters
     ----------
     effects
         Effects in the equations, in SI units.
-    problem, x
-        The least-squares problem and its optimum.
+    problem
+        The least-squares problem.
+    x
+        Optimum in scaled unknowns, shape (n_x,).
     residual
-        Torque that the model leaves unexplained (n_t,) [N m], run by run.
+        Measured minus modelled torque of every run [N m], shape (n_t,).
     jacobian
-        ∂residual/∂x over the noise, of the rows that are fitted (n_rows, n_x).
+        Derivative of the residual over the noise with respect to x, fitted rows only, shape (n_rows, n_x).
     study
-        Tells rows that are fitted from those that are held out.
+        Study that tells fitted from held-out rows.
     calls
-        Simulations of all runs.
+        Number of simulations of all runs.
     """
 
     effects: tuple[Effect, ...]
@@ -50,7 +53,7 @@ class TorqueFit:
 
     @property
     def theta(self) -> Array:
-        """Parameters (n_p,)."""
+        """Parameters, shape (n_p,)."""
         return self.problem.theta(self.x)
 
     @property
@@ -65,20 +68,21 @@ class TorqueFit:
 
     @property
     def unseen(self) -> Array:
-        """Residual torque of all rows that no fit saw [N m]."""
+        """Residual torque of all held-out rows [N m]."""
         return np.concatenate([r[~seen] for r, seen in zip(self.residual, self.study.seen, strict=True)])
 
     @property
     def correlation_time(self) -> float:
-        """Rows after which the residual is new: 1 + 2·Σρₖ up to the first negative autocorrelation."""
+        """Autocorrelation time of the residual [rows], 1 + 2·Σρₖ up to the first negative ρₖ, longest of all runs."""
         return max(_correlation_time(r) for r in self.residual)
 
     @property
     def std(self) -> dict[str, float]:
-        """Standard errors by id, from the residual's own size and correlation; 0 where fixed."""
+        """Standard errors of parameters by id, scaled by the residual's RMS and autocorrelation time; 0 where fixed."""
         n = self.problem.n_parameters
         J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.scaling.slope(self.theta))
         inverse, size = scaled_covariance(J)
+        # The residual under position control is larger than the noise and correlated, so the errors grow by both.
         scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
         errors = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)) / size
         ids = [q.id for q in self.problem.simulator.equations.parameters]
@@ -87,12 +91,13 @@ class TorqueFit:
 
 
 def rms(values: Array) -> float:
-    """Root mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
 def _correlation_time(r: Array) -> float:
     centred = r - r.mean()
+    # Zeros appended to twice the length keep the circular correlation from wrapping around.
     spectrum = np.abs(np.fft.rfft(centred, 2 * r.size)) ** 2
     rho = np.fft.irfft(spectrum)[: r.size]
     rho = rho / max(float(rho[0]), 1e-300)
@@ -104,12 +109,30 @@ def fit_model(
     study: TorqueStudy, effects: Sequence[Effect] = (), start: Mapping[str, float] | None = None, *,
     starts: int = 1, seed: int = 0,
 ) -> TorqueFit:  # fmt: skip
-    """Fit base and effects together from ``start`` (the first guesses where None) and from ``starts`` − 1 further ones.
+    """Fit nominal model and effects together to the torque.
+
+    Parameters
+    ----------
+    study
+        Study with its fitted rows.
+    effects
+        Effects in SI units.
+    start
+        Start values of parameters by id; first guesses where None.
+    starts
+        Number of starts, the further ones by a Sobol sequence.
+    seed
+        Seed of the starts.
+
+    Returns
+    -------
+    TorqueFit
+        Optimum of least cost.
 
     Raises
     ------
     NumericalError
-        Where no start gives a finite torque.
+        If no start gives a finite torque.
     """
     simulator = study.simulator(effects)
     problem = Whitened.under(simulator, study.runs, study.whiteners)

@@ -1,7 +1,7 @@
-"""A joint's equations with effects, read from measured motion to torque, for runs recorded under position control.
+"""Invert a joint's equations with effects: forward `Equations` in, `Equations` from measured motion to torque out.
 
-With q̈ = f₀ + f₁·τ, the torque that a motion needs is τ = (q̈ − f₀)/f₁; the states of friction and the effects' own are
-driven by the measured position and speed. Effects on the path of the torque or the reading cannot be read this way.
+With q̈ = f₀ + f₁·τ, the torque that a motion needs is τ = (q̈ − f₀)/f₁. The measured position and speed drive the
+states of friction and of effects. Effects on the path of the torque or of the reading cannot be inverted in this way.
 """
 
 from __future__ import annotations
@@ -19,10 +19,23 @@ from haptid.model.joint.locked_joint import joint_equations
 
 
 def inverse_equations(equations: Equations) -> Equations | None:
-    """Return inputs q, v, a; states: those of friction and of the effects; output τ. None where that is impossible."""
+    """Return the equations from measured motion to torque.
+
+    Parameters
+    ----------
+    equations
+        Equations of one joint, from torque to position.
+
+    Returns
+    -------
+    Equations or None
+        Equations with the inputs q, v and a, the states of friction and of effects, and the output τ. None where the
+        output is not the position, where the acceleration is not linear in τ, or where a state depends on τ.
+    """
     tau = equations.inputs[0].symbol
     acceleration = sp.sympify(equations.rhs[1])
     slope = sp.diff(acceleration, tau)
+    # τ must enter the acceleration linearly and nothing else; then the slope f₁ is free of τ, as are the other states.
     inner = (*equations.rhs[2:], *equations.rates[2:], slope)
     if equations.outputs[0].expression != position or any(sp.sympify(e).has(tau) for e in inner):
         return None
@@ -56,10 +69,27 @@ def inverse_equations(equations: Equations) -> Equations | None:
 
 
 def readable(entries: Mapping[str, Effect], base: Equations, *, prismatic: bool) -> dict[str, Effect]:
-    """Return the entries of the catalogue whose equations can be read from motion to torque."""
+    """Return the catalogue effects whose equations can be read from motion to torque.
+
+    Parameters
+    ----------
+    entries
+        Catalogue effects by key.
+    base
+        Equations of the nominal model.
+    prismatic
+        Whether the joint is prismatic.
+
+    Returns
+    -------
+    dict
+        Effects by key.
+    """
     joint, law = base.joints[0], law_named(base.friction[0])
     found = {}
     for key, effect in entries.items():
+        # These sides act on the path of the torque or of the reading; leaving them out first saves building their
+        # equations.
         if effect.random or effect.side in ("output", "time", "input"):
             continue
         if effect.friction_slots - law.slots:

@@ -1,4 +1,8 @@
-"""Which entry could explain what is left of a torque: each one's signature, projected off what the model can move."""
+"""Scan the catalogue against a residual torque: `TorqueFit` and `Effect`s in, `Promise`s out.
+
+The signature of every effect is projected off what the fitted model can move. Effects are sorted by the share of the
+residual's energy that their best shape explains.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +21,19 @@ from haptid.model.effects.effect import Effect
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Promise:
-    """The best shape of an entry: share of the residual's energy, start of a refit, signatures that were simulated."""
+    """The best shape of one catalogue effect.
+
+    Parameters
+    ----------
+    effect
+        Effect in SI units.
+    share
+        Share of the residual's energy that it explains to first order.
+    start
+        Start values of its parameters by id for a refit.
+    columns
+        Number of signatures that were simulated.
+    """
 
     effect: Effect
     share: float
@@ -26,7 +42,22 @@ class Promise:
 
 
 def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effect]) -> list[Promise]:
-    """Return every entry (SI units) with its best shape, the most promising first."""
+    """Return every effect with its best shape.
+
+    Parameters
+    ----------
+    study
+        Study with its fitted rows.
+    current
+        Fitted model.
+    entries
+        Catalogue effects by key, in SI units.
+
+    Returns
+    -------
+    list of Promise
+        Promises, largest share of the residual first.
+    """
     Q, r = orthonormal(current.jacobian), current.fitted
     r = r - Q @ (Q.T @ r)
     found = [_best(study, current, effect, Q, r) for effect in entries.values()]
@@ -34,7 +65,7 @@ def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effec
 
 
 def orthonormal(J: Array) -> Array:
-    """Return an orthonormal basis of the columns of J."""
+    """Return an orthonormal basis of the columns of J, shape (n, k), by a singular value decomposition."""
     U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
     return np.asarray(U[:, s > 1e-7 * s[0]])
 
@@ -54,6 +85,7 @@ def _signatures(
         y = simulator.kernel.simulate_many(run.t, measured_motion(run), theta, starts, linear=True)[:, seen, 0]
         stacked.append((y[1:] - y[0]).T)
     D = np.concatenate(stacked)
+    # A zero column explains nothing, so a diverged shape is never the best one.
     D[:, ~np.isfinite(D).all(axis=0)] = 0.0
     return D
 

@@ -1,8 +1,12 @@
-"""What is missing in a joint whose torque is scored: effects added while they predict held-out torque better.
+"""Search for missing effects in a joint whose torque is scored: `TorqueStudy` in, `TorqueSearch` out.
 
-Under position control the residual is far above the torque's noise and correlated over many rows. Models are therefore
-compared by the predictive score of means over a tenth of a second, each given the one before (first-order
-autoregression, its two numbers estimated on the fitted stretches).
+1. Fit the nominal model.
+2. Scan the catalogue, and refit the most promising effects.
+3. Add the best effect that gains on fitted and on held-out stretches; repeat from step 2 until none does.
+
+Under position control the residual is far above the torque's noise and correlated over many rows. So models are
+compared by the predictive score of means over `MEAN_S`, each given the mean before: a first-order autoregression, whose
+two numbers are estimated on the fitted stretches.
 """
 
 from __future__ import annotations
@@ -19,16 +23,24 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
 MOST, REFITS = 4, 4
-"""Effects at most, and entries of a scan that are refitted."""
+"""Largest number of effects, and number of effects of a scan that are refitted."""
 ENOUGH = 2.0
-"""Least gain, twice in log score, on fitted rows (parameters paid for) and on held-out ones."""
+"""Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows."""
 MEAN_S = 0.1
 """Span over which the residual torque is averaged [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scores:
-    """Log scores of averaged residuals on fitted and on held-out stretches, and how many there are of them."""
+    """Log scores of the averaged residuals of one model.
+
+    Parameters
+    ----------
+    fitted, unseen
+        Log predictive score on fitted and on held-out stretches.
+    n
+        Number of averages on fitted stretches.
+    """
 
     fitted: float
     unseen: float
@@ -37,7 +49,19 @@ class Scores:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueCandidate:
-    """An entry refitted with everything else: gain in BIC on fitted rows, evidence on held-out ones."""
+    """A model that was refitted with one effect more.
+
+    Parameters
+    ----------
+    key
+        Key of the effect.
+    model
+        Refitted model.
+    bic
+        Gain in BIC on fitted stretches.
+    evidence
+        Twice the gain in log predictive score on held-out stretches.
+    """
 
     key: str
     model: TorqueFit
@@ -46,13 +70,23 @@ class TorqueCandidate:
 
     @property
     def acceptable(self) -> bool:
-        """Whether it gains on fitted rows after its parameters are paid for, and on held-out rows."""
+        """Whether the model gains on fitted stretches after the charge for its parameters, and on held-out ones."""
         return self.bic > ENOUGH and self.evidence > ENOUGH
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueStep:
-    """One round: all promises of the scan, the candidates that were refitted (best first), the one that was taken."""
+    """One round of the search.
+
+    Parameters
+    ----------
+    promises
+        All effects of the scan, best first.
+    candidates
+        Refitted models, best first.
+    taken
+        Candidate that was added, or None.
+    """
 
     promises: tuple[Promise, ...]
     candidates: tuple[TorqueCandidate, ...]
@@ -61,7 +95,19 @@ class TorqueStep:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueSearch:
-    """The base model, the final one and the rounds between."""
+    """Result of the search.
+
+    Parameters
+    ----------
+    study
+        Study of the joint.
+    base
+        Nominal model.
+    final
+        Model with all effects that were added.
+    steps
+        Rounds of the search.
+    """
 
     study: TorqueStudy
     base: TorqueFit
@@ -70,14 +116,26 @@ class TorqueSearch:
 
     @property
     def simulations(self) -> int:
-        """Simulated runs, those of the signatures included."""
+        """Number of simulated runs, those of the signatures included."""
         models = [self.base, *(c.model for step in self.steps for c in step.candidates)]
         signatures = sum(p.columns for step in self.steps for p in step.promises)
         return len(self.study.runs) * (sum(m.calls for m in models) + signatures)
 
 
 def scores(model: TorqueFit) -> Scores:
-    """Score the averaged residuals, each given the one before."""
+    """Score the averaged residuals of a model, each given the average before.
+
+    Parameters
+    ----------
+    model
+        Fitted model.
+
+    Returns
+    -------
+    Scores
+        Log scores Σ −½(e/s)² − ln s of the innovations e = rₖ − φ·rₖ₋₁, up to a constant; φ and s are estimated on the
+        fitted stretches.
+    """
     now, before, seen = _averages(model)
     phi = float(now[seen] @ before[seen]) / max(float(before[seen] @ before[seen]), 1e-300)
     innovation = now - phi * before
@@ -87,7 +145,7 @@ def scores(model: TorqueFit) -> Scores:
 
 
 def _averages(model: TorqueFit) -> tuple[Array, Array, Mask]:
-    """Means over spans, those of the spans before, and which spans were fitted."""
+    """Return means over spans, those of the spans before, and which spans were fitted, each of shape (n,)."""
     now, before, fitted = [], [], []
     for run, r, seen in zip(model.study.runs, model.residual, model.study.seen, strict=True):
         span = np.floor((run.t - run.t[0]) / MEAN_S).astype(int)
@@ -102,7 +160,31 @@ def _averages(model: TorqueFit) -> tuple[Array, Array, Mask]:
 def search_torque(
     study: TorqueStudy, entries: Mapping[str, Effect], *, starts: int, seed: int, tell: Callable[[str], None]
 ) -> TorqueSearch:
-    """Add entries (in multiples of the joint's scales) one by one while they gain."""
+    """Add catalogue effects one by one while they gain.
+
+    Parameters
+    ----------
+    study
+        Study of the joint.
+    entries
+        Catalogue effects by key, in multiples of the joint's scales.
+    starts
+        Number of starts of the nominal fit.
+    seed
+        Seed of the starts.
+    tell
+        Function that takes one line on the progress.
+
+    Returns
+    -------
+    TorqueSearch
+        Nominal and final model with the rounds between.
+
+    Raises
+    ------
+    NumericalError
+        If no start of a fit gives a finite torque.
+    """
     tell("base fit")
     base = fit_model(study, starts=starts, seed=seed)
     scales = study.scales(base.values)
@@ -134,8 +216,24 @@ def _step(
 
 
 def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit:
-    """Refit everything from the scan's estimate, and from a tenth of its amplitudes; the better fit counts."""
+    """Refit everything with one effect more, from two starts.
+
+    Parameters
+    ----------
+    study
+        Study of the joint.
+    current
+        Model that the effect extends.
+    promise
+        Effect with its start values.
+
+    Returns
+    -------
+    TorqueFit
+        The fit with the smaller residual on fitted rows.
+    """
     effect, fits = promise.effect, []
+    # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
     for share in (1.0, 0.1):
         first = {id: value * (share if id in effect.neutral else 1.0) for id, value in promise.start.items()}
         fits.append(fit_model(study, (*current.effects, effect), {**current.values, **first}))
@@ -143,7 +241,20 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
 
 
 def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCandidate:
-    """Judge ``more`` against ``less``."""
+    """Compare a model with the same model without the effect that was added last.
+
+    Parameters
+    ----------
+    key
+        Key of the effect that was added.
+    less, more
+        Models without and with that effect.
+
+    Returns
+    -------
+    TorqueCandidate
+        The larger model with its gain in BIC and its evidence on held-out stretches.
+    """
     a, b = scores(less), scores(more)
     extra = more.problem.n_parameters - less.problem.n_parameters
     bic = 2.0 * (b.fitted - a.fitted) - extra * float(np.log(b.n))

@@ -1,4 +1,4 @@
-"""One joint whose runs a position controller made: motion in, torque out, and which rows are held out.
+"""Define the study of one joint under position control: `Campaign` in, `TorqueStudy` out, motion in and torque out.
 
 Where a campaign has no run to validate on, stretches of the run are held out that alternate with fitted ones. A sweep
 there and back then shows every held-out position once more, in the other direction.
@@ -26,7 +26,7 @@ from haptid.model.kernel.compiled import CompiledKernel
 from haptid.noise.correlation import Whitener
 
 STRETCHES, HELD_OUT = 48, 3
-"""Stretches into which a run is divided, and every how many of them one is held out."""
+"""Number of stretches into which a run is divided, and number of stretches of which the last one is held out."""
 STEP = 2.5e-3
 """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
 Mask = NDArray[np.bool_]
@@ -34,27 +34,37 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Masked(Whitener):
-    """White noise on the rows that are fitted; those that are held out count nothing."""
+    """Whitener of white noise that sets held-out rows to zero.
+
+    Parameters
+    ----------
+    seen
+        Whether each row is fitted, shape (n_t,).
+    """
 
     seen: Mask
 
     def __call__(self, x: Array) -> Array:
-        """Return x (n_t, 1) or (n_t, 1, k) with zeros where rows are held out."""
+        """Return x, of shape (n_t, 1) or (n_t, 1, k), with zeros in held-out rows."""
         return np.where(self.seen.reshape(-1, *(1,) * (x.ndim - 1)), x, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TorqueStudy:
-    """What the search for missing effects in a torque is handed.
+    """One joint whose torque is scored: its runs, its held-out rows and its nominal model.
 
     Parameters
     ----------
+    joint
+        Number of the joint.
     runs
         Runs with the position as ``u`` and the torque as ``y``.
     seen
-        For every run, which rows are fitted (n_t,).
+        Whether each row of every run is fitted, shape (n_t,) each.
     base
-        Equations without effects.
+        Equations of the nominal model without effects.
+    prismatic
+        Whether the joint is prismatic.
     """
 
     joint: int
@@ -65,28 +75,45 @@ class TorqueStudy:
 
     @property
     def whiteners(self) -> tuple[Masked, ...]:
-        """One per run."""
+        """One whitener for every run."""
         return tuple(Masked(seen=seen) for seen in self.seen)
 
     @property
     def repeats(self) -> bool:
-        """Whether some position is passed more than twice: else what lives in time looks like what lives in place."""
+        """Whether positions are passed more than twice; otherwise effects over time and over position look alike."""
         turns = 0
         for run in self.runs:
             v = measured_motion(run)[:, 1]
+            # Slow rows are left out, since noise may turn the sign of their speed.
             moving = np.sign(v[np.abs(v) > 0.3 * np.quantile(np.abs(v), 0.9)])
             turns += int(np.sum(moving[1:] != moving[:-1]))
         return len(self.runs) + turns > 2
 
     def equations(self, effects: Sequence[Effect] = ()) -> Equations:
-        """Return the base with ``effects``."""
+        """Return the equations of the nominal model with ``effects``."""
         return joint_equations(
             self.joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
             friction=self.base.friction[0],
         )  # fmt: skip
 
     def simulator(self, effects: Sequence[Effect] = ()) -> TorqueSimulator:
-        """Return what turns measured motion into torque; the effects must be `inverse_dynamics.readable`."""
+        """Build the simulator from measured motion to torque.
+
+        Parameters
+        ----------
+        effects
+            Effects in SI units that are `inverse_dynamics.readable`.
+
+        Returns
+        -------
+        TorqueSimulator
+            Simulator of the nominal model with ``effects``.
+
+        Raises
+        ------
+        ValueError
+            If the equations cannot be read from motion to torque.
+        """
         inverse = inverse_equations(self.equations(effects))
         if inverse is None:
             msg = f"{[e.key for e in effects]} cannot be read from motion to torque"
@@ -94,7 +121,7 @@ class TorqueStudy:
         return TorqueSimulator(inverse, CompiledKernel.of(inverse, step=STEP))
 
     def scales(self, values: Mapping[str, float]) -> Scales:
-        """Return the joint's scales over the runs, at fitted base parameters."""
+        """Return the joint's scales over its runs, at fitted parameters ``values`` by id."""
         q = np.concatenate([run.u[:, 0] for run in self.runs])
         v = np.concatenate([measured_motion(run)[:, 1] for run in self.runs])
         roles = law_named(self.base.friction[0]).roles
@@ -107,13 +134,29 @@ class TorqueStudy:
 
 
 def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
-    """Return the study of one joint of a campaign whose runs were recorded under position control."""
+    """Build the study of one joint whose runs were recorded under position control.
+
+    Parameters
+    ----------
+    campaign
+        Campaign whose runs free this joint alone.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    TorqueStudy
+        Study with held-out rows: the runs to validate on, or alternating stretches of runs that are used for both.
+    """
     fitted, unseen = campaign.runs_of((joint,), "fit"), campaign.runs_of((joint,), "validate")
+    # A file with both uses was divided in time; here its rows alternate instead, so that held-out stretches lie all
+    # over it.
     cut = {run.file for run in fitted} & {run.file for run in unseen}
     runs = [*(run for run in fitted if run.file not in cut), *unseen]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in runs]
     return TorqueStudy(
         joint=joint,
+        # The masks hold rows out, so the runs themselves are scored from the first row on.
         runs=tuple(torque_run(run.but(score_from=0)) for run in runs),
         seen=tuple(np.broadcast_to(np.asarray(s), run.t.shape) for s, run in zip(seen, runs, strict=True)),
         base=equations_for(campaign, device_of(campaign), (joint,)),
@@ -122,6 +165,6 @@ def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
 
 
 def alternating(rows: int) -> Mask:
-    """Return False for every third stretch."""
+    """Return which rows are fitted, shape (rows,): all but those of every third stretch."""
     stretch = np.arange(rows) * STRETCHES // rows
     return np.asarray(stretch % HELD_OUT != HELD_OUT - 1)

@@ -1,9 +1,12 @@
-"""What is missing, without a name: a torque as a smooth function of the one or two variables in which it lives.
+"""Fit a missing torque that has no name: `Study` and nominal `Solution` in, `Shape` out.
 
-Of several joints that move together, the torque is one joint's, over its own position, speed, drive torque, or time.
+1. Fit a spline over each single variable of each joint through homotopy, and the likeliest one to the end.
+2. Where that closes too little of the residual, fit surfaces over two variables of the same joint in the same way.
+3. Return the surface where it closes clearly more than the curve, or else the curve.
 
-The function is an effect like any other, fitted on top of the base jointly with all parameters; so its values come with
-standard errors, and runs that no fit saw tell its worth.
+The function is an effect like any other and is fitted jointly with all parameters, so its values have standard errors,
+and held-out runs show how much it explains. Of several joints that move together, the torque acts in one joint, over
+that joint's position, speed, drive torque, or over time.
 """
 
 from __future__ import annotations
@@ -33,14 +36,23 @@ from haptid.support.linear_algebra import scaled_covariance
 from haptid.support.processes.threads import map_threads
 
 MOTION = {"position_rad", "velocity_rad_s"}
-"""The two variables that are tried together whichever is the best one alone; the others are beside that one only."""
+"""Variables that are always tried as a pair; every other pair contains the best single variable."""
 ENOUGH, MORE = 0.9, 0.05
-"""Share of the gap that one variable has to close for no second one to be looked for, and what a second has to add."""
+"""Share of the excess RMS that one variable has to close to be enough, and further share that a second variable has to
+close."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """Functions that are tried in the joint at place ``column``."""
+    """Functions that are tried in one joint.
+
+    Parameters
+    ----------
+    functions
+        Functions of one or two variables.
+    column
+        Index of the joint among the free joints.
+    """
 
     functions: Curve | Surface
     column: int
@@ -48,27 +60,27 @@ class Place:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shape:
-    """A torque as a function of one or two variables.
+    """A missing torque as a function of one or two variables.
 
     Parameters
     ----------
     joint
-        In which it acts.
+        Number of the joint in which it acts.
     variables
-        Of `splines.SYMBOLS`.
+        One or two keys of `splines.SYMBOLS`.
     knots
-        Values of each variable, (n,) each.
+        Values of each variable in its unit, shape (n,) each.
     torque, std
-        Torque there less what the base holds [N m], counted as the drive's is, and its standard error: (n,), or (n, n),
-        the first variable down.
+        Torque at the knots [N m] ([N] for a prismatic joint), in the direction of the drive's and without the part that
+        the nominal model can hold, and its standard error. Shape (n,), or (n, n) with the first variable along axis 0.
     gain
         Twice the gain in log-likelihood under white noise.
     closed
-        Share of the gap that it closes, RMS over the sensor's noise, on unseen runs where there are any.
+        Share of the excess RMS over the sensor noise that it closes, on held-out runs where there are any.
     suggestion
-        A closed form that follows it, where one was found.
+        Closed form that follows the torque, or None.
     alone
-        The best of one variable, where it has two.
+        Best shape over one variable, where this one has two.
     """
 
     joint: int
@@ -82,7 +94,7 @@ class Shape:
     alone: Shape | None = None
 
     def as_json(self) -> dict[str, object]:
-        """Plain lists."""
+        """Return the shape with its arrays as lists."""
         (variable, *other), (knots, *others) = self.variables, self.knots
         return {
             "joint": self.joint, "variable": variable, "second_variable": other[0] if other else None,
@@ -94,10 +106,21 @@ class Shape:
 
 
 def missing(study: Study, base: Solution) -> Shape:
-    """Return the shape over the variable that explains most of what ``base`` leaves under white noise.
+    """Fit the missing torque over the variables that explain most of the nominal model's residual.
 
-    Where that is not most of it, and a second variable beside it adds to it, over both.
+    Parameters
+    ----------
+    study
+        Study with the fitted runs.
+    base
+        Nominal model under any noise; white noise is used here.
+
+    Returns
+    -------
+    Shape
+        Torque over one variable; over two where one closes less than `ENOUGH` and a second adds more than `MORE`.
     """
+    # The noise model of the nominal fit may have absorbed the discrepancy as correlation or scatter.
     white = solve(study, (), Noise(), base.values, x0=base.x0)
     joints = study.fitted[0].free_joints
     ranges = [{variable: _range(study, variable, k) for variable in SYMBOLS} for k in range(len(joints))]
@@ -117,7 +140,7 @@ def missing(study: Study, base: Solution) -> Shape:
 
 
 def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
-    """Fit every one roughly, side by side, and the best of them to the end."""
+    """Fit all candidates roughly, side by side, and the likeliest of them to the end."""
     rough = map_threads(partial(_roughly, at_step(study, SKETCH)), tried, threads=study.threads)
     begun = likeliest(*rough)
     place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
@@ -126,12 +149,13 @@ def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
 
 def _range(study: Study, variable: str, column: int) -> tuple[float, float]:
     data = np.concatenate([_values(alone(run, column), variable) for run in study.fitted])
+    # Without the outermost half per cent at either end, no knot lies where hardly any reading does.
     first, last = np.quantile(data, [0.005, 0.995])
     return float(first), float(last)
 
 
 def _roughly(study: Study, place: Place) -> Solution:
-    """Fit the shape from the first guesses, not to the end."""
+    """Fit the shape through homotopy from the first guesses, to the tolerance `ROUGH`."""
     scale = max(float(np.abs(run.u[:, place.column]).max()) for run in study.fitted)
     effect = study.in_joint(place.functions.effect(scale), place.column)
     guesses = {q.id: q.initial for q in study.base.parameters}
@@ -139,7 +163,7 @@ def _roughly(study: Study, place: Place) -> Solution:
 
 
 def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shape:
-    """Fit to the end what was begun roughly, and tell of it."""
+    """Fit a rough shape to the end, and compute its torque with standard errors."""
     functions, first = tried.functions, study.fitted[0]
     after = solve(study, rough.effects, Noise(), rough.values, x0=rough.x0, iterations=MANY)
     (effect,) = rough.effects
@@ -163,13 +187,13 @@ def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shap
 
 
 def _share_closed(study: Study, before: Solution, after: Solution) -> float:
-    """(before − after)/(before − 1) of the RMS over the sensor's noise."""
+    """Return (before − after)/(before − 1) of the RMS over the sensor noise."""
     b, a = (_rms_over_noise(study, solution) for solution in (before, after))
     return (b - a) / max(b - 1.0, 1e-3)
 
 
 def _rms_over_noise(study: Study, solution: Solution) -> float:
-    """RMS of measured − simulated over the sensor's noise, on unseen runs where there are any."""
+    """Return the RMS of measured − simulated over the sensor noise, on held-out runs where there are any."""
     runs = study.unseen or study.fitted
     each = zip(runs, predict(study, solution, runs).y, strict=True)
     left = np.concatenate([((run.y - y) / run.sensor_std)[run.scored].ravel() for run, y in each])
@@ -177,7 +201,20 @@ def _rms_over_noise(study: Study, solution: Solution) -> float:
 
 
 def covariance_of(solution: Solution, place: Sequence[int]) -> Array:
-    """Return the covariance of the free parameters at ``place`` of ``equations.parameters``, all of linear scale."""
+    """Return the covariance of some free parameters.
+
+    Parameters
+    ----------
+    solution
+        Fitted model.
+    place
+        Indices in ``equations.parameters``; all of them free and of linear scale.
+
+    Returns
+    -------
+    ndarray
+        Covariance in the parameters' units, shape (n, n), for noise as large as the noise model says.
+    """
     inverse, size = scaled_covariance(solution.blocks.jacobian)
     scaling = solution.problem.scaling
     at = [scaling.free.index(i) for i in place]
@@ -193,4 +230,6 @@ def _values(run: Run, variable: str) -> Array:
 
 def _smooth(y: Array) -> Array:
     width = max(y.size // 200, 3)
+    # Differences of neighbouring readings would magnify the sensor noise; a moving average over a two-hundredth of the
+    # run comes first.
     return np.convolve(np.pad(y, width, mode="edge"), np.ones(width) / width, mode="same")[width:-width]

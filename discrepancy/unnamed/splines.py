@@ -1,7 +1,8 @@
-"""A torque as a smooth function of one variable: cubic B-splines on equidistant knots, as an effect and as numbers.
+"""Represent a torque over one variable by cubic B-splines on equidistant knots: a range in, an `Effect` out.
 
-Weights of the splines that make up for a polynomial which the base holds already (a spring's stiffness and place,
-viscous friction, a gain) are left out: which part of it the base holds and which the splines would be open else.
+The nominal model holds some polynomials of each variable already (stiffness and place of a spring, viscous friction, a
+gain). Combinations of splines that make up such a polynomial are left out, since otherwise the division between
+nominal model and splines would not be identifiable.
 """
 
 from __future__ import annotations
@@ -21,20 +22,29 @@ from haptid.model.equations.equations import TIME
 from haptid.model.equations.quantity import Quantity
 
 INTERVALS, POINTS = 7, 15
-"""Stretches of the variable, each with a cubic of its own, and values at which the torque is told."""
+"""Number of stretches of the variable, each with a cubic of its own, and number of values at which the torque is
+returned."""
 PLACES = range(-1, INTERVALS + 2)
-"""Centres of the B-splines, in stretches from the first one."""
+"""Centres of the B-splines, in stretches from the first knot."""
 BINOMIAL = (1, -4, 6, -4, 1)
 """Weights of the truncated powers (t + 2 − j)₊³/6 in a cubic B-spline about t = 0."""
 SYMBOLS = {"position_rad": position, "velocity_rad_s": velocity, "torque_Nm": torque, "time_s": TIME}
-"""What a missing torque may live in."""
+"""Variables over which a missing torque is fitted, with their symbols."""
 HELD = {"position_rad": 2, "velocity_rad_s": 2, "torque_Nm": 2, "time_s": 1}
-"""Powers of each variable that the base holds: a spring's stiffness and place, viscous friction, the gain."""
+"""Number of powers of each variable, from the constant on, that the nominal model holds."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """Functions of one variable between ``first`` and ``last``, constant beyond."""
+    """Spline functions of one variable between two ends, constant beyond.
+
+    Parameters
+    ----------
+    variable
+        Key of `SYMBOLS`.
+    first, last
+        Ends of the range in the variable's unit.
+    """
 
     variable: str
     first: float
@@ -42,24 +52,34 @@ class Curve:
 
     @property
     def variables(self) -> tuple[str, ...]:
-        """The variable."""
+        """The variable, as a tuple."""
         return (self.variable,)
 
     @property
     def knots(self) -> tuple[Array, ...]:
-        """Values at which the torque is told, (POINTS,)."""
+        """Values of the variable at which the torque is returned, shape (POINTS,)."""
         return (np.linspace(self.first, self.last, POINTS),)
 
     @property
     def design(self) -> Array:
-        """Torque at the knots, less what the base holds, by the weights: shape (POINTS, n_weights)."""
+        """Matrix from weights to torque at the knots without the nominal model's part, shape (POINTS, n_weights)."""
         splines = basis(np.linspace(0.0, INTERVALS, POINTS))
         return np.asarray(without_polynomial(self.knots[0], HELD[self.variable]) @ splines @ mixtures(self.variable))
 
     def effect(self, scale: float) -> Effect:
-        """Return the effect Σ aₖ·sₖ(x); |aₖ| is bounded by ten times ``scale`` [N m].
+        """Return the effect Σ aₖ·sₖ(x).
 
-        The ends of the range are fixed parameters: one kernel serves every range.
+        The ends of the range are fixed parameters, so that one compiled kernel serves every range.
+
+        Parameters
+        ----------
+        scale
+            Typical torque [N m]; every |aₖ| is bounded by ten times this torque.
+
+        Returns
+        -------
+        Effect
+            Effect on the torque whose amplitudes are the weights aₖ.
         """
         ends = [
             fix_shape_parameter(name, self.variable, value)
@@ -83,28 +103,77 @@ class Curve:
 
 
 def fix_shape_parameter(name: str, variable: str, value: float) -> Quantity:
-    """Return a fixed parameter ``shape_<name>``: a number that says where on its variable a missing torque lives."""
+    """Return a fixed parameter ``shape_<name>`` that places a missing torque on its variable.
+
+    Parameters
+    ----------
+    name
+        What the number is, for example ``first``.
+    variable
+        Key of `SYMBOLS`, which gives the unit.
+    value
+        Value in that unit.
+
+    Returns
+    -------
+    Quantity
+        Fixed parameter without bounds.
+    """
     _, unit = AXES[variable]
     row = reference(f"shape_{name}", unit, f"{name} of the missing torque's variable")
     return row.but(initial=value, lower=-np.inf, upper=np.inf)
 
 
 def mixtures(variable: str) -> Array:
-    """Return weights of the B-splines, column by column, that together hold no polynomial that the base holds.
+    """Return the combinations of B-splines that hold no polynomial of the nominal model.
 
-    Weights of equal size make a constant, equidistant ones a straight line.
+    Parameters
+    ----------
+    variable
+        Key of `SYMBOLS`.
+
+    Returns
+    -------
+    ndarray
+        Orthonormal weights, one combination per column, shape (len(PLACES), n_weights).
     """
+    # Equal weights make a constant, and weights linear in the place a straight line. So the orthogonal complement of
+    # such weights holds no polynomial of that many powers.
     held = np.vander(np.array(PLACES, dtype=float), HELD[variable])
     return np.linalg.qr(held, mode="complete")[0][:, HELD[variable] :]
 
 
 def basis(t: Array) -> Array:
-    """Return all B-splines (n, len(PLACES)) at t (n,) in [0, INTERVALS]."""
+    """Return all B-splines at ``t``.
+
+    Parameters
+    ----------
+    t
+        Values in stretches from the first knot, in [0, INTERVALS], shape (n,).
+
+    Returns
+    -------
+    ndarray
+        Values of the splines, shape (n, len(PLACES)).
+    """
     powers = [w * np.maximum(t[:, None] - np.array(PLACES) + 2 - j, 0.0) ** 3 for j, w in enumerate(BINOMIAL)]
     return np.asarray(np.sum(powers, axis=0) / 6)
 
 
 def without_polynomial(knots: Array, terms: int) -> Array:
-    """Return the projector (n, n) that takes the first ``terms`` powers off a function at the knots."""
+    """Return the projector that removes a polynomial from a function at the knots.
+
+    Parameters
+    ----------
+    knots
+        Values of the variable, shape (n,).
+    terms
+        Number of powers that are removed, from the constant on.
+
+    Returns
+    -------
+    ndarray
+        Projector, shape (n, n).
+    """
     Q = np.linalg.qr(np.vander((knots - knots.mean()) / np.ptp(knots), terms))[0]
     return np.asarray(np.eye(knots.size) - Q @ Q.T)

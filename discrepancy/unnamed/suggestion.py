@@ -1,9 +1,14 @@
-"""A closed form for a remaining torque that has no name: sparse regression over a small library of functions.
+"""Suggest a closed form for a missing torque: torque over one variable in, formula or None out.
 
-Forward regression by orthogonal least squares (Billings 2013, chapter 3; `pysindy.FROLS`), with one term, then two. The
-first set of terms that follows the torque within its band, or within a hundredth, is suggested, no more than that: a
-curve over one variable cannot tell a law from another with the same bends. PySINDy is an optional dependency
-(``haptid[suggest]``).
+1. Fit one function of `LIBRARY`, then two, by forward regression with orthogonal least squares.
+2. Return the first set of terms that follows the torque within its standard errors, or within `CLOSE` of its maximum.
+
+This is a suggestion only: a curve over one variable cannot tell a law from another with the same bends. PySINDy is an
+optional dependency (``haptid[suggest]``).
+
+References
+----------
+Billings 2013, chapter 3; `pysindy.FROLS`.
 """
 
 from __future__ import annotations
@@ -28,12 +33,13 @@ def _wave(wave: Function, number: int) -> Function:
 
 
 MOST_TERMS = 2
+"""Largest number of functions in a suggested formula."""
 LEAST_P = 0.01
 """p of χ² below which the terms do not follow the torque."""
 CLOSE = 0.01
-"""Share of the largest torque to within which a formula has to follow it at least."""
+"""Least standard error of the torque that is assumed, as a share of the largest torque."""
 LEAST_GAIN = 25.0
-"""Least decrease of χ² by which the terms must beat nothing at all."""
+"""Least decrease of χ² that the terms must bring over no term at all."""
 LIBRARY: Mapping[str, Function] = {
     "x²": np.square,
     "x³": lambda x: x**3,
@@ -48,16 +54,26 @@ LIBRARY: Mapping[str, Function] = {
 
 
 def suggestion(knots: Array, torque: Array, std: Array, bend: Array, unit: str = "N m") -> str | None:
-    """Return a formula of x for ``torque`` (n,) at ``knots`` (n,), or None where none of few terms follows it.
+    """Return a formula for a torque over one variable.
 
     Parameters
     ----------
+    knots
+        Values of the variable, shape (n,).
+    torque
+        Torque at the knots in ``unit``, shape (n,).
     std
         Standard error of the torque at every knot, shape (n,).
     bend
-        Projector (n, n) that takes constant and slope off: torque is known without them.
+        Projector that removes constant and slope, which the torque does not hold, shape (n, n).
     unit
-        Of the torque.
+        Unit of the torque.
+
+    Returns
+    -------
+    str or None
+        Formula of x = (variable − middle)/half range; None where at most `MOST_TERMS` functions do not follow the
+        torque, or where PySINDy is not installed.
     """
     if find_spec("pysindy") is None:
         return None
@@ -79,7 +95,7 @@ def suggestion(knots: Array, torque: Array, std: Array, bend: Array, unit: str =
 
 
 def _sparse(terms: Array, target: Array, count: int) -> Array:
-    """Coefficients (n_terms,) of which ``count`` are not zero."""
+    """Return coefficients (n_terms,) of which at most ``count`` are not zero."""
     from pysindy import FROLS  # noqa: PLC0415 (optional, and slow to import)
 
     found = FROLS(max_iter=count, normalize_columns=True, alpha=0.0, kappa=None)

@@ -1,8 +1,9 @@
-"""A torque as a smooth function of two variables: products of Chebyshev polynomials, as an effect and as numbers.
+"""Represent a torque over two variables by products of Chebyshev polynomials: ranges in, an `Effect` out.
 
-Each polynomial is one of s = (x − c)/√((x − c)² + b²), which is bounded however far a variable goes. Over speed b is a
-tenth of the largest one, so that friction, which turns with the direction, is a function that they follow. Constants,
-and the first polynomial of either variable alone, are held by the base (a spring, friction, the gain) and left out.
+Each polynomial is one of s = (x − c)/√((x − c)² + b²), which is bounded however far a variable goes. Over speed, b is a
+tenth of the largest speed, so that the polynomials can follow friction, which turns with the direction. Constants and
+the lowest polynomials of either variable alone are held by the nominal model (a spring, friction, the gain) and left
+out.
 """
 
 from __future__ import annotations
@@ -20,16 +21,24 @@ from haptid.model.effects.effect import Effect, parameter
 from haptid.model.equations.quantity import Quantity
 
 ORDER = 4
-"""Highest polynomial of each variable."""
+"""Highest order of the polynomials of each variable."""
 POINTS = 9
-"""Values of each variable at which the torque is told."""
+"""Number of values of each variable at which the torque is returned."""
 NARROW = 0.1
-"""Share b of the largest speed."""
+"""Width b over speed, as a share of the largest speed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Axis:
-    """One variable between ``first`` and ``last``."""
+    """One variable of a surface, between two ends.
+
+    Parameters
+    ----------
+    variable
+        Key of `SYMBOLS`.
+    first, last
+        Ends of the range in the variable's unit.
+    """
 
     variable: str
     first: float
@@ -37,31 +46,37 @@ class Axis:
 
     @property
     def centre(self) -> float:
-        """c, 0 over speed."""
+        """Centre c in the variable's unit: the middle of the range, but 0 over speed."""
         return 0.0 if self.variable == "velocity_rad_s" else (self.first + self.last) / 2
 
     @property
     def width(self) -> float:
-        """b, half of the range but over speed."""
+        """Width b in the variable's unit: half of the range, but a share of the largest speed over speed."""
         if self.variable == "velocity_rad_s":
             return NARROW * max(abs(self.first), abs(self.last))
         return (self.last - self.first) / 2
 
     @property
     def knots(self) -> Array:
-        """Values (POINTS,) that are equidistant in s."""
+        """Values of the variable that are equidistant in s, shape (POINTS,)."""
         low, high = self.coordinate(np.array([self.first, self.last]))
         s = np.linspace(low, high, POINTS)
         return np.asarray(self.centre + self.width * s / np.sqrt(1.0 - s**2))
 
     def coordinate(self, x: Array) -> Array:
-        """Return s(x)."""
+        """Return s(x), in (−1, 1), in the shape of x."""
         return np.asarray((x - self.centre) / np.hypot(x - self.centre, self.width))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surface:
-    """Functions of two variables."""
+    """Functions of two variables: products of Chebyshev polynomials.
+
+    Parameters
+    ----------
+    axes
+        The two variables.
+    """
 
     axes: tuple[Axis, Axis]
 
@@ -72,12 +87,12 @@ class Surface:
 
     @property
     def knots(self) -> tuple[Array, ...]:
-        """Values of each variable at which the torque is told, (POINTS,) each."""
+        """Values of each variable at which the torque is returned, shape (POINTS,) each."""
         return tuple(axis.knots for axis in self.axes)
 
     @property
     def terms(self) -> list[tuple[int, int]]:
-        """Orders of the polynomials that are fitted."""
+        """Orders (i, j) of the products that are fitted, without those that the nominal model holds."""
         one, two = (HELD[variable] for variable in self.variables)
         held = {(i, 0) for i in range(one)} | {(0, j) for j in range(two)}
         orders = range(ORDER + 1)
@@ -85,14 +100,24 @@ class Surface:
 
     @property
     def design(self) -> Array:
-        """Torque at the knots by the weights, shape (POINTS², n_weights), the second variable running fastest."""
+        """Matrix from weights to torque at the knots, shape (POINTS², n_weights); the second variable runs fastest."""
         first, second = (chebvander(axis.coordinate(axis.knots), ORDER) for axis in self.axes)
         return np.column_stack([np.kron(first[:, i], second[:, j]) for i, j in self.terms])
 
     def effect(self, scale: float) -> Effect:
-        """Return the effect Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂); |aᵢⱼ| is bounded by ten times ``scale`` [N m].
+        """Return the effect Σ aᵢⱼ·Tᵢ(s₁)·Tⱼ(s₂).
 
-        Centres and widths are fixed parameters: one kernel serves every range.
+        Centres and widths are fixed parameters, so that one compiled kernel serves every range.
+
+        Parameters
+        ----------
+        scale
+            Typical torque [N m]; every |aᵢⱼ| is bounded by ten times this torque.
+
+        Returns
+        -------
+        Effect
+            Effect on the torque whose amplitudes are the weights aᵢⱼ.
         """
         coordinates, ranges = zip(*(_symbolic(axis, k) for k, axis in enumerate(self.axes)), strict=True)
         first, second = ([sp.expand(sp.chebyshevt(k, s)) for k in range(ORDER + 1)] for s in coordinates)
@@ -110,7 +135,7 @@ class Surface:
 
 
 def _symbolic(axis: Axis, number: int) -> tuple[sp.Expr, tuple[Quantity, Quantity]]:
-    """Return s of one variable, with its centre and width as fixed parameters."""
+    """Return s of one variable as an expression, with its centre and width as fixed parameters."""
     centre = fix_shape_parameter(f"centre{number}", axis.variable, axis.centre)
     width = fix_shape_parameter(f"width{number}", axis.variable, axis.width)
     x = SYMBOLS[axis.variable] - centre.symbol

@@ -1,8 +1,17 @@
-"""The run that would tell rivals apart: the torque, within what was already used, after which they still differ most.
+"""Propose the run that separates rivals best: winning and rival `Solution`s in, `Proposal` out.
 
-T-optimality (Atkinson and Fedorov 1975) over a grid of cosines and sweeps. The winner's readings stand for the truth,
-and every rival is refitted to them, to first order, together with all runs that are there: what its parameters can make
-good is no difference. So two frequencies may tell what one does not: an inertia answers as 1/ω², a lag does not.
+1. Lay out a grid of cosine and sweep torques within what was already used.
+2. Simulate each torque with the winner; its readings stand for the truth.
+3. Refit every rival to these readings and to all existing runs together, to first order. The remaining ‖r‖² is the
+   evidence against the rival.
+4. Choose the torque that separates the least separated rival in the fewest repeats.
+
+This is T-optimality. The refit matters: an inertia answers as 1/ω² and a lag does not, so two frequencies may separate
+what one does not.
+
+References
+----------
+Atkinson and Fedorov 1975.
 """
 
 from __future__ import annotations
@@ -25,15 +34,15 @@ from haptid.measurement.values.units import unit_for
 from haptid.support.processes.threads import map_threads
 
 LEVELS = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
-"""Amplitudes and offsets, as shares of the largest torque that was used."""
+"""Amplitudes and offsets of the grid, as shares of the largest torque that was used."""
 FASTER = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
-"""Frequencies, as multiples of the fastest that was used."""
+"""Frequencies of the grid, as multiples of the fastest one that was used."""
 ROWS_A_PERIOD = 8
-"""Readings that a period of the proposed torque holds at least."""
+"""Least number of readings in a period of a proposed torque faster than any that was used."""
 ROOM = 0.05
-"""Share of the travel by which a proposed run may leave it."""
+"""Share of the travel by which a proposed run may leave the travel."""
 MANY = 10
-"""Repeats of a run beyond which it is no help."""
+"""Largest number of repeats for which a run counts as helpful."""
 CLEAR = 50.0
 """Expected evidence, twice the difference of log-likelihoods, at which the runs tell the rivals apart.
 
@@ -43,24 +52,24 @@ Ten of it are needed, ten may speak for the wrong one beforehand, and its standa
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """A torque offset + A·cos(φ(t)) from rest, with what it is expected to tell.
+    """A torque offset + A·cos(φ(t)) from rest, with the evidence that is expected of it.
 
     Parameters
     ----------
     amplitude, offset
-        Of the torque [N m].
+        Amplitude and offset of the torque in ``unit``.
     frequency, end_frequency
-        φ' at the start and at the end [rad/s], ln φ' being linear in time; the same for a cosine.
+        φ' at the start and at the end [rad/s], with ln φ' linear in time; equal for a cosine.
     duration
         Length of the run [s].
     evidence
-        Expected twice the difference of log-likelihoods by one such run, beside the runs that are there.
+        Expected twice the difference of log-likelihoods by one such run beside the existing ones.
     repeats
-        How many such runs tell the rivals apart; more than `MANY` where that many do not.
+        Number of such runs that separate the rivals; more than `MANY` where `MANY` do not.
     rows
-        Readings of the run.
+        Number of readings of the run.
     unit
-        Of the torque, N where the joint slides.
+        Unit of the torque, N m or N.
     """
 
     amplitude: float
@@ -75,17 +84,29 @@ class Proposal:
 
     @property
     def separation(self) -> float:
-        """RMS of what a rival cannot make good, over the noise."""
+        """RMS of the readings' difference that a rival cannot reproduce, over the noise."""
         return math.sqrt(max(self.evidence, 0.0) / self.rows)
 
     @property
     def tells(self) -> bool:
-        """Whether a few such runs tell the rivals apart."""
+        """Whether at most `MANY` such runs separate the rivals."""
         return self.repeats <= MANY
 
     def torque(self, t: Array) -> Array:
-        """Torque at the times t [s], shape (n_t,) [N m]."""
+        """Return the torque of the run.
+
+        Parameters
+        ----------
+        t
+            Times [s], shape (n_t,).
+
+        Returns
+        -------
+        ndarray
+            Torque in ``unit``, shape (n_t,).
+        """
         growth = math.log(self.end_frequency / self.frequency) / self.duration
+        # The phase of a sweep is ω·(e^(g·t) − 1)/g, whose limit for no growth is ω·t.
         phase = self.frequency * (t if growth == 0.0 else np.expm1(growth * t) / growth)
         return np.asarray(self.offset + self.amplitude * np.cos(phase))
 
@@ -113,18 +134,18 @@ class Proposal:
 
 @dataclass(frozen=True, slots=True)
 class _Rival:
-    """A rival with what the runs that are there tell of its parameters: ‖R·δ + told‖² for their change δ.
+    """A rival with what the existing runs say about its parameters: ‖R·δ + told‖² for their change δ.
 
     Parameters
     ----------
     solution
-        Its optimum.
+        Optimum of the rival.
     free
-        Places in x of its parameters that are free to move, shape (m,).
+        Indices in x of its parameters that can move, shape (m,).
     R
-        Triangle of the Jacobian's QR, the runs' initial states projected off, shape (m, m).
+        Triangle of the Jacobian's QR decomposition, with the runs' initial states projected off, shape (m, m).
     told
-        The winner's readings minus its own in the same coordinates, shape (m,).
+        Readings of the winner minus those of the rival in the same coordinates, shape (m,).
     """
 
     solution: Solution
@@ -134,10 +155,22 @@ class _Rival:
 
 
 def propose(study: Study, winners: Sequence[Solution], rivals: Sequence[Solution]) -> Proposal:
-    """Return the run of the grid that tells the least separated rival from the winner in the fewest repeats.
+    """Propose the run that separates the least separated rival from the winner in the fewest repeats.
 
-    Of those, and where none does, it is the one that alone takes that rival furthest. Of a winner in several variants
-    each may be the truth: a rival counts as far as it is from the nearest of them.
+    Parameters
+    ----------
+    study
+        Study of the fits.
+    winners
+        The winning model and its variants, each of which may be the truth.
+    rivals
+        Models that predict as well. A rival counts by its distance from the nearest winner.
+
+    Returns
+    -------
+    Proposal
+        Run of fewest repeats, and of most evidence among these, that stays within the travel (within `ROOM`). Where
+        every run leaves the travel, the run that leaves it least.
     """
     worlds = [(winner, [_rival(study, winner, r) for r in rivals]) for winner in winners]
     template = max(study.fitted, key=lambda run: run.t[-1])
@@ -149,10 +182,11 @@ def propose(study: Study, winners: Sequence[Solution], rivals: Sequence[Solution
 
 
 def _grid(study: Study, template: Run) -> list[Proposal]:
-    """Lay out the torques that are tried, at the times of ``template``."""
+    """Return the torques that are tried, at the times of ``template``."""
     largest = max(float(np.abs(run.u).max()) for run in study.fitted)
     fastest = max(find_cycles(run).omega for run in study.fitted)
     limit = 2 * np.pi / (ROWS_A_PERIOD * float(np.median(np.diff(template.t))))
+    # Torques no faster than those used are always tried; faster ones only as far as the readings resolve them.
     speeds = [fastest * f for f in FASTER if fastest * f <= limit or f <= 1.0]
     return [
         Proposal(
@@ -165,7 +199,7 @@ def _grid(study: Study, template: Run) -> list[Proposal]:
 
 
 def _rival(study: Study, winner: Solution, rival: Solution) -> _Rival:
-    """Reduce the runs that are there to what they tell of a rival's parameters."""
+    """Reduce the existing runs to their information on a rival's parameters."""
     there, own = (_readings(study, s) for s in (winner, rival))
     problem = rival.problem
     weights = [root / run.sensor_std[0] for root, run in zip(problem.roots, study.fitted, strict=True)]
@@ -175,13 +209,15 @@ def _rival(study: Study, winner: Solution, rival: Solution) -> _Rival:
     difference = np.pad(difference, (0, J.shape[0] - difference.size))
     places = np.flatnonzero(movable(rival))
     free, starts = places[places < problem.n_parameters], places[places >= problem.n_parameters]
+    # With the initial states first, the rows of the triangle below theirs hold the information that is left once each
+    # run may begin anew.
     _, triangle = np.linalg.qr(np.column_stack([J[:, starts], J[:, free], difference]))
     below = triangle[starts.size : starts.size + free.size, starts.size :]
     return _Rival(rival, free, below[:, :-1], below[:, -1])
 
 
 def _readings(study: Study, solution: Solution) -> list[Array]:
-    """Simulate every fitted run at an optimum; readings, each of shape (n_t,)."""
+    """Simulate every fitted run at an optimum; return readings of shape (n_t,)."""
     simulator = study.factory(solution.equations)
     pairs = zip(study.fitted, solution.x0, strict=True)
     return [simulator.simulate(solution.theta, run, x0=x0).y[:, 0] for run, x0 in pairs]
@@ -190,7 +226,7 @@ def _readings(study: Study, solution: Solution) -> list[Array]:
 def _evaluate_proposal(
     study: Study, worlds: Sequence[tuple[Solution, Sequence[_Rival]]], template: Run, proposal: Proposal
 ) -> tuple[Proposal, float]:
-    """Return a proposal with its evidence, and the share of the travel by which it leaves it."""
+    """Return a proposal with its evidence, and the share of the travel by which the run leaves the travel."""
     told, farthest = [], 0.0
     for winner, rivals in worlds:
         made, excursion = _simulate_proposal(study, winner, template, proposal)
@@ -206,9 +242,9 @@ def _evaluate_proposal(
 
 
 def _simulate_proposal(study: Study, winner: Solution, template: Run, proposal: Proposal) -> tuple[Run, float]:
-    """Simulate a proposal; return the run, and the share of the travel by which it leaves it.
+    """Simulate a proposal; return the run, and the share of the travel by which it leaves the travel.
 
-    It has the times of ``template``, the longest run, and starts where that did.
+    The run has the times and the initial state of ``template``, the longest run.
     """
     torque = proposal.torque(template.t)[:, None]
     silent = template.but(file="proposed", u=torque, v=None, extra={}, score_from=0)
@@ -220,10 +256,10 @@ def _simulate_proposal(study: Study, winner: Solution, template: Run, proposal: 
 
 
 def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
-    """Return what 1, 2, … `MANY` runs of the winner's readings leave of a rival refitted to all, shape (`MANY`,).
+    """Return the evidence of 1, 2, … `MANY` runs against a rival that is refitted to all runs, shape (`MANY`,).
 
-    It is the least ‖r‖² to first order. k runs tell no more than k times what one does: what one leaves to a parameter
-    that the runs which are there hardly hold, several hold.
+    The evidence is the least ‖r‖² to first order. It is not proportional to the number of runs: a parameter that the
+    existing runs hardly determine can absorb the difference in one run, but not in several.
     """
     solution = rival.solution
     simulator = study.factory(solution.equations)
@@ -236,11 +272,12 @@ def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
     m, starts = rival.free.size, problem.size - n
     _, new = np.linalg.qr(np.column_stack([J[:, rival.free], J[:, n:], blocks.rows[0][:, 0]]))
     there = np.column_stack([rival.R, np.zeros((m, starts)), rival.told])
+    # k equal runs weigh as one run times √k.
     return np.array([_least_norm(np.vstack([there, math.sqrt(k) * new])) for k in range(1, MANY + 1)])
 
 
 def _least_norm(rows: Array) -> float:
-    """Return the least ‖A·δ + b‖² of rows [A, b]."""
+    """Return the least ‖A·δ + b‖² over δ for rows [A, b]."""
     A = rows[:, :-1] / np.maximum(np.linalg.norm(rows[:, :-1], axis=0), 1e-300)
     left = rows[:, -1] - A @ np.linalg.lstsq(A, rows[:, -1], rcond=1e-12)[0]
     return float(left @ left)

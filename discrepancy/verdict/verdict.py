@@ -1,4 +1,11 @@
-"""From a search to a verdict: nothing missing, named, ambiguous, or unlisted."""
+"""Turn a search into a verdict: `Search` in, `Judgement` out.
+
+1. Decide between nothing missing, named, ambiguous, and unlisted.
+2. Refit the named effects at a finer inner step, and compute their standard errors.
+3. Withdraw a name whose amplitude is not distinguishable from zero.
+4. Propose the next experiment for rivals, and fit a missing torque without a name for what is unlisted.
+5. Say it in one sentence.
+"""
 
 from __future__ import annotations
 
@@ -26,20 +33,31 @@ from haptid.model.equations.quantity import Quantity
 from haptid.noise.correlation import Scatter
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
+"""The four verdicts of INTERFACES."""
 EVIDENT = 30.0
-"""Least evidence of each of several names: weak ones together mend what one unknown effect leaves."""
+"""Least evidence of each of several names: several weak ones together mend what one unknown effect causes."""
 FINER = 4
-"""Least division of the coarse inner step for the parameters that are told,"""
+"""Least division of the coarse inner step for parameters that are reported."""
 FINEST, SHARPER = 8, 10.0
-"""and where bodies touch and part, and how many times more abruptly they do then: a damper that engages over 1/200 of
-its play can be followed from far off, and makes the play too wide by as much."""
+"""The same division where bodies touch and part, and the factor by which contacts are sharpened there: a damper that
+engages over 1/200 of its play can be followed from far off, but makes the play too wide by as much."""
 SHOWN = 3
-"""Alternatives that are listed where none is a rival."""
+"""Number of alternatives that are listed where none is a rival."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedEffect:
-    """An effect of the verdict: its parameters and the evidence for it."""
+    """An effect of the verdict.
+
+    Parameters
+    ----------
+    id, key, title, formula
+        Names of the catalogue effect, and its formula as a reader writes it.
+    parameters
+        Estimates by id.
+    evidence
+        Evidence for the effect, as `Search.evidence` defines it.
+    """
 
     id: str
     key: str
@@ -51,7 +69,23 @@ class NamedEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judgement:
-    """The verdict and what it rests on."""
+    """The verdict with its grounds.
+
+    Parameters
+    ----------
+    verdict
+        One of the four verdicts.
+    effects
+        Effects of the best model, nearest surrogates where the verdict is unlisted.
+    alternatives
+        Rivals, or the best other trials where there are none.
+    next_experiment
+        Run that separates rivals, for an ambiguous verdict on one joint alone.
+    shape
+        Missing torque without a name, for an unlisted verdict.
+    sentence
+        Sentence that an engineer reads first.
+    """
 
     verdict: Verdict
     effects: tuple[NamedEffect, ...]
@@ -62,13 +96,28 @@ class Judgement:
 
 
 def judge(study: Study, found: Search) -> Judgement:
-    """Turn a search into a verdict with one sentence that an engineer reads first."""
+    """Turn a search into a verdict.
+
+    Parameters
+    ----------
+    study
+        Study of the search.
+    found
+        Result of the search.
+
+    Returns
+    -------
+    Judgement
+        Verdict with effects, alternatives, next experiment or missing torque, and one sentence.
+    """
     verdict, fine, solution = verdict_of(found), study, found.best.solution
     errors = of_curvature(solution)
     nothing: tuple[str, ...] = ()
     if verdict in ("named", "ambiguous"):
         fine, at_first = finer(study, solution)
         solution, errors = standard_errors(fine, at_first, solution)
+    # The search judges amplitudes by the curvature. The standard errors over all minima come only here, and may show
+    # that the data do not hold the amplitude.
     if verdict == "named" and (nothing := untold(solution, errors, study.rows)):
         verdict = "unlisted"
     effects = named_effects(found, solution, errors)
@@ -85,10 +134,21 @@ def judge(study: Study, found: Search) -> Judgement:
 
 
 def untold(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
-    """Return ids of first amplitudes, 0 their least, that standard errors (n_p,) do not tell from nothing, z² < ln n.
+    """Return the first amplitudes that are not distinguishable from zero.
 
-    Where the likelihood is rough (a contact), its curvature at the minimum, on which the search relies, tells more than
-    there is.
+    Parameters
+    ----------
+    solution
+        Fitted model.
+    errors
+        Standard error of every parameter, shape (n_p,).
+    n
+        Number of scored residuals.
+
+    Returns
+    -------
+    tuple of str
+        Ids of first amplitudes with lower bound 0 or above whose z² is below the ln n that BIC charges for a parameter.
     """
     std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
     first = [e.parameters[0] for e in solution.effects if not e.threshold]
@@ -97,11 +157,26 @@ def untold(solution: Solution, errors: Array, n: int) -> tuple[str, ...]:
 
 
 def verdict_of(found: Search) -> Verdict:
-    """Return the verdict: a name only where what it leaves is noise, in every test.
+    """Decide the verdict.
 
-    Where even the winner leaves a gap, something real is missing that no entry explains; its names are surrogates. So
-    are several names where one of them has little to speak for it, and two powers of one variable: they are terms of a
-    series that follows any smooth curve. So is a name that an element of its kind beats which has none.
+    Parameters
+    ----------
+    found
+        Result of the search.
+
+    Returns
+    -------
+    Verdict
+        ``unlisted``, ``nothing_missing``, ``named`` or ``ambiguous``.
+
+    Notes
+    -----
+    1. A best model that is not adequate is unlisted: something real is missing that no catalogue effect explains.
+    2. An adequate model without effects means that nothing is missing.
+    3. Several names are unlisted where one of them has little evidence, or where two are powers of one variable: they
+       are terms of a series that follows any smooth curve.
+    4. A name is unlisted where an effect of its kind that has no name predicts better.
+    5. Otherwise the effects are named, or ambiguous where rivals predict as well.
     """
     if not found.best.adequate:
         return "unlisted"
@@ -116,7 +191,7 @@ def verdict_of(found: Search) -> Verdict:
 
 
 def _list_rivals(found: Search) -> tuple[Trial, ...]:
-    """Other effects that were fitted, the best first, each once."""
+    """Return the best trials with other effects, each set of effects once."""
     best: dict[tuple[str, ...], Trial] = {}
     for t in sorted(found.trials, key=lambda t: t.candidate.criterion):
         if set(t.candidate.ids) != set(found.best.candidate.ids):
@@ -125,12 +200,29 @@ def _list_rivals(found: Search) -> tuple[Trial, ...]:
 
 
 def _powers(found: Search) -> list[str]:
-    """Return ids of the best model's effects that are a torque polynomial in the position, each a term of a series."""
+    """Return ids of the best model's effects that are a torque polynomial in the position."""
     return [e.id for e in found.best.solution.effects if e.polynomial]
 
 
 def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
-    """Fit at a finer inner step: an error of time, invisible in the readings, is no small share of a lag of a step."""
+    """Refit at a finer inner step, with contacts sharpened.
+
+    Parameters
+    ----------
+    study
+        Study of the search.
+    solution
+        Best model.
+
+    Returns
+    -------
+    study, solution
+        Study at the finer step and the refitted model; both as given where the finer simulation is not finite.
+
+    Notes
+    -----
+    An error of time that is invisible in the readings is no small share of a lag as short as a step.
+    """
     fine = at_step(study, min(study.factory.step, COARSE / (FINEST if solution.touching else FINER)))
     effects = tuple(e.sharper_by(SHARPER) if e.touches else e for e in solution.effects)
     values = {id: p for id, p in solution.values.items() if id not in {e.edge for e in effects}}
@@ -139,7 +231,22 @@ def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
 
 
 def named_effects(found: Search, solution: Solution, errors: Array) -> tuple[NamedEffect, ...]:
-    """Return the effects with their parameters at ``solution``, whose standard errors (n_p,) are ``errors``."""
+    """Return the effects of a model with their estimates and evidence.
+
+    Parameters
+    ----------
+    found
+        Result of the search.
+    solution
+        Best model, at the step at which its parameters are reported.
+    errors
+        Standard error of every parameter, shape (n_p,).
+
+    Returns
+    -------
+    tuple of NamedEffect
+        Effects of the equations, then the scatters of the noise.
+    """
     std = dict(zip([p.id for p in solution.equations.parameters], errors, strict=True))
     values = solution.values
     named = [
@@ -169,9 +276,10 @@ def _random(scatter: Scatter, solution: Solution, found: Search) -> NamedEffect:
 def _estimate(
     effect: Effect, quantity: Quantity, std: float, values: Mapping[str, float], runs: Sequence[Run]
 ) -> Estimate:
-    """Return the estimate; where a jump lies is known no better than its width, or than torques lie apart there.
+    """Return the estimate of one parameter.
 
-    Between two torques that were sent, the place of the jump changes nothing: it may be anywhere (uniform, gap/√12).
+    The place of a discontinuity is known no better than its rounding, and than the gap between the torques that were
+    sent around it: anywhere in the gap it changes nothing (uniform distribution, gap/√12).
     """
     value = values[quantity.id]
     if effect.threshold and quantity is effect.parameters[0]:
@@ -181,16 +289,27 @@ def _estimate(
 
 
 def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Return ids of entries that alone leave only noise, with an amplitude of nothing or a parameter at its bound."""
+    """Return the effects that alone are adequate, but with an amplitude of nothing or a parameter at its bound.
+
+    Parameters
+    ----------
+    trials
+        Trials of the search.
+
+    Returns
+    -------
+    tuple of str
+        Ids of these effects, each once.
+    """
     near = [t for t in trials if t.adequate and t.at_bound and len(t.solution.effects) == 1]
     return tuple(dict.fromkeys(t.solution.effects[0].id for t in near))
 
 
 def _proposal(fine: Study, winner: Solution, found: Search, rivals: Sequence[Trial]) -> Proposal:
-    """Return the run that separates the rivals most; rivals with the same equations are apart by nothing.
+    """Propose the run that separates the rivals most; no run separates rivals with the same equations.
 
-    Rivals are refitted at the finer step as the winner is: a faster torque than any that was sent shows errors of the
-    step that the runs which are there do not. Other variants that predict as well may be the truth too, on both sides.
+    Rivals are refitted at the finer step as the winner is, since a torque faster than any that was sent shows
+    integration errors that the existing runs do not. Variants that predict as well may be the truth too, on both sides.
     """
     apart = [t for t in rivals if not _same_equations(found.best, t)]
     against = apart or list(rivals)
@@ -201,7 +320,7 @@ def _proposal(fine: Study, winner: Solution, found: Search, rivals: Sequence[Tri
 
 
 def _same_equations(best: Trial, rival: Trial) -> bool:
-    """Whether a rival is the best model under other names: then no run tells them apart."""
+    """Say whether a rival has the equations of the best model under other names."""
     pairs = zip(best.solution.effects, rival.solution.effects, strict=False)
     alike = len(best.solution.effects) == len(rival.solution.effects)
     return alike and all(a.key == b.key or match_parameters(a, b) is not None for a, b in pairs)
@@ -233,13 +352,13 @@ def _sentence(
 
 
 def _with_title(id: str, trial: Trial, found: Search) -> str:
-    """Return the id of one of a trial's effects; what is no entry of the catalogue with its title."""
+    """Return the id of one of a trial's effects; an unlisted effect with its title."""
     listed = {e.id for e in found.study.entries.values()}
     return next((f"{id} ({e.title}, no entry)" for e in trial.solution.effects if e.id == id and id not in listed), id)
 
 
 def _nearest(found: Search, names: str) -> str:
-    """Say what an effect without a name is like."""
+    """Say what an effect without a name resembles."""
     powers = _powers(found)
     if like := at_their_bounds(found.trials):
         return f" It is like {' or '.join(like)}, which leaves noise alone with a parameter at its bound only."
