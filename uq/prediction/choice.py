@@ -109,8 +109,8 @@ def _noise_starts(model: NoiseModel, hyper: dict[str, float]) -> list[dict[str, 
     """Return starts of the noise model's parameters.
 
     Where the residual of the candidate before was larger than the sensor noise, two starts with a large scatter are
-    added, at the stated noise and at five times it: a scatter explains a residual that a least-squares fit had absorbed
-    into the parameters, and the climb from no scatter stays at that fit.
+    added, at the stated noise and at five times it: there the scatter explains variation that a least-squares fit had
+    absorbed into the parameters.
     """
     if model.scatter == "none" or hyper.get("noise_factor", 1.0) < UNEXPLAINED:
         return [hyper]
@@ -137,9 +137,19 @@ class Scored:
 
 
 def unseen_terms(mode: Laplace, simulator: Simulator, runs: Sequence[Run]) -> tuple[Terms, ...]:
-    """Terms of runs that were not fitted, their starts and columns linearised at the mode."""
+    """Make held-out runs ready for their likelihood, their starts and columns linearised at the mode.
+
+    Parameters
+    ----------
+    mode
+        Normal approximation of the posterior.
+    simulator
+        Simulator with sensitivities.
+    runs
+        Held-out runs.
+    """
     density = mode.density.but(terms=tuple(prepare(simulator.equations, run) for run in runs))
-    for _ in range(2):
+    for _ in range(2):  # each pass moves the starts to their conditional means; the columns are then taken there
         density = expand(density.linearised(simulator, mode.eta), simulator, mode.eta).density
     return density.linearised(simulator, mode.eta).terms
 
