@@ -1,4 +1,7 @@
-"""One command at a time writes into a folder; the system takes the lock from a process that dies, however it does."""
+"""Lock of an output folder, so that one command at a time writes there.
+
+The operating system releases the lock of a process that dies, so that no stale lock stops a later command.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +23,20 @@ _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Hold ``folder`` against other commands, and make it where it is not there.
+    """Lock ``folder`` against other commands within the block, and make it where it does not exist.
 
-    At the end the lock is taken away, and so are the folders that were made where nothing was written: a command that
-    refuses its input leaves nothing behind. What a killed command leaves is an empty file that holds nobody up.
+    At the end the lock's file is removed, and so are folders made here in which nothing was written: a command that
+    refuses its input leaves nothing behind. A killed command leaves an empty file, which blocks no other command.
+
+    Parameters
+    ----------
+    folder
+        Folder to which the command writes.
 
     Raises
     ------
     InputError
-        Where another command holds it, or nobody lets us write there.
+        Where another command holds the lock, or the folder cannot be written.
     WritingError
         Where the disk is full or fails.
     """

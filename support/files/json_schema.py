@@ -1,4 +1,4 @@
-"""The check of a file's content against a JSON Schema, told in one line that names the key."""
+"""Validation of a file's content by a JSON Schema: values in, an `InputError` of one line that names the key out."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def check_content(data: Mapping[str, Any], where: str | Place, wanted: str, sche
     data
         The parsed content of a file.
     where
-        The file, as errors name it.
+        Name or place of the file in errors.
     wanted
-        What it should be, in words.
+        Kind of file that is expected, in words.
     schema
         Package and file name of the JSON Schema. Where a rule is hard to read (``pattern``, ``oneOf``), the
         ``expected`` beside it says in words what is expected.
@@ -50,6 +50,7 @@ def check_content(data: Mapping[str, Any], where: str | Place, wanted: str, sche
         Names the key at fault, what it should hold and what it holds.
     """
     errors = list(_validator(*schema).iter_errors(data))
+    # A file of another kind or version violates many rules: the key ``schema`` says so, before all of them.
     error = next((e for e in errors if list(e.absolute_path) == ["schema"]), best_match(errors))
     if error is not None:
         place = where if isinstance(where, Place) else Place(file=where)
