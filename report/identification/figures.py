@@ -1,4 +1,4 @@
-"""Figures of an identification: measured against simulated, residuals, the whole model."""
+"""Figures of an identification: traces in, pictures of measured and simulated positions with their residuals out."""
 
 from __future__ import annotations
 
@@ -16,10 +16,19 @@ from haptid.report.common.page import Picture
 from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
 MOST_POINTS = 2500
+"""Number of rows from twice which a drawn curve is thinned."""
 
 
 def run_picture(traces: Sequence[Trace], title: str) -> Picture:
-    """Draw each run in a column: signal above, residual with the noise's ±2σ below."""
+    """Draw each run in a column: positions above, residual with the noise's ±2σ below.
+
+    Parameters
+    ----------
+    traces
+        One trace per run, all of the same joints.
+    title
+        Start of the caption.
+    """
     rows = 2 * traces[0].measured.shape[1]
     with style():
         made = figure(3.0 * max(len(traces), 2) + 1.0, 1.7 * rows)

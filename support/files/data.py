@@ -73,7 +73,7 @@ def parse_json(text: str, path: str, wanted: str = "") -> Any:
     ------
     InputError
         Where the text is no JSON (NaN and Infinity are none), is nested too deeply, names a key twice in one object, or
-        holds half a character or a whole number of more than 64 bits.
+        holds half a character, a whole number of more than 64 bits or a number that overflows.
     """
     try:
         data = json.loads(text, parse_constant=_Refused, parse_int=_whole, object_pairs_hook=_distinct)
