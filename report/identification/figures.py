@@ -16,7 +16,7 @@ from haptid.report.common.page import Picture
 from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
 MOST_POINTS = 2500
-"""Number of rows from twice which a drawn curve is thinned."""
+"""Fewest points of a thinned curve, which has fewer than twice as many [1]."""
 
 
 def run_picture(traces: Sequence[Trace], title: str) -> Picture:
@@ -89,7 +89,13 @@ def _limits(axis: Axes, r: Array) -> None:
 
 
 def whole_picture(check: RunCheck) -> Picture:
-    """Draw all joints of one run of the whole model."""
+    """Draw measured and simulated positions of all joints in one run of the whole model.
+
+    Parameters
+    ----------
+    check
+        Verification of the whole model on the run.
+    """
     n = check.measured.shape[1]
     with style():
         made = figure(9.0, 1.6 * ((n + 1) // 2) + 0.6)

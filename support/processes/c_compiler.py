@@ -22,7 +22,7 @@ _SPARE = 1_000_000
 
 
 def is_available() -> bool:
-    """Whether the compiler is installed."""
+    """Whether the package with the compiler is installed."""
     return importlib.util.find_spec("ziglang") is not None
 
 
