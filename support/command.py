@@ -1,4 +1,4 @@
-"""Conventions of all commands: exit codes, common options, progress on stderr.
+"""The conventions that all commands share: exit codes, common options, progress on stderr.
 
 The decorators take the function of a command and return one that keeps the conventions.
 """

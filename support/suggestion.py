@@ -1,4 +1,4 @@
-"""Suggestions for a mistyped name."""
+"""What a mistyped name may have meant."""
 
 from __future__ import annotations
 
