@@ -1,8 +1,8 @@
 """Linear algebra of fits: inverses and Schur complements that stay positive semidefinite, whatever the units.
 
-Information matrices and Jacobians come in, inverses, covariances and Schur complements go out.
-Unknowns of very different sizes are scaled first, so that the threshold of rounding does not depend on their units. The
-results are formed from matrix roots, so that they stay positive semidefinite.
+Information matrices and Jacobians come in, inverses, covariances and Schur complements go out. Unknowns of very
+different sizes are scaled first, so that the threshold of rounding does not depend on their units. The results are
+formed from matrix roots, so that they stay positive semidefinite.
 """
 
 from __future__ import annotations

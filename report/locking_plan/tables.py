@@ -65,7 +65,7 @@ POSTURES_HEADER = ["free joints", "locked at [rad or m] (- free)"]
 
 
 def run_rows(plan: Data) -> list[list[str]]:
-    """Return one row per joint: its proposed runs, or why there are none."""
+    """Return one row per joint: its proposed runs (amplitude [N m] at frequency [rad/s]), or why there are none."""
     return [
         [
             str(one["joint"]),
@@ -93,7 +93,7 @@ def error_rows(plan: Data) -> list[list[str]]:
 
 
 def posture_rows(plan: Data) -> list[list[str]]:
-    """Return one row per proposed test: free joints, positions of the locked ones."""
+    """Return one row per proposed test: free joints, and positions of the locked ones [rad or m], - for a free one."""
     return [
         [
             configuration(test["free_joints"]),

@@ -55,7 +55,11 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def _held(folder: Path) -> int:
-    """Return the descriptor of the lock, which is ours and still bears its name."""
+    """Return the descriptor of the lock's file, locked by this process and still at its path.
+
+    The command before may remove the file between opening and locking; the lock would then protect nothing, and the
+    loop opens the file anew.
+    """
     path = folder / NAME
     while True:
         descriptor = _opened(folder, path)
@@ -73,7 +77,7 @@ def _held(folder: Path) -> int:
 
 
 def _opened(folder: Path, path: Path) -> int:
-    """Open the lock's file; that of another user perhaps to read alone, which is enough to wait on."""
+    """Open the lock's file; a file of another user may only be readable, which suffices for a lock."""
     follow = getattr(os, "O_NOFOLLOW", 0)
     try:
         return os.open(path, os.O_RDWR | os.O_CREAT | follow, 0o666)
@@ -91,7 +95,7 @@ def _taken(folder: Path, todo: str) -> InputError:
 
 
 def _is_at(path: Path, descriptor: int) -> bool:
-    """Whether the file behind ``descriptor`` is still the one that bears the name."""
+    """Whether ``path`` is still the file behind ``descriptor``."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:
@@ -110,7 +114,7 @@ def _release(path: Path, descriptor: int) -> None:
 
 
 def _take(descriptor: int) -> None:
-    """Take the lock or raise OSError at once; it ends with the descriptor."""
+    """Take the lock, or raise OSError at once; closing the descriptor releases it."""
     if sys.platform == "win32":
         import msvcrt  # noqa: PLC0415 (there alone)
 

@@ -107,7 +107,7 @@ class Density:
         inside = np.isfinite(out)
         if inside.any():  # simulations are the cost: none outside the prior's support
             out[inside] += self.log_likelihoods(eta[inside]).sum(axis=1)
-        return np.where(np.isnan(out), -np.inf, out)
+        return np.where(np.isnan(out), -np.inf, out)  # a diverged K gives NaN (`noise.marginal`), which emcee refuses
 
     def linearised(self, simulator: Simulator, eta: Array) -> Density:
         """Return a copy whose fixed columns and corrections of the inner step are taken at η.

@@ -64,7 +64,7 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
     """
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
     simulated = density.simulated(draws, terms)
-    sound = np.isfinite(simulated).all(axis=1)
+    sound = np.isfinite(simulated).all(axis=1)  # one diverged draw would make every quantile NaN
     thetas, simulated = thetas[sound], simulated[sound]
     hyper = {name: value[sound] for name, value in hyper.items()}
     model, n_start = density.model, len(terms.states)
@@ -90,7 +90,7 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
 
 def _normal(covariance: Array, rng: np.random.Generator) -> Array:
     """Draw once from N(0, C) for every C (n_sets, k, k), which may be singular; shape (n_sets, k)."""
-    weights, vectors = np.linalg.eigh(covariance)
+    weights, vectors = np.linalg.eigh(covariance)  # a Cholesky factor would not exist of a singular C
     scaled = np.sqrt(np.maximum(weights, 0.0)) * rng.standard_normal(weights.shape)
     return np.asarray(np.einsum("wij,wj->wi", vectors, scaled))
 

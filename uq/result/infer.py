@@ -159,7 +159,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     density = mode.density
     draws = _thin(chains_of(drawn), options.stored)
     cycles, per_run = _log_densities(density, draws)
-    few = _thin(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]
+    few = _thin(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]  # of all chains together
     every = (*density.terms, *unseen_terms(mode, simulator, chosen.problem.unseen))
     covariance = np.cov(drawn.flat().T).reshape(drawn.chain.shape[-1], -1)
     return Posterior(
@@ -193,7 +193,7 @@ def _log_densities(density: Density, draws: Array) -> tuple[Array, Array]:
     chains, count, n = draws.shape
     flat = draws.reshape(-1, n)
     cycles, runs = [], []
-    for block in np.array_split(flat, max(len(flat) // 64, 1)):
+    for block in np.array_split(flat, max(len(flat) // 64, 1)):  # blocks bound the memory of the simulated positions
         thetas, hyper = density.coordinates.thetas(block), density.hyper(block)
         simulated = [density.simulated(block, terms) for terms in density.terms]
         runs.append(density.log_likelihoods(block, simulated))

@@ -138,6 +138,7 @@ def _overlap(posterior: Array, prior: Array) -> float:
 
 def _verdict(id: str, median: float, interval: tuple[float, float], contraction: float) -> str:
     low, high = interval
+    # The order counts: a scatter is judged by its size alone, and an interval that is the prior's says nothing about 0.
     if id.endswith("_scatter") or id == "model_error":
         return _scatter_verdict(id, median, interval)
     if contraction > PRIOR_BOUND:

@@ -32,7 +32,7 @@ def count_modes(chain: Array) -> int:
     ensembles, _, _, n = chain.shape
     flat = chain.reshape(ensembles, -1, n)
     means = flat.mean(axis=1)
-    within = np.mean([np.cov(x.T).reshape(n, n) for x in flat], axis=0)
+    within = np.mean([np.cov(x.T).reshape(n, n) for x in flat], axis=0)  # of one coordinate np.cov gives a scalar
     precision = symmetric_inverse(within)
     groups: list[Array] = []
     for mean in means:

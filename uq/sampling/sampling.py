@@ -229,6 +229,7 @@ def sample(
         tried = [MOVES[e % len(MOVES)] for e in range(options.ensembles)]
         chunks = ensembles.step("pilot", 0, options.pilot, tried, proposal)
         trials = {name: float(autocorrelation_time(c.chain[None]).max()) for name, c in zip(tried, chunks, strict=True)}
+        # The slowest coordinate decides how long the chains have to be: its τ ranks the moves.
         move = min(trials, key=lambda name: trials[name])
     return _run(ensembles, move, proposal, trials, report)
 
