@@ -49,7 +49,17 @@ class Colour:
         return self.phi == self.theta
 
     def whiten(self, x: Array) -> Array:
-        """Apply the inverse filter ε = (1 − φB)/(1 − θB)·r/σ along axis 0, from rest; same shape as ``x``."""
+        """Apply the inverse filter ε = (1 − φB)/(1 − θB)·r/σ from rest.
+
+        Parameters
+        ----------
+        x
+            Values over the sensor's standard deviation, rows along axis 0.
+
+        Returns
+        -------
+        ndarray, shape of ``x``
+        """
         if self.white:
             return np.asarray(x / self.sigma)
         return np.asarray(lfilter([1.0, -self.phi], [1.0, -self.theta], x, axis=0) / self.sigma)

@@ -19,7 +19,7 @@ from haptid.model.kernel.compiler import compile_shared
 _p, _long, _double = ctypes.c_void_p, ctypes.c_long, ctypes.c_double
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # compiled at the first call, so that an import needs no compiler
 def _library() -> ctypes.CDLL:
     source = resources.files("haptid.noise").joinpath("whitening.c").read_text(encoding="utf-8")
     library = ctypes.CDLL(str(compile_shared({"whiten.c": source}, main=("whiten.c",))))

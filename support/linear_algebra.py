@@ -42,7 +42,19 @@ def root_of_inverse(matrix: Array) -> Array:
 
 
 def inverse(matrix: Array) -> Array:
-    """Return the inverse of a symmetric matrix (n, n) with positive diagonal; its diagonal is positive."""
+    """Return the inverse of a symmetric matrix.
+
+    Parameters
+    ----------
+    matrix
+        Positive semidefinite, with positive diagonal, shape (n, n).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        W·Wᵀ of `root_of_inverse`: positive semidefinite with positive diagonal, also where rounding makes ``matrix``
+        indefinite.
+    """
     root = root_of_inverse(matrix)
     return np.asarray(root @ root.T)
 
@@ -105,7 +117,18 @@ def profiled(information: Array, places: Sequence[int]) -> Array:
 
 
 def column_sizes(jacobian: Array) -> Array:
-    """Return the norms of a Jacobian's columns (n_r, n), at least 1e-300 so that they divide; shape (n,)."""
+    """Return the norms of a Jacobian's columns.
+
+    Parameters
+    ----------
+    jacobian
+        Shape (n_r, n).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At least 1e-300, so that a column of zeros can be divided by its norm.
+    """
     return np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
 
 

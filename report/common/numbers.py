@@ -8,9 +8,20 @@ import math
 def with_error(value: float, std: float) -> str:
     """Write ``value ± std``, the error to two digits and the value to the same decimal place.
 
-    Below 1e-3 and from 1e6 on, both stand before one power of ten. Without a positive, finite ``std`` the value stands
-    alone.
+    Parameters
+    ----------
+    value
+        Estimate.
+    std
+        Its standard error. Where it is not positive and finite, the value stands alone.
 
+    Returns
+    -------
+    str
+        Both numbers before one power of ten where the larger is below 1e-3 or at least 1e6.
+
+    Examples
+    --------
     >>> with_error(0.0151423, 0.000066)
     '0.015142 ± 0.000066'
     >>> with_error(1.5e-6, 2.1e-8)

@@ -78,7 +78,7 @@ def widths(names: Sequence[str], posterior: Array, prior: Array) -> Figure:
     posterior, prior
         Half-widths in percent of the value, shape (n,) each; drawn up to 1000 %.
     """
-    order = np.argsort(posterior)
+    order = np.argsort(posterior)  # best known at the bottom
     low = 10 ** np.floor(np.log10(max(float(np.min(posterior)), 1e-6)))
     with style():
         made = figure(9.0, 0.24 * len(names) + 0.9)

@@ -99,7 +99,13 @@ def writing_to_cache() -> Iterator[None]:
 
 
 def full_cache(error: OSError) -> HaptidError:
-    """Return the error of a cache whose disk is full."""
+    """Return the error of a cache whose disk is full, with the remedy.
+
+    Parameters
+    ----------
+    error
+        Error of the system.
+    """
     todo = f"free some space there, or set {VARIABLE} to a folder elsewhere, then repeat"
     return WritingError(f"{_base()}: the cache could not be written ({error.strerror}); {todo}")
 

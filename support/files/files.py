@@ -228,5 +228,16 @@ def read_content(path: Path, wanted: str) -> bytes:
 
 
 def reason_of(error: Exception) -> str:
-    """Return why a file could not be read, without its path, which the message names already."""
+    """Return the reason of a reading error.
+
+    Parameters
+    ----------
+    error
+        Error of the system, or another one.
+
+    Returns
+    -------
+    str
+        Text without the file's path, which the message around it names already.
+    """
     return (error.strerror if isinstance(error, OSError) else None) or str(error)

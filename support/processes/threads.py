@@ -24,7 +24,20 @@ def _controller() -> ThreadpoolController:
 
 
 def single_threaded(function: Callable[..., T], *arguments: Any) -> T:
-    """Call ``function`` with its arguments, BLAS limited to one thread, and return its result."""
+    """Call a function with BLAS limited to one thread.
+
+    Parameters
+    ----------
+    function
+        Function to call.
+    *arguments
+        Its arguments.
+
+    Returns
+    -------
+    object
+        The function's result.
+    """
     return on_one_thread(function)(*arguments)
 
 

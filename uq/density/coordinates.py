@@ -67,19 +67,46 @@ class Coordinates:
         return [i for i, q in enumerate(self.equations.parameters) if not q.fixed]
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return the lower and upper bounds of η, shape (n,) each; those of the noise model are wide."""
+        """Return the bounds of η.
+
+        Returns
+        -------
+        lower, upper : ndarray, shape (n,) each
+            Those of a noise parameter are e⁻²⁵ and e⁵: its prior, not they, is to limit it.
+        """
         pairs = [(np.log(_floor(q)), np.log(q.upper)) if positive(q) else (q.lower, q.upper) for q in self.free]
         pairs += [(-25.0, 5.0)] * len(self.hyper)
         lower, upper = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
         return lower, upper
 
     def values(self, eta: Array) -> Array:
-        """Return the untransformed values of η, in `units`; shape (…, n) as η."""
+        """Return the untransformed values of η.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            Parameters and noise parameters, in the units of `units`.
+        """
         # exp overflows beyond 709: a trial far outside the bounds still has a finite value.
         return np.where(self.logarithmic, np.exp(np.clip(eta, -700, 700)), eta)
 
     def inverse(self, values: Array) -> Array:
-        """Return η of untransformed values, shape (…, n) as ``values``."""
+        """Return η of untransformed values, the inverse of `values`.
+
+        Parameters
+        ----------
+        values
+            Parameters and noise parameters, in the units of `units`, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+        """
         flags = np.array(self.logarithmic)
         return np.where(flags, np.log(np.where(flags, values, 1.0)), values)
 
@@ -200,7 +227,7 @@ def _draw_quantity(quantity: Quantity, widen: float, rng: np.random.Generator, s
 
 
 def prior_words(quantity: Quantity) -> str:
-    """Write the prior of a parameter as a report shows it."""
+    """Write the prior of a parameter in words, as a report shows it."""
     interval = f"[{quantity.lower:.3g}, {quantity.upper:.3g}]"
     if quantity.prior is not None:
         return f"normal, {quantity.prior.mean:.4g} ± {quantity.prior.std:.2g}, in {interval}"

@@ -50,7 +50,7 @@ class Forward(Protocol):
 
 @lru_cache(maxsize=64)
 def kernel_of(equations: Equations) -> KernelSimulator:
-    """Return the in-process simulator of ``equations``, made once per process."""
+    """Return the in-process simulator of ``equations``, built once per process."""
     return KernelSimulator.of(equations)
 
 

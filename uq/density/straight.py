@@ -53,7 +53,18 @@ class Straight:
         return cls(places=places) if usable and Ks + g_s > STIFF * (Ks + abs(g_s)) else cls()
 
     def straight(self, eta: Array) -> Array:
-        """Return x of η, shape (…, n) each; NaN where K ≤ 0."""
+        """Map η to x.
+
+        Parameters
+        ----------
+        eta
+            Coordinates of the density, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            log K, q₀, g_s/K and g_c/K at `places`; NaN where K ≤ 0.
+        """
         if not self.places:
             return eta
         out = eta.copy()
@@ -66,7 +77,18 @@ class Straight:
         return out
 
     def back(self, x: Array) -> Array:
-        """Return η of x, shape (…, n) each; NaN where Ks ≤ 0."""
+        """Map x to η, the inverse of `straight`.
+
+        Parameters
+        ----------
+        x
+            Coordinates of the walkers, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            NaN where Ks = K·(1 − g_s/K) ≤ 0.
+        """
         if not self.places:
             return x
         out = x.copy()

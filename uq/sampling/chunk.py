@@ -110,7 +110,18 @@ class Task:
 
 
 def advance(task: Task) -> Chunk:
-    """Advance one ensemble by one chunk with emcee."""
+    """Advance one ensemble by one chunk with emcee.
+
+    Parameters
+    ----------
+    task
+        Density, moves, present positions and seed.
+
+    Returns
+    -------
+    Chunk
+        The same numbers for the same task, in whichever process it runs.
+    """
     walkers, n = task.coords.shape
     sampler = emcee.EnsembleSampler(walkers, n, task.density, vectorize=True, moves=moves(task.move, task.proposal))
     random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(task.seed)))

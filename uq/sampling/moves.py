@@ -54,7 +54,7 @@ class Proposal:
         return np.asarray(-0.5 * (DEGREES + self.mean.size) * np.log1p(np.sum(z**2, axis=0) / DEGREES))
 
     def draw(self, random: Any, size: int) -> Array:
-        """Draw points (size, n) from a numpy random state."""
+        """Draw independent points, shape (size, n), with a NumPy random state: normal draws over √(χ²/`DEGREES`)."""
         normal = random.randn(size, self.mean.size)
         scale = np.sqrt(random.chisquare(DEGREES, size) / DEGREES)
         return np.asarray(self.mean + (normal / scale[:, None]) @ self.lower.T)
