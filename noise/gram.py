@@ -73,6 +73,7 @@ def _add_motion(gram: Array, terms: Terms, m: Array, r: Array, fixed: Array, *, 
     if with_run:
         last = gram.shape[-1] - 1
         gram[:, :first, last] = gram[:, :first, first:last].sum(axis=-1)
+        # The run's column is the sum of orthogonal ones: its product with a cycle's column is that cycle's own.
         diagonal = np.einsum("wii->wi", gram)[:, first:last]
         gram[:, first:last, last] = diagonal
         gram[:, last, last] = diagonal.sum(axis=-1)

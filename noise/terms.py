@@ -151,6 +151,7 @@ def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: Noi
     rows = [terms.cycle == c for c in range(terms.cycles)]
     cycles = [_torque_column(simulator, theta, terms.x0, terms.run, row) for row in rows]
     n = len(terms.states)
+    # The columns of the start come first; zeros hold their place until `linearise` takes them.
     start = terms.fixed[:n] if len(terms.fixed) >= n else np.zeros((n, terms.run.t.size))
     return terms.but(fixed=np.array([*start, *cycles, *([np.sum(cycles, axis=0)] if model.runs else [])]))
 

@@ -129,6 +129,7 @@ def _has_no_reader(stream: TextIO) -> bool:
 
 def _wrote_anything() -> str:
     """Say whether this command has written any file outside the cache."""
+    # Compiled kernels in the cache are no results that a user could find.
     cached = Path(os.environ.get("HAPTID_CACHE") or Path("~/.cache/haptid").expanduser()).absolute()
     own = any(not path.absolute().is_relative_to(cached) for path in written)
     return "what was finished is kept" if own else "nothing was finished yet"

@@ -29,6 +29,7 @@ class InputError(HaptidError):
 
     def __init__(self, where: str, *, expected: str, got: str, todo: str = "") -> None:
         parts = [one_line(part) for part in (where, expected, got, todo)]
+        # The room of the four parts is the line's length less that of the words between them.
         self.where, self.expected, self.got, self.todo = _fit_into_room(
             parts, LONGEST - len(_line("", "", "", "x")) + 1
         )

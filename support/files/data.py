@@ -100,7 +100,7 @@ class _Refused:
 
 
 def _whole(text: str) -> int | _Refused:
-    digits = len(text.lstrip("-"))
+    digits = len(text.lstrip("-"))  # counted first: Python refuses to convert more than `MOST_DIGITS`
     if digits < MOST_DIGITS and -(2**63) <= int(text) < 2**63:
         return int(text)
     return _Refused(f"a number of {digits} digits", FITTING)
@@ -155,7 +155,8 @@ def _is_allowed(key: str, value: float) -> bool:
 
 
 def _walk(data: Any) -> Iterator[tuple[str, int, Any]]:
-    left: list[tuple[str, int, Any]] = [("", 0, data)]
+    """Yield key path, depth and value of every value, the outermost first."""
+    left: list[tuple[str, int, Any]] = [("", 0, data)]  # a list and no recursion: the depth is not checked yet
     while left:
         key, depth, value = left.pop()
         yield key, depth, value

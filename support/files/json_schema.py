@@ -146,6 +146,7 @@ def _todo(error: jsonschema.ValidationError) -> str:
     if error.validator == "additionalProperties":
         known = list(_schema(error).get("properties", ()))
         return did_you_mean(_unknown(error)[0], known) if known else ""
+    # A table that fits none of several forms: a key that no form knows is the likeliest fault.
     if error.validator == "oneOf" and isinstance(_instance(error), dict):
         known = [name for form in _rule_of(error) for name in form.get("properties", ())]
         return next((did_you_mean(name, known) for name in _instance(error) if name not in known), "keep one form")
@@ -154,5 +155,6 @@ def _todo(error: jsonschema.ValidationError) -> str:
         return f"did you mean {near[0]}?" if near else ""
     if error.validator != "required":
         return ""
+    # A missing key is often there under a misspelt name.
     near = get_close_matches(_missing(error), list(_instance(error)), n=1)
     return f"is {near[0]!r} a misspelling of it?" if near else ""

@@ -50,7 +50,7 @@ class Running:
             After ``limit`` seconds; the command is ended.
         """
         with self._lock:
-            if self._ended:
+            if self._ended:  # a thread that comes late must not start what nobody would end
                 return TERMINATED, ""
             process = subprocess.Popen(
                 command, cwd=cwd, env=env, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE

@@ -199,6 +199,7 @@ class Coordinates:
         """
         kept = np.empty((0, self.size))
         while len(kept) < size:
+            # Four times the number that is wanted, because some draws are rejected.
             columns = [_draw_quantity(q, self.widen, rng, 4 * size) for q in self.free]
             columns += [h.prior.widened(self.widen).draw(rng, 4 * size) for h in self.hyper]
             drawn = np.stack(columns, axis=1)

@@ -163,7 +163,7 @@ def _climb_noise(density: Density, eta: Array) -> Array:
         point = np.concatenate([eta[:n], tail])[None]
         prior = float(density.coordinates.log_prior(point)[0])
         if not np.isfinite(prior):
-            return 1e30
+            return 1e30  # finite: Nelder–Mead subtracts values of its simplex
         return -prior - float(density.log_likelihoods(point, simulated).sum())
 
     start = eta[n:]

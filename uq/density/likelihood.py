@@ -57,7 +57,7 @@ def gram_of(
         if model.scatter == "reading"
         else np.zeros(len(thetas))
     )
-    motion = simulated - rest[:, None]
+    motion = simulated - rest[:, None]  # only the scatter of the reading uses it, so no equilibrium is solved otherwise
     noise = hyper["noise_factor"] * terms.sensor_std
     # The prior of the start is centred on the first sample: shift the residual to that centre.
     residual = residual - terms.start_shift @ terms.fixed[: len(terms.states)]

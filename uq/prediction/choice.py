@@ -227,7 +227,7 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
             if not scored:
                 raise
             continue  # a model without a mode explains nothing here; the others are compared
-        rng = np.random.default_rng([seed, 7])
+        rng = np.random.default_rng([seed, 7])  # the same for every candidate: scores differ by the models alone
         score = held_out_score(mode, problem.simulator, problem.unseen, normal_draws(mode, rng))
         scored.append(Scored(model=model, mode=mode, score=score))
         theta = mode.density.coordinates.thetas(mode.eta)

@@ -84,7 +84,7 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
             run = _cosine(base, a * torque, w * omega)
             y = simulator.simulate(theta, run).y[:, 0]
             if np.isfinite(y).all() and np.ptp(y) <= 1.3 * travel:
-                run = run.but(y=y[:, None])
+                run = run.but(y=y[:, None])  # the simulated motion stands for the reading, as `prepare` needs one
                 found.append((_std_with(mode, simulator, run, inverse, worst), a * torque, w * omega))
     if not found:
         return None
