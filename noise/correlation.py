@@ -45,7 +45,7 @@ class Colour:
 
     @property
     def white(self) -> bool:
-        """Whether neighbouring rows are uncorrelated."""
+        """Whether rows are uncorrelated: with φ = θ both filters cancel."""
         return self.phi == self.theta
 
     def whiten(self, x: Array) -> Array:
@@ -134,7 +134,7 @@ class Noise:
 
     @property
     def on_torque(self) -> bool:
-        """Whether the amplitude of a torque scatters."""
+        """Whether the scatter of any joint acts on its torque."""
         return any(scatter.path == "torque" for scatter in self.scatters)
 
     def but(self, **changes: Any) -> Noise:

@@ -22,7 +22,7 @@ class HalfNormal:
     scale: float
 
     def widened(self, factor: float) -> HalfNormal:
-        """Return the prior ``factor`` times as wide."""
+        """Return the prior with ``factor`` times the scale."""
         return HalfNormal(scale=factor * self.scale)
 
     def log_density(self, log_x: Array) -> Array:
@@ -56,7 +56,7 @@ class LogNormal:
     width: float
 
     def widened(self, factor: float) -> LogNormal:
-        """Return the prior ``factor`` times as wide."""
+        """Return the prior with the same median and ``factor`` times the width."""
         return LogNormal(median=self.median, width=factor * self.width)
 
     def log_density(self, log_x: Array) -> Array:

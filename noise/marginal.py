@@ -5,6 +5,11 @@ For r ~ N(0, S + U·diag(λ²)·Uᵀ) with few columns U, everything follows fro
 log p = −½ (rᵀS⁻¹r − wᵀw + log det S + log det K + n·log 2π),  K = I + Λ·UᵀS⁻¹U·Λ = L·Lᵀ,  w = L⁻¹·Λ·UᵀS⁻¹r
 
 by Woodbury's identity and the matrix determinant lemma (Sherman and Morrison 1950 where U is one column).
+
+References
+----------
+Sherman, J., and Morrison, W. J. (1950). Adjustment of an inverse matrix corresponding to a change in one element of a
+given matrix. Annals of Mathematical Statistics 21, 124–127.
 """
 
 from __future__ import annotations

@@ -10,10 +10,10 @@ from markupsafe import Markup
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.report.common", ""),
-    autoescape=True,
+    autoescape=True,  # titles and names of files come from users
     trim_blocks=True,
     lstrip_blocks=True,
-    undefined=jinja2.StrictUndefined,
+    undefined=jinja2.StrictUndefined,  # a misspelt name in the template is an error, not a gap in the page
 )
 
 

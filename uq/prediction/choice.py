@@ -3,6 +3,10 @@
 1. For every candidate, the simplest first, find the mode from the mode of the candidate before.
 2. Draw parameters from the normal approximation, and average the density of the held-out runs over the draws.
 3. Choose the simplest model whose score is within `MARGIN` of the best.
+
+References
+----------
+Kass, R. E., and Raftery, A. E. (1995). Bayes factors. Journal of the American Statistical Association 90, 773–795.
 """
 
 from __future__ import annotations
