@@ -1,10 +1,18 @@
-"""Correlation of the sensor noise, from what does not repeat with the drive.
+"""Estimation of the sensor noise's ARMA model: residuals of whole runs in, `Colour` out.
 
-The residual of a wrong model repeats from cycle to cycle and lies on the harmonics of the drive; noise lies between.
-Harmonics (and their drift) and each cycle's amplitude are regressed out of the residual; a periodogram of it is fitted
-by white noise plus a first-order autoregressive process (Whittle 1953). Frequencies that the regression took away count
-by the share that it left. A line that stands far above the fitted spectrum, at whatever frequency, is no noise either:
-it is regressed out as well, for a process that follows its skirts would explain it.
+The residual of a wrong model repeats from cycle to cycle and lies on the harmonics of the drive. Sensor noise lies
+between the harmonics. The estimate takes four steps:
+
+1. Regress the harmonics of the drive, their drift, and each cycle's mean and amplitude out of the residual.
+2. Take the periodogram of the rest, and divide each frequency by the share that the regression did not remove.
+3. Fit white noise plus a first-order autoregressive process by Whittle's likelihood (Whittle 1953); keep the fit only
+   where its log-likelihood is clearly above that of white noise.
+4. Regress out a spectral line that stands far above the fitted spectrum, and repeat from step 1: otherwise an
+   autoregressive process would explain the line's skirts as slow correlation.
+
+References
+----------
+Whittle, P. (1953). Estimation and information in stationary time series. Arkiv för Matematik 2, 423–434.
 """
 
 from __future__ import annotations
@@ -22,38 +30,58 @@ from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour
 
 EVIDENCE = 20.0
-"""Twice the gain in log-likelihood over white noise that correlation has to bring."""
+"""Twice the gain in log-likelihood over white noise from which noise counts as correlated."""
 LEFT = 0.3
-"""Least share of a frequency that the regression has to leave."""
+"""Smallest share of a frequency's power that the regression may leave for the frequency to enter the fit."""
 LONGEST = 0.5
-"""Longest correlation time that counts as sensor noise [s]; what is slower is drift or a wrong model."""
+"""Longest correlation time [s] that counts as sensor noise; slower variation is drift or model discrepancy."""
 LEAST_FREEDOM = 10.0
-"""Fewest degrees of freedom that a spectrum is taken to have where its likelihood has no clear maximum."""
+"""Lower bound of a spectrum's degrees of freedom, and their number where the likelihood has no clear maximum."""
 FLAT = 1e-10
-"""Share of the largest curvature of a likelihood below which it has no clear maximum."""
+"""Ratio of the smallest to the largest curvature of a likelihood below which it has no clear maximum."""
 NEW = 1e-6
-"""Least share of a column that the columns before it must leave for it to count."""
+"""Smallest norm of a unit column's part outside the columns before it from which the column counts as independent."""
 CLIPPED = 8.0
-"""A line this many times above the spectrum is no noise: it counts as this much."""
+"""Largest ratio of periodogram to spectrum in the likelihood; a higher line counts as this much."""
 LINE, LINES = 16.0, 4
-"""A line this many times above the spectrum, as of 10⁷ lines of noise one is (e⁻¹⁶), is taken out; four at most."""
+"""Ratio to the spectrum from which a line is regressed out (one noise line of 10⁷ has it, e⁻¹⁶), and most lines."""
 NONE = float(np.exp(1.0 - CLIPPED))
-"""Power, over the stated noise, below which a spectrum explains no line: it would count every one as no noise."""
+"""Power over that of the stated noise below which a spectrum is refused.
+
+With every line clipped, such a spectrum has ln S + `CLIPPED` < 1 per line, below the mean 1 of ln S + P/S that noise of
+the stated power has: the likelihood would reward it for explaining no line at all.
+"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Regressed:
-    """What repeats in a run: an orthonormal basis (n_t, k), and what it takes of each frequency (n_f,)."""
+    """Subspace that is regressed out of a run's residual.
+
+    Parameters
+    ----------
+    Q
+        Orthonormal basis of the subspace, shape (n_t, k).
+    taken
+        Share of each frequency's white-noise power that the projection onto ``Q`` removes, shape (n_f,).
+    """
 
     Q: Array
     taken: Array
 
     @classmethod
     def by(cls, columns: Array, beside: Array | None = None) -> Regressed:
-        """Orthonormalise columns, ``beside`` an orthonormal basis that is there already."""
+        """Orthonormalise columns and drop those that depend linearly on the others.
+
+        Parameters
+        ----------
+        columns
+            Columns that span the subspace, shape (n_t, k).
+        beside
+            Orthonormal basis to which the new one is made orthogonal, shape (n_t, m); none where None.
+        """
         unit = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         if beside is not None:
-            for _ in range(2):  # twice is enough
+            for _ in range(2):  # one Gram–Schmidt pass leaves rounding of nearly dependent columns, a second removes it
                 unit -= beside @ (beside.T @ unit)
         Q, R = np.linalg.qr(unit)
         Q = Q[:, np.abs(np.diag(R)) > NEW]
@@ -62,15 +90,25 @@ class Regressed:
 
 @lru_cache(maxsize=8)
 def _repeating(run: Run) -> Regressed:
-    """Harmonics of the drive, their drift, and each cycle's mean: the same for every residual of a run."""
+    """Return the harmonics of the drive, their drift, and each cycle's mean: the same for every residual of a run."""
     cycles = whole_cycles(run)
     return Regressed.by(np.column_stack((harmonics(run, cycles, highest=60.0, most=60, drifting=True), cycles.inside)))
 
 
 def _residual_periodogram(r: Array, run: Run, lines: Sequence[float] = ()) -> tuple[Array, Array, Array]:
-    """Frequency [rad per row], periodogram of the residual's non-repeating part, share that is left; each (n_f,).
+    """Return the periodogram of the part of a residual that does not repeat with the drive.
 
-    The ``lines`` [rad/s] are taken out with it, and what lies up to half a wave in the run beside.
+    Parameters
+    ----------
+    r
+        Residual over the sensor's standard deviation, shape (n_t,).
+    lines
+        Angular frequencies [rad/s] that are regressed out as well, with a linear drift of their amplitude.
+
+    Returns
+    -------
+    angle, power, left : ndarray, shape (n_f,) each
+        Frequency [rad per row], periodogram, and the share of the white-noise power that the regression left.
     """
     known = _repeating(run)
     smooth = run.y - r[:, None] * run.sensor_std  # the simulated reading: the measured one holds the noise itself
@@ -80,25 +118,43 @@ def _residual_periodogram(r: Array, run: Run, lines: Sequence[float] = ()) -> tu
     for Q in (known.Q, others.Q):
         rest = rest - Q @ (Q.T @ rest)
     power = np.abs(np.fft.rfft(rest)) ** 2 / r.size
+    # Frequency 0 and, of an even number of rows, the last have one degree of freedom; Whittle's likelihood assumes two.
     left = 1.0 - known.taken[1:-1] - others.taken[1:-1]
     angle = 2 * np.pi * np.arange(1, left.size + 1) / r.size
     return angle, power[1:-1], np.clip(left, 0.0, 1.0)
 
 
 def _line(omega: float, t: Array) -> Array:
-    """Waves of constant and of growing amplitude, (n_t, 4)."""
+    """Return sine and cosine of constant and of linearly growing amplitude, shape (n_t, 4)."""
     wave = np.column_stack((np.cos(omega * t), np.sin(omega * t)))
     return np.column_stack((wave, (t / t[-1] - 0.5)[:, None] * wave))
 
 
 def _spectrum(angle: Array, p: Array) -> Array:
-    """White variance e^p0 plus AR(1) of variance e^p1 and pole φ = 1/(1 + e^−p2), at ``angle`` [rad per row]."""
+    """Return the spectrum of white noise of variance e^p0 plus AR(1) of variance e^p1 and pole φ = 1/(1 + e^−p2).
+
+    S(ω) = e^p0 + e^p1·(1 − φ²)/(1 + φ² − 2·φ·cos ω), with ω in ``angle`` [rad per row], shape (n_f,).
+    """
     phi = 1.0 / (1.0 + np.exp(-p[2]))
     return np.asarray(np.exp(p[0]) + np.exp(p[1]) * (1 - phi**2) / (1 + phi**2 - 2 * phi * np.cos(angle)))
 
 
 def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
-    """Estimate the noise's correlation from residuals over the sensor's std; white where nothing speaks against it."""
+    """Estimate the ARMA(1,1) model of the sensor noise from residuals.
+
+    Parameters
+    ----------
+    residuals
+        Residual of each run over the sensor's standard deviation, shape (n_t,) each.
+    runs
+        Runs of the residuals, all with the row spacing of the first.
+
+    Returns
+    -------
+    Colour
+        White noise of the stated size where no run is scored from its first row, or where correlation raises twice the
+        log-likelihood by less than `EVIDENCE`.
+    """
     whole = [(r, run) for r, run in zip(residuals, runs, strict=True) if run.score_from == 0]
     if not whole:
         return Colour()
@@ -107,13 +163,14 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
         left = [_residual_periodogram(r, run, lines) for r, run in whole]
         colour = _fit_periodograms(left, spacing)
         height, angle = max(_tallest(one, colour) for one in left)
+        # One line at a time: the spectrum fitted without it is another, against which the next line is judged.
         if colour.white or height < LINE or len(lines) == LINES:
             return colour
         lines.append(angle / spacing)
 
 
 def _tallest(left: tuple[Array, Array, Array], colour: Colour) -> tuple[float, float]:
-    """Return by how much the tallest line of a run stands above the spectrum, and where [rad per row]."""
+    """Return the largest ratio of a run's periodogram to the spectrum, and its frequency [rad per row]."""
     angle, power, share = left
     height = np.where(share > LEFT, power / np.maximum(share, LEFT) / colour.gain(angle) ** 2, 0.0)
     at = int(np.argmax(height))
@@ -121,24 +178,38 @@ def _tallest(left: tuple[Array, Array, Array], colour: Colour) -> tuple[float, f
 
 
 def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float) -> Colour:
-    """Fit periodograms with the shares that are left of them, of rows that are ``spacing`` [s] apart."""
+    """Fit white noise plus AR(1) to periodograms by Whittle's likelihood.
+
+    Parameters
+    ----------
+    each
+        Frequency, periodogram and share left of every run, as `_residual_periodogram` returns them.
+    spacing
+        Time between rows [s].
+
+    Notes
+    -----
+    The deviance is −2 ln L = 2·Σ (ln S + min(P/S, `CLIPPED`)).
+    """
     angle = np.concatenate([angle[left > LEFT] for angle, _, left in each])
     power = np.concatenate([(power / np.maximum(left, LEFT))[left > LEFT] for _, power, left in each])
     slowest = float(np.log(LONGEST / spacing))
 
     def deviance(p: Array) -> float:
-        if not -2.0 <= p[2] <= slowest:
+        if not -2.0 <= p[2] <= slowest:  # the correlation time of a slow process is about e^p2 rows
             return float("inf")
         S = _spectrum(angle, p)
         if S.max() < NONE:
             return float("inf")
         return float(2.0 * np.sum(np.log(S) + np.minimum(power / S, CLIPPED)))
 
-    white = deviance(np.array([0.0, -40.0, 0.0]))
+    white = deviance(np.array([0.0, -40.0, 0.0]))  # the stated noise: e⁻⁴⁰ is no correlated part
+    # Nelder–Mead finds the nearest maximum only: one start has short and strong correlation, the other long and weak.
     tried = [
         minimize(deviance, start, method="Nelder-Mead", options={"maxiter": 600, "xatol": 1e-4, "fatol": 1e-3})
         for start in (np.array([0.0, -1.0, 2.0]), np.array([0.0, -3.0, 4.0]))
     ]
+    # A fit that came to rest at the bound on the spectrum's power explains no line.
     real = [found for found in tried if _spectrum(angle, found.x).max() > 2.0 * NONE]
     best = min(real, key=lambda found: float(found.fun), default=None)
     if best is None or white - float(best.fun) < EVIDENCE:
@@ -148,7 +219,14 @@ def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float
 
 
 def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
-    """Degrees of freedom of the power at frequency 0, from the curvature of the likelihood at its maximum."""
+    """Return the degrees of freedom ν of the estimated power at frequency 0.
+
+    Notes
+    -----
+    ν = 2/Var(ln S(0)), as a scaled χ² of ν degrees of freedom has the relative variance 2/ν. The variance follows from
+    the curvature H of −ln L at the maximum by the delta method, ∇ᵀ·H⁻¹·∇ with ∇ the gradient of ln S(0). ν is at least
+    `LEAST_FREEDOM`.
+    """
     step, n = 0.05, p.size
     H = np.empty((n, n))
     for i in range(n):
@@ -156,7 +234,7 @@ def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
             a, b = step * np.eye(n)[i], step * np.eye(n)[k]
             H[i, k] = deviance(p + a + b) - deviance(p + a - b) - deviance(p - a + b) + deviance(p - a - b)
     H /= 8.0 * step**2  # of −ln L, half the deviance
-    if not np.isfinite(H).all():
+    if not np.isfinite(H).all():  # a step of the difference left the bounds of the deviance
         return LEAST_FREEDOM
     curvatures = np.linalg.eigvalsh(H)
     if curvatures[0] <= FLAT * curvatures[-1]:
@@ -168,7 +246,24 @@ def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
 
 
 def to_arma(p: Array) -> Colour:
-    """Write white noise plus AR(1) as one ARMA(1,1) process with an invertible moving-average part."""
+    """Write white noise plus AR(1) as one ARMA(1,1) process with an invertible moving-average part.
+
+    Parameters
+    ----------
+    p
+        ln of the white variance, ln of the AR(1) variance, logit of the pole φ; shape (3,), variances over that of the
+        stated noise.
+
+    Returns
+    -------
+    Colour
+        Process of the same autocovariance, its ``freedom`` not set.
+
+    Notes
+    -----
+    Both sides of (1 − φB)·r = (1 − θB)·σ·ε have the same autocovariance where σ²·(1 + θ²) = a and σ²·θ = b, with
+    a = e^p0·(1 + φ²) + e^p1·(1 − φ²) and b = e^p0·φ. The root with |θ| < 1 is θ = 2·b/(a + √(a² − 4·b²)).
+    """
     phi, white, coloured = 1.0 / (1.0 + np.exp(-p[2])), float(np.exp(p[0])), float(np.exp(p[1]))
     a = white * (1 + phi**2) + coloured * (1 - phi**2)
     b = white * phi

@@ -1,9 +1,9 @@
-"""What is known of the noise of a run: its correlation in time, and amplitudes that scatter from cycle to cycle.
+"""Noise of runs as values: ARMA correlation (`Colour`), amplitude scatter (`Scatter`), and their `Whitener`.
 
-The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ: A is that of the
-sensor noise (an ARMA(1,1) process: white noise plus a first-order autoregressive one), and column c of M is the change
-of the readings with the relative amplitude of cycle c. Where several joints move together, each has cycles and a
-scatter of its own, and a cycle of one moves the readings of all.
+The residual of one run, over the sensor's standard deviation, has the covariance C = A + s²·M·Mᵀ. A is the covariance
+of the sensor noise (an ARMA(1,1) process: white noise plus a first-order autoregressive process). Column c of M is the
+change of the readings with the relative amplitude of cycle c. Where several joints move together, each joint has cycles
+and a scatter of its own, and a cycle of one joint moves the readings of all joints. `Whitener` applies C^−½.
 """
 
 from __future__ import annotations
@@ -18,15 +18,24 @@ from haptid.measurement.values.run import Array
 
 Path = Literal["reading", "torque"]
 SMALL = 1e-6
-"""Singular value over the largest below which a direction counts as none."""
+"""Ratio to the largest singular value below which a singular direction is dropped."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Colour:
-    """Sensor noise (1 − φB)·r = (1 − θB)·σ·ε with white ε of variance 1; r is in units of the stated noise.
+    """ARMA(1,1) model of the sensor noise: (1 − φB)·r = (1 − θB)·σ·ε with white ε of variance 1.
 
-    ``freedom`` is the number of degrees of freedom to which its power at low frequency is known: 2 over its squared
-    relative standard error.
+    B shifts by one row; r is the noise over the sensor's stated standard deviation.
+
+    Parameters
+    ----------
+    phi, theta
+        Coefficients φ and θ of the autoregressive and the moving-average part.
+    sigma
+        Standard deviation σ of the innovations over that of the stated noise.
+    freedom
+        Degrees of freedom of the estimated power at low frequency: 2 over its squared relative standard error;
+        infinite where the model is not estimated.
     """
 
     phi: float = 0.0
@@ -36,17 +45,38 @@ class Colour:
 
     @property
     def white(self) -> bool:
-        """Whether neighbouring rows are uncorrelated."""
+        """Whether rows are uncorrelated: with φ = θ both filters cancel."""
         return self.phi == self.theta
 
     def whiten(self, x: Array) -> Array:
-        """Apply the inverse filter along axis 0."""
+        """Apply the inverse filter ε = (1 − φB)/(1 − θB)·r/σ from rest.
+
+        Parameters
+        ----------
+        x
+            Values over the sensor's standard deviation, rows along axis 0.
+
+        Returns
+        -------
+        ndarray, shape of ``x``
+        """
         if self.white:
             return np.asarray(x / self.sigma)
         return np.asarray(lfilter([1.0, -self.phi], [1.0, -self.theta], x, axis=0) / self.sigma)
 
     def gain(self, angle: Array) -> Array:
-        """Return the noise's amplitude at ``angle`` [rad per row] over that of the stated white noise."""
+        """Return the noise's amplitude over that of the stated white noise.
+
+        Parameters
+        ----------
+        angle
+            Frequency ω [rad per row], any shape.
+
+        Returns
+        -------
+        ndarray, shape of ``angle``
+            σ·|1 − θ·e^(−iω)|/|1 − φ·e^(−iω)|.
+        """
         turn = np.exp(-1j * angle)
         return np.asarray(self.sigma * np.abs((1.0 - self.theta * turn) / (1.0 - self.phi * turn)))
 
@@ -84,19 +114,27 @@ class Scatter:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Noise:
-    """Noise of all runs: the correlation of the sensor noise, and what scatters, at most one of each joint."""
+    """Noise of all runs.
+
+    Parameters
+    ----------
+    colour
+        ARMA model of the sensor noise.
+    scatters
+        Amplitude scatter from cycle to cycle, at most one of each joint.
+    """
 
     colour: Colour = field(default_factory=Colour)
     scatters: tuple[Scatter, ...] = ()
 
     @property
     def terms(self) -> int:
-        """How many kinds of noise it has beside white noise: correlation, and the scatter of each joint."""
+        """Number of noise terms beside white noise: correlation, and the scatter of each joint."""
         return len(self.scatters) + (not self.colour.white)
 
     @property
     def on_torque(self) -> bool:
-        """Whether the amplitude of a torque scatters."""
+        """Whether the scatter of any joint acts on its torque."""
         return any(scatter.path == "torque" for scatter in self.scatters)
 
     def but(self, **changes: Any) -> Noise:
@@ -105,19 +143,33 @@ class Noise:
 
 
 def directions(M: Array) -> tuple[Array, Array]:
-    """Return left singular vectors (n, K) and singular values (K,) of M, those that matter, by its Gram matrix.
+    """Return the left singular vectors and singular values of M above rounding, from its Gram matrix.
 
+    Parameters
+    ----------
+    M
+        Matrix, shape (n, k).
+
+    Returns
+    -------
+    vectors : ndarray, shape (n, K)
+        Left singular vectors.
+    values : ndarray, shape (K,)
+        Singular values above `SMALL` times the largest, K ≤ k.
+
+    Notes
+    -----
     LAPACK's divide and conquer (gesdd) does not converge on some matrices with equal columns; an eigenproblem does.
     """
     values, vectors = np.linalg.eigh(M.T @ M)
-    keep = values > SMALL**2 * max(float(values.max(initial=0.0)), 1e-300)
+    keep = values > SMALL**2 * max(float(values.max(initial=0.0)), 1e-300)  # eigenvalues are squared singular values
     d = np.sqrt(values[keep])
     return np.asarray(M @ (vectors[:, keep] / d)), d
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Whitener:
-    """Square root of the inverse covariance of one run: (I − Q·diag(1 − 1/√(1 + λ))·Qᵀ)·filter.
+    """Square root of the inverse covariance of one run: C^−½ = (I − Q·diag(1 − 1/√(1 + λ))·Qᵀ)·filter.
 
     Parameters
     ----------
@@ -133,9 +185,15 @@ class Whitener:
 
     @classmethod
     def of(cls, colour: Colour, S: Array | None = None) -> Whitener:
-        """Build from S = s·M (n_t, n_joints, n_cycles), over the sensor's standard deviation.
+        """Build the whitener of sensor noise and amplitude scatter.
 
-        Where the simulation behind S left the finite numbers there are no directions; the residual there is infinite.
+        Parameters
+        ----------
+        colour
+            ARMA model of the sensor noise.
+        S
+            s·M over the sensor's standard deviation, shape (n_t, n_joints, n_cycles); no scatter where None or where
+            an entry is not finite: the simulation behind S diverged, and its residual is infinite anyway.
         """
         if S is None or not np.isfinite(S).all():
             return cls(colour=colour)
@@ -143,7 +201,18 @@ class Whitener:
         return cls(colour=colour, Q=Q, growth=d**2)
 
     def __call__(self, x: Array) -> Array:
-        """Whiten x (n_t, n_joints) or (n_t, n_joints, k), given over the sensor's standard deviation."""
+        """Whiten residuals or Jacobians.
+
+        Parameters
+        ----------
+        x
+            Values over the sensor's standard deviation, shape (n_t, n_joints) or (n_t, n_joints, k).
+
+        Returns
+        -------
+        ndarray, shape of ``x``
+            C^−½·x.
+        """
         flat = self.colour.whiten(x)
         if self.Q is None or self.growth is None:
             return flat
@@ -152,6 +221,9 @@ class Whitener:
         return np.asarray(rows - self.Q @ (shrink[:, None] * (self.Q.T @ rows))).reshape(x.shape)
 
     def log_determinant(self, rows: int) -> float:
-        """Return ln det C."""
+        """Return ln det C = 2·n·ln σ + Σ ln(1 + λ) for n = ``rows`` readings of all joints.
+
+        The ARMA filter adds no more: it is triangular with 1/σ on its diagonal.
+        """
         scattered = 0.0 if self.growth is None else float(np.log1p(self.growth).sum())
         return 2.0 * rows * float(np.log(self.colour.sigma)) + scattered

@@ -1,4 +1,8 @@
-"""Gram matrices of [residual, random columns] under the inverse covariance of a run's noise."""
+"""Gram matrices of [residual, random columns] under the inverse noise covariance: `Terms` and simulations in.
+
+`marginal` takes the matrices. Under white noise the scatter columns of the cycles have no rows in common, so that sums
+over cycles replace the columns themselves; correlated noise needs every column whitened.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +19,16 @@ from haptid.noise.whitening import whiten
 def white_gram(
     terms: Terms, model: NoiseModel, residual: Array, motion: Array, noise: Array, keep: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
-    """G under white noise, built from sums over cycles: each cycle's scatter column is ``motion`` on its own rows.
+    """Build the Gram matrix G under white noise from sums over cycles.
+
+    A cycle's scatter column is ``motion`` on the rows of the cycle and 0 elsewhere.
 
     Parameters
     ----------
+    terms
+        The run, its cycles, and its fixed columns.
+    model
+        Random parts of the data.
     residual, motion
         Measured minus simulated, and simulated minus equilibrium [rad], shape (n_sets, n_t) each.
     noise
@@ -44,13 +54,16 @@ def white_gram(
     gram[:, 1 : 1 + n_fixed, 1 : 1 + n_fixed] = inner(fixed)
     if moving:
         _add_motion(gram, terms, motion * keep, r, fixed, with_run=model.runs)
-    lower = np.tril_indices(gram.shape[-1], -1)
+    lower = np.tril_indices(gram.shape[-1], -1)  # only the upper triangle is filled so far
     gram[:, lower[0], lower[1]] = gram[:, lower[1], lower[0]]
     return gram / noise[:, None, None] ** 2, 2 * np.log(noise) * int(keep.sum())
 
 
 def _add_motion(gram: Array, terms: Terms, m: Array, r: Array, fixed: Array, *, with_run: bool) -> None:
-    """Fill the upper triangle of the columns that follow the motion, cycle by cycle."""
+    """Fill the upper triangle of the columns that follow the motion, cycle by cycle.
+
+    The columns of two cycles are orthogonal; the column of the run is their sum.
+    """
     first = 1 + fixed.shape[0]
     for c, rows in enumerate(terms.slices):
         part = m[:, rows]
@@ -60,13 +73,30 @@ def _add_motion(gram: Array, terms: Terms, m: Array, r: Array, fixed: Array, *, 
     if with_run:
         last = gram.shape[-1] - 1
         gram[:, :first, last] = gram[:, :first, first:last].sum(axis=-1)
+        # The run's column is the sum of orthogonal ones: its product with a cycle's column is that cycle's own.
         diagonal = np.einsum("wii->wi", gram)[:, first:last]
         gram[:, first:last, last] = diagonal
         gram[:, last, last] = diagonal.sum(axis=-1)
 
 
 def dense_columns(terms: Terms, model: NoiseModel, residual: Array, motion: Array) -> Array:
-    """[residual, random columns] of one parameter set written out, shape (1 + k, n_t)."""
+    """Return [residual, random columns] of one parameter set.
+
+    Parameters
+    ----------
+    terms
+        The run, its cycles, and its fixed columns.
+    model
+        Random parts of the data.
+    residual, motion
+        Measured minus simulated, and simulated minus equilibrium [rad], shape (n_t,) each.
+
+    Returns
+    -------
+    ndarray, shape (1 + k, n_t)
+        Residual, fixed columns, and with scatter on the reading one column per cycle and that of the run, in the order
+        of `column_scales`.
+    """
     columns = [residual, *terms.fixed]
     if model.scatter == "reading":
         columns += [motion * (terms.cycle == c) for c in range(terms.cycles)]
@@ -83,7 +113,22 @@ def correlated_gram(
     error: tuple[Array, Array],
     keep: NDArray[np.bool_],
 ) -> tuple[Array, Array]:
-    """As `white_gram`, with an Ornstein–Uhlenbeck error of standard deviation and correlation time ``error``."""
+    """Build the Gram matrix G under white noise and an Ornstein–Uhlenbeck model error.
+
+    Parameters
+    ----------
+    terms, model, residual, motion, noise, keep
+        As in `white_gram`.
+    error
+        Standard deviation [rad] and correlation time [s] of the model error, shape (n_sets,) each.
+
+    Returns
+    -------
+    gram
+        Shape (n_sets, 1 + k, 1 + k), the columns in the order of `column_scales`.
+    logdet
+        log det of the noise covariance, shape (n_sets,).
+    """
     grams, logdets = [], []
     for r, m, sigma, a, time in zip(residual, motion, noise, *error, strict=True):
         columns, logdet = whiten(

@@ -1,4 +1,4 @@
-"""What is random in the data beside the sensor: the parameters of the noise model, with their priors."""
+"""Parameters of the noise model with their priors, each a `Hyper` that the posterior density samples in log x."""
 
 from __future__ import annotations
 
@@ -11,21 +11,27 @@ from haptid.measurement.values.run import Array
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class HalfNormal:
-    """Half-normal prior of a standard deviation x ≥ 0: p(x) ∝ exp(−x²/(2·scale²)), sampled in log x."""
+    """Half-normal prior of a standard deviation x ≥ 0, sampled in log x: p(x) = √(2/π)/scale·exp(−x²/(2·scale²)).
+
+    Parameters
+    ----------
+    scale
+        Standard deviation of the normal distribution of which x is the absolute value, in the unit of x.
+    """
 
     scale: float
 
     def widened(self, factor: float) -> HalfNormal:
-        """Return the prior ``factor`` times as wide."""
+        """Return the prior with ``factor`` times the scale."""
         return HalfNormal(scale=factor * self.scale)
 
     def log_density(self, log_x: Array) -> Array:
-        """Density of log x: log p(x) + log x."""
-        x = np.exp(np.minimum(log_x, 300.0))
+        """Return the log density of log x, log p(x) + log x; same shape as ``log_x``."""
+        x = np.exp(np.minimum(log_x, 300.0))  # its square still is a finite number
         return np.asarray(0.5 * np.log(2 / np.pi) - np.log(self.scale) - 0.5 * (x / self.scale) ** 2 + log_x)
 
     def draw(self, rng: np.random.Generator, size: int) -> Array:
-        """Draws of log x, shape (size,)."""
+        """Draw log x from the prior, shape (size,)."""
         return np.asarray(np.log(np.abs(self.scale * rng.standard_normal(size))))
 
     @property
@@ -36,22 +42,30 @@ class HalfNormal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LogNormal:
-    """Log-normal prior: log x ~ N(log median, width²)."""
+    """Log-normal prior: log x ~ N(log median, width²).
+
+    Parameters
+    ----------
+    median
+        Median of x, in its unit.
+    width
+        Standard deviation of log x [1].
+    """
 
     median: float
     width: float
 
     def widened(self, factor: float) -> LogNormal:
-        """Return the prior ``factor`` times as wide."""
+        """Return the prior with the same median and ``factor`` times the width."""
         return LogNormal(median=self.median, width=factor * self.width)
 
     def log_density(self, log_x: Array) -> Array:
-        """Density of log x."""
+        """Return the log density of log x; same shape as ``log_x``."""
         z = (log_x - np.log(self.median)) / self.width
         return np.asarray(-0.5 * z**2 - np.log(self.width) - 0.5 * np.log(2 * np.pi))
 
     def draw(self, rng: np.random.Generator, size: int) -> Array:
-        """Draws of log x, shape (size,)."""
+        """Draw log x from the prior, shape (size,)."""
         return np.asarray(np.log(self.median) + self.width * rng.standard_normal(size))
 
     @property
@@ -62,7 +76,17 @@ class LogNormal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Hyper:
-    """A parameter of the noise model: id, unit, meaning, prior, and a start for the optimiser."""
+    """A parameter of the noise model.
+
+    Parameters
+    ----------
+    id, unit, description
+        Name in files and tables, unit, and meaning for reports.
+    prior
+        Prior of the positive parameter.
+    start
+        Value from which the optimiser begins, in ``unit``.
+    """
 
     id: str
     unit: str
@@ -72,29 +96,46 @@ class Hyper:
 
 
 NOISE_KNOWN, NOISE_ESTIMATED = 0.05, 0.5
-"""Width of the noise factor's prior where the sensor's noise is given, and where it was estimated from the data."""
+"""Standard deviation of ln(noise factor) in its prior, where the campaign states the sensor's noise and where not."""
 
 
 def noise_factor(width: float) -> Hyper:
-    """Return the factor on the sensor's standard deviation √(noise² + resolution²/12)."""
+    """Return the factor on the sensor's standard deviation √(noise² + resolution²/12).
+
+    Parameters
+    ----------
+    width
+        Standard deviation of the factor's logarithm in the prior [1].
+    """
     text = "sensor noise over its stated standard deviation"
     return Hyper(id="noise_factor", unit="1", description=text, prior=LogNormal(median=1.0, width=width), start=1.0)
 
 
 def cycle_scatter() -> Hyper:
-    """Scatter s of a cycle's amplitude factor 1 + s·ξ."""
+    """Return the scatter s of a cycle's amplitude factor 1 + s·ξ, ξ ~ N(0, 1)."""
     text = "relative scatter of the amplitude from cycle to cycle"
     return Hyper(id="cycle_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
 
 
 def run_scatter() -> Hyper:
-    """Scatter s of a run's amplitude factor 1 + s·ξ."""
+    """Return the scatter s of a run's amplitude factor 1 + s·ξ, ξ ~ N(0, 1)."""
     text = "relative scatter of the amplitude from run to run"
     return Hyper(id="run_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
 
 
 def model_error(travel: float) -> tuple[Hyper, Hyper]:
-    """Return standard deviation [rad] and correlation time [s] of a correlated model error, for this travel [rad]."""
+    """Return the standard deviation a and the correlation time T of a model error of covariance a²·exp(−|Δt|/T).
+
+    Parameters
+    ----------
+    travel
+        Travel of the runs [rad], to which the prior of the standard deviation is scaled.
+
+    Returns
+    -------
+    tuple of Hyper
+        ``model_error`` [rad] and ``error_time`` [s].
+    """
     size = HalfNormal(scale=0.05 * travel)
     return (
         Hyper(id="model_error", unit="rad", description="correlated model error", prior=size, start=1e-3 * travel),

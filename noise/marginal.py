@@ -1,10 +1,15 @@
-"""Gaussian likelihoods with a few random columns, marginalised analytically.
+"""Gaussian likelihoods with a few random columns, marginalised analytically: Gram matrices in, log densities out.
 
 For r ~ N(0, S + U·diag(λ²)·Uᵀ) with few columns U, everything follows from the Gram matrix G of [r, U] under S⁻¹:
 
 log p = −½ (rᵀS⁻¹r − wᵀw + log det S + log det K + n·log 2π),  K = I + Λ·UᵀS⁻¹U·Λ = L·Lᵀ,  w = L⁻¹·Λ·UᵀS⁻¹r
 
 by Woodbury's identity and the matrix determinant lemma (Sherman and Morrison 1950 where U is one column).
+
+References
+----------
+Sherman, J., and Morrison, W. J. (1950). Adjustment of an inverse matrix corresponding to a change in one element of a
+given matrix. Annals of Mathematical Statistics 21, 124–127.
 """
 
 from __future__ import annotations
@@ -14,11 +19,19 @@ import numpy as np
 from haptid.measurement.values.run import Array
 
 LARGEST = 1e24
-"""Entry of K from which the simulation behind it is taken to have run away."""
+"""Size of K's entries from which the simulation behind them counts as diverged."""
 
 
 def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
-    """Cholesky factor L (…, k, k) of K, and L⁻¹·Λ·G[first:, :first] (…, k, first), NaN where K is beyond `LARGEST`."""
+    """Factor K and solve with it.
+
+    Returns
+    -------
+    lower : ndarray, shape (…, k, k)
+        Cholesky factor L of K.
+    w : ndarray, shape (…, k, first)
+        L⁻¹·Λ·G[first:, :first], NaN where an entry of K is beyond `LARGEST`.
+    """
     inner = scales[..., :, None] * gram[..., first:, first:] * scales[..., None, :]
     finite = (np.abs(inner) < LARGEST).all(axis=(-1, -2), keepdims=True)
     lower = _factor(np.eye(inner.shape[-1]) + np.where(finite, inner, 0.0))
@@ -27,13 +40,12 @@ def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
 
 
 def _factor(K: Array) -> Array:
-    """Cholesky factor of K = I + (positive semidefinite); rounding may hide its ones beside very large entries.
-
-    Then it is made from the eigenvalues, none of them below 1.
-    """
+    """Return the Cholesky factor of K = I + (positive semidefinite), shape (…, k, k)."""
     try:
         return np.asarray(np.linalg.cholesky(K), dtype=np.float64)
     except np.linalg.LinAlgError:
+        # Beside very large entries rounding hides the ones on the diagonal, and K comes out indefinite. Its true
+        # eigenvalues are at least 1: lift them, and get the triangular factor of the root by QR.
         values, vectors = np.linalg.eigh(K)
         root = vectors * np.sqrt(np.maximum(values, 1.0))[..., None, :]
         upper = np.linalg.qr(np.swapaxes(root, -1, -2), mode="r")
@@ -42,12 +54,12 @@ def _factor(K: Array) -> Array:
 
 
 def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array) -> Array:
-    """Log density of the data.
+    """Return the log density of the data with the random columns marginalised.
 
     Parameters
     ----------
     gram
-        G, shape (…, 1 + k, 1 + k), the residual first.
+        Gram matrix G of [r, U] under S⁻¹, shape (…, 1 + k, 1 + k), the residual first.
     scales
         λ, standard deviations of the k coefficients, shape (…, k).
     logdet
@@ -58,6 +70,7 @@ def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array
     Returns
     -------
     ndarray, shape (…,)
+        log p as the module's formula gives it.
     """
     lower, w = _capacitance(gram, scales, 1)
     quadratic = gram[..., 0, 0] - np.sum(w[..., 0] ** 2, axis=-1)
@@ -66,13 +79,40 @@ def log_marginal(gram: Array, scales: Array, logdet: Array, count: float | Array
 
 
 def eliminate(gram: Array, scales: Array, kept: int) -> Array:
-    """Gram matrix of the first ``kept`` columns under (S + U·diag(λ²)·Uᵀ)⁻¹, shape (kept, kept): a Schur complement."""
+    """Return the Gram matrix of the first columns under (S + U·diag(λ²)·Uᵀ)⁻¹, a Schur complement.
+
+    Parameters
+    ----------
+    gram
+        Gram matrix of [kept columns, U] under S⁻¹, shape (…, kept + k, kept + k).
+    scales
+        λ, standard deviations of the k coefficients of U, shape (…, k).
+    kept
+        Number of columns before U.
+
+    Returns
+    -------
+    ndarray, shape (…, kept, kept)
+    """
     _, w = _capacitance(gram, scales, kept)
     return np.asarray(gram[..., :kept, :kept] - np.swapaxes(w, -1, -2) @ w)
 
 
 def coefficients(gram: Array, scales: Array) -> tuple[Array, Array]:
-    """Mean (…, k) and covariance (…, k, k) of the coefficients given the residual: Λ·K⁻¹·Λ·UᵀS⁻¹r and Λ·K⁻¹·Λ."""
+    """Return the conditional mean and covariance of the random columns' coefficients given the residual.
+
+    Parameters
+    ----------
+    gram, scales
+        As in `log_marginal`.
+
+    Returns
+    -------
+    mean : ndarray, shape (…, k)
+        Λ·K⁻¹·Λ·UᵀS⁻¹r.
+    covariance : ndarray, shape (…, k, k)
+        Λ·K⁻¹·Λ.
+    """
     lower, w = _capacitance(gram, scales, 1)
     half = np.linalg.solve(lower, np.eye(lower.shape[-1]) * scales[..., None, :])
     half_t = np.swapaxes(half, -1, -2)

@@ -1,4 +1,4 @@
-"""Which random parts a likelihood holds: the choice that held-out data decide."""
+"""Candidate noise models of a likelihood: held-out runs decide between them."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ _WORDS = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseModel:
-    """The random parts of the data.
+    """The random parts of the data beside white sensor noise.
 
     Parameters
     ----------
     scatter
-        ``reading``: each cycle's deviation from equilibrium times 1 + s·ξ. ``torque``: each cycle's torque times it.
+        ``none``: no scatter. ``reading``: each cycle's deviation from equilibrium is multiplied by 1 + s·ξ.
+        ``torque``: each cycle's torque is multiplied by 1 + s·ξ.
     runs
-        Whether a factor 1 + s_run·ξ common to all cycles of a run comes on top.
+        Whether a deviation s_run·ξ common to all cycles of a run is added to the factor.
     correlated
-        Whether an autocorrelated model error a·exp(−|Δt|/T) is part of the data.
+        Whether the data hold a model error of covariance a²·exp(−|Δt|/T).
     """
 
     scatter: Scatter = "none"
@@ -47,7 +48,15 @@ class NoiseModel:
         return _WORDS[self.scatter] + "".join(extra)
 
     def hyper(self, *, noise_width: float, travel: float) -> tuple[Hyper, ...]:
-        """Parameters of this model, for a travel [rad] and the width of the noise factor's prior."""
+        """Return the parameters of this noise model.
+
+        Parameters
+        ----------
+        noise_width
+            Standard deviation of ln(noise factor) in its prior [1].
+        travel
+            Largest travel of the runs [rad].
+        """
         parts = [hyper.noise_factor(noise_width)]
         parts += [hyper.cycle_scatter()] if self.scatter != "none" else []
         parts += [hyper.run_scatter()] if self.runs else []
@@ -56,7 +65,14 @@ class NoiseModel:
 
 
 def candidates(runs: int, cycles: int) -> tuple[NoiseModel, ...]:
-    """Noise models worth comparing on this many fitted runs and cycles, the simplest first."""
+    """Return the noise models to compare, the simplest first.
+
+    Parameters
+    ----------
+    runs, cycles
+        Number of fitted runs, and of their cycles together. A scatter needs three samples: with fewer cycles (runs)
+        no candidate has a scatter from cycle to cycle (from run to run).
+    """
     models = [NoiseModel()]
     if cycles >= 3:
         models += [NoiseModel(scatter="reading"), NoiseModel(scatter="torque")]

@@ -1,17 +1,23 @@
-"""How much cycles scatter: the restricted likelihood of their amplitudes' variance over many runs.
+"""Amplitude scatter from cycle to cycle by restricted maximum likelihood (REML): whitened residuals in, s out.
 
-r = J·p + M·b + ε with b ~ N(0, s²) and ε ~ N(0, 1). With Q an orthonormal basis of J's columns, P = I − Q·Qᵀ takes p
-out (Patterson and Thompson 1971), and up to what does not depend on s
+Over all runs r = J·p + M·b + ε with b ~ N(0, s²) and ε ~ N(0, 1). With Q an orthonormal basis of J's columns,
+P = I − Q·Qᵀ projects p out (Patterson and Thompson 1971), and up to a constant in s
 
     −2 ln L(s) = ln det(I + s²·G) − s²·gᵀ·(I + s²·G)⁻¹·g,    G = Mᵀ·P·M,    g = Mᵀ·P·r.
 
-A cycle moves the readings of its own run alone: MᵀM has a block for each run, and G is that less Wᵀ·W, W = Qᵀ·M. In the
+A cycle moves the readings of its own run alone: MᵀM has one block per run, and G = MᵀM − Wᵀ·W with W = Qᵀ·M. In the
 basis of the blocks' eigenvectors, with D = 1 + s²·λ and K = I − s²·W·D⁻¹·Wᵀ, the matrix determinant lemma and
 Woodbury's identity (Golub and Van Loan 2013, section 2.1.4) give
 
-    ln det(I + s²·G) = Σ ln D + ln det K,    (I + s²·G)⁻¹·g = D⁻¹·g + s²·D⁻¹·Wᵀ·K⁻¹·W·D⁻¹·g:
+    ln det(I + s²·G) = Σ ln D + ln det K,    (I + s²·G)⁻¹·g = D⁻¹·g + s²·D⁻¹·Wᵀ·K⁻¹·W·D⁻¹·g.
 
-runs of hundreds of cycles cost what each costs alone.
+So no matrix over the cycles of all runs is factored: each run has an eigenproblem, and K is as large as J has columns.
+
+References
+----------
+Patterson, H. D., and Thompson, R. (1971). Recovery of inter-block information when block sizes are unequal.
+Biometrika 58, 545–554.
+Golub, G. H., and Van Loan, C. F. (2013). Matrix Computations, fourth edition.
 """
 
 from __future__ import annotations
@@ -24,16 +30,30 @@ from scipy.optimize import minimize_scalar
 from haptid.measurement.values.run import Array
 
 LEAST, LARGEST = 1e-7, 0.5
-"""Range of s."""
+"""Bounds of the search for s, the standard deviation of a cycle's relative amplitude [1]."""
 CLEAR = 1e-3
-"""Least twice the gain in log-likelihood over s = 0 that is not rounding."""
+"""Twice the gain in log-likelihood over s = 0 below which the gain is rounding."""
 
 
 def best_scatter(r: Sequence[Array], Q: Sequence[Array], M: Sequence[Array]) -> tuple[float, float]:
-    """Return s ≥ 0 of largest restricted likelihood, and twice its gain over s = 0.
+    """Maximise the restricted likelihood of the amplitude scatter s ≥ 0.
 
-    ``r`` (n,), ``Q`` (n, q) and ``M`` (n, K) are those of every run, r already without what Q takes out. Nothing where
-    the simulations behind them left the finite numbers.
+    Parameters
+    ----------
+    r
+        Whitened residual of every run with Q's columns projected out, shape (n,) each.
+    Q
+        Rows of every run in the orthonormal basis of J's columns, shape (n, q) each.
+    M
+        Whitened change of the readings with each cycle's relative amplitude, shape (n, K) each.
+
+    Returns
+    -------
+    s : float
+        Standard deviation of a cycle's relative amplitude [1].
+    gain : float
+        Twice the gain in restricted log-likelihood over s = 0. Both are 0 where the gain is rounding, or where a
+        simulation behind the arguments is not finite.
     """
     if not all(np.isfinite(part).all() for part in (*r, *M)):
         return 0.0, 0.0
@@ -47,12 +67,12 @@ def best_scatter(r: Sequence[Array], Q: Sequence[Array], M: Sequence[Array]) -> 
         D = 1.0 + s2 * spread
         K = np.eye(W.shape[0]) - s2 * (W / D) @ W.T
         sign, log_det = np.linalg.slogdet(K)
-        if sign <= 0.0:
+        if sign <= 0.0:  # K is positive definite but for rounding
             return np.inf
         through = W @ (g / D)
         explained = s2 * (g @ (g / D) + s2 * through @ np.linalg.solve(K, through))
         return float(np.log(D).sum() + log_det - explained)
 
     found = minimize_scalar(deviance, bounds=(np.log(LEAST), np.log(LARGEST)), method="bounded")
-    gain = -float(found.fun)
+    gain = -float(found.fun)  # the deviance is 0 at s = 0
     return (float(np.exp(found.x)), gain) if gain > CLEAR else (0.0, 0.0)

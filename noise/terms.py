@@ -1,4 +1,8 @@
-"""What a run's likelihood needs beside its data: cycles, a start, and columns linearised once at the mode."""
+"""Runs made ready for their likelihood: `Run` in, `Terms` with cycles, start and linearised random columns out.
+
+The columns ∂y/∂x₀ and ∂y/∂ξ are taken once at the mode and kept fixed for all parameter sets, so that a likelihood
+needs one simulation per parameter set.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +21,10 @@ from haptid.model.equations.equations import Equations
 from haptid.noise.noise_model import NoiseModel
 
 START_SHARE = 0.05
-"""Prior standard deviation of the initial position around the first sample, as a share of the travel: wide against
-what the run itself tells, so that the first sample's own noise counts once, as data."""
+"""Prior standard deviation of the initial position around the first sample, as a share of the travel: much wider than
+what the run determines, so that the noise of the first sample counts once, as data."""
 NUDGE = 1e-3
-"""Relative change of a cycle's torque in the finite difference of its column."""
+"""Relative change δ of a cycle's torque in the finite difference of its scatter column [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,8 +40,8 @@ class Terms:
     x0
         Initial state around which the model is linear in the initial position, shape (n_x,).
     fixed
-        Columns of the data's random part that are taken once, at the mode: ∂y/∂x₀, and with scatter on the torque
-        ∂y/∂ξ of every cycle, and their sum where runs scatter too; shape (n_fixed, n_t).
+        Random columns that are taken once, at the mode: ∂y/∂x₀, and with scatter on the torque ∂y/∂ξ of every cycle,
+        and the sum of these where runs scatter too; shape (n_fixed, n_t).
     states
         The initial states that are random: the position, and the velocity where the run starts in motion.
     start_std
@@ -84,10 +88,21 @@ class Terms:
 
 
 def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
-    """Terms of ``run``, not yet linearised, around the start ``x0`` (the first sample where None)."""
+    """Make a run ready for its likelihood; its random columns are not taken yet.
+
+    Parameters
+    ----------
+    equations
+        Equations of the free joint.
+    run
+        The run.
+    x0
+        Initial state around which the start is linearised, shape (n_x,); that of the first sample where None.
+    """
     start = start_of(equations, run)
     travel = float(np.ptp(run.y[:, 0]))
     std = start.unit.copy()
+    # A run that hardly moves has a travel of the noise's size: its prior stays wide against the noise by the second.
     std[0] = max(START_SHARE * travel, 10 * float(run.sensor_std[0]))
     at = start.base.copy() if x0 is None else np.array(x0)
     return Terms(
@@ -103,7 +118,13 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
 
 
 def linearise(terms: Terms, trajectory: Trajectory) -> Terms:
-    """Take the columns of the initial states from a trajectory with sensitivities; the others stay."""
+    """Take the columns ∂y/∂x₀ of the initial states from a trajectory; the other fixed columns stay.
+
+    Raises
+    ------
+    ValueError
+        Where the trajectory has no sensitivities.
+    """
     if trajectory.dy_dx0 is None:
         msg = "a trajectory with sensitivities is needed"
         raise ValueError(msg)
@@ -112,18 +133,31 @@ def linearise(terms: Terms, trajectory: Trajectory) -> Terms:
 
 
 def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: NoiseModel) -> Terms:
-    """Take the columns of a scatter on the torque at ``theta``: ∂y/∂ξ of every cycle, and their sum for the run."""
+    """Take the columns ∂y/∂ξ of a scatter on the torque, and their sum where runs scatter too.
+
+    Parameters
+    ----------
+    terms
+        The run.
+    simulator
+        Simulates the run twice per cycle.
+    theta
+        Parameters at which the columns are taken, shape (n_p,).
+    model
+        Random parts of the data; without scatter on the torque ``terms`` is returned as it is.
+    """
     if model.scatter != "torque":
         return terms
     rows = [terms.cycle == c for c in range(terms.cycles)]
     cycles = [_torque_column(simulator, theta, terms.x0, terms.run, row) for row in rows]
     n = len(terms.states)
+    # The columns of the start come first; zeros hold their place until `linearise` takes them.
     start = terms.fixed[:n] if len(terms.fixed) >= n else np.zeros((n, terms.run.t.size))
     return terms.but(fixed=np.array([*start, *cycles, *([np.sum(cycles, axis=0)] if model.runs else [])]))
 
 
 def _torque_column(simulator: Simulator, theta: Array, x0: Array, run: Run, rows: NDArray[np.bool_]) -> Array:
-    """∂y/∂ξ of the cycle in ``rows``: central difference over its torque times 1 ± δ."""
+    """Return ∂y/∂ξ of the cycle in ``rows``, shape (n_t,): central difference with its torque times 1 ± δ."""
     change = NUDGE * run.u * rows[:, None]
     up = simulator.simulate(theta, run.but(u=run.u + change), x0=x0).y[:, 0]
     down = simulator.simulate(theta, run.but(u=run.u - change), x0=x0).y[:, 0]
@@ -131,7 +165,22 @@ def _torque_column(simulator: Simulator, theta: Array, x0: Array, run: Run, rows
 
 
 def column_scales(terms: Terms, model: NoiseModel, hyper: dict[str, Array]) -> Array:
-    """Return the standard deviations λ of the random columns (n_sets, k): start, one per cycle, run."""
+    """Return the standard deviations λ of the random columns' coefficients.
+
+    Parameters
+    ----------
+    terms
+        The run.
+    model
+        Random parts of the data.
+    hyper
+        Values of the noise model's parameters by id, shape (n_sets,) each.
+
+    Returns
+    -------
+    ndarray, shape (n_sets, k)
+        In order: initial states [rad], [rad/s], every cycle [1], run [1].
+    """
     sets = hyper["noise_factor"].shape[0]
     parts = [np.broadcast_to(terms.start_std, (sets, terms.start_std.size))]
     if model.scatter != "none":

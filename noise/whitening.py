@@ -1,4 +1,8 @@
-"""Whitening of data whose error is white noise plus a correlated (Ornstein–Uhlenbeck) part, and inner products."""
+"""Whitening of data whose error is white noise plus an Ornstein–Uhlenbeck process, and inner products of columns.
+
+Both run in compiled C (``whitening.c``). A Kalman filter of the scalar Ornstein–Uhlenbeck state gives L⁻¹v row by row:
+its cost grows with the number of rows, that of a Cholesky factorisation of S with their cube.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +19,7 @@ from haptid.model.kernel.compiler import compile_shared
 _p, _long, _double = ctypes.c_void_p, ctypes.c_long, ctypes.c_double
 
 
-@lru_cache(maxsize=1)
+@lru_cache(maxsize=1)  # compiled at the first call, so that an import needs no compiler
 def _library() -> ctypes.CDLL:
     source = resources.files("haptid.noise").joinpath("whitening.c").read_text(encoding="utf-8")
     library = ctypes.CDLL(str(compile_shared({"whiten.c": source}, main=("whiten.c",))))
@@ -41,6 +45,18 @@ def whiten(
         Standard deviations of the white and the correlated part; correlation time [s].
     keep
         Rows that were seen, shape (n_t,); the others come back as 0 and do not count.
+
+    Returns
+    -------
+    whitened : ndarray, shape (n_columns, n_t)
+        L⁻¹v of every column.
+    logdet : float
+        log det S over the rows that were seen.
+
+    Raises
+    ------
+    ValueError
+        Where the shapes of ``columns``, ``t`` and ``keep`` disagree.
     """
     out = np.array(columns, dtype=np.float64, order="C")
     times, seen = np.ascontiguousarray(t), np.ascontiguousarray(keep, dtype=np.int8)
@@ -54,7 +70,17 @@ def whiten(
 
 
 def gram(columns: Array) -> Array:
-    """Inner products of columns (n_columns, n_t), shape (n_columns, n_columns): the same bits every time."""
+    """Return the inner products of columns, summed in a fixed order: the same input gives the same bits.
+
+    Parameters
+    ----------
+    columns
+        Each row one column of data, shape (n_columns, n_t).
+
+    Returns
+    -------
+    ndarray, shape (n_columns, n_columns)
+    """
     v = np.ascontiguousarray(columns, dtype=np.float64)
     out = np.empty((v.shape[0], v.shape[0]))
     _library().uq_gram(v.shape[0], v.shape[1], v.ctypes.data, out.ctypes.data)

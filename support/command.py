@@ -1,4 +1,7 @@
-"""The conventions that all commands share: exit codes, common options, progress on stderr."""
+"""The conventions that all commands share: exit codes, common options, progress on stderr.
+
+The decorators take the function of a command and return one that keeps the conventions.
+"""
 
 from __future__ import annotations
 
@@ -27,6 +30,7 @@ from haptid.support.files.folder_lock import lock_folder
 P = ParamSpec("P")
 T = TypeVar("T")
 INTERRUPTED, TERMINATED, CLOSED = 130, 143, 141
+"""Exit codes that shells give to commands ended by SIGINT, SIGTERM and SIGPIPE: 128 plus the signal's number."""
 _FULL = (errno.ENOSPC, errno.EDQUOT)
 
 
@@ -36,7 +40,7 @@ class Terminated(KeyboardInterrupt):
 
 @contextmanager
 def _termination_ends_like_an_interrupt() -> Iterator[None]:
-    if threading.current_thread() is not threading.main_thread():
+    if threading.current_thread() is not threading.main_thread():  # Python sets signal handlers there only
         yield
         return
 
@@ -51,11 +55,23 @@ def _termination_ends_like_an_interrupt() -> Iterator[None]:
 
 
 def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
-    """Turn errors into one line on stderr and the documented exit code."""
+    """Decorate a command: its errors become one line on stderr and the documented exit code.
+
+    Parameters
+    ----------
+    function
+        Command, which may raise.
+
+    Returns
+    -------
+    Callable
+        Exits with 2 after an `InputError`, with 1 after other errors of haptid, of the system or of memory, and with
+        `INTERRUPTED`, `TERMINATED` or `CLOSED` after Ctrl-C, SIGTERM or a pipe without reader.
+    """
 
     @functools.wraps(function)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
-        written.clear()
+        written.clear()  # files of an earlier command in this process
         try:
             with _termination_ends_like_an_interrupt():
                 function(*args, **kwargs)
@@ -87,9 +103,9 @@ def exit_codes(function: Callable[P, None]) -> Callable[P, None]:
 
 
 def _nobody_reads() -> bool:
-    """Whether standard output or error is a pipe whose reader has left (``| head``); what is still to come is dropped.
+    """Whether standard output or error is a pipe whose reader has left (``| head``).
 
-    Then a command ends in silence, with the exit code that a shell gives to what SIGPIPE ended.
+    Such a stream is redirected to nowhere, so that output at the interpreter's end causes no second error.
     """
     left = [stream for stream in (sys.stdout, sys.stderr) if _has_no_reader(stream)]
     for stream in left:
@@ -112,14 +128,33 @@ def _has_no_reader(stream: TextIO) -> bool:
 
 
 def _wrote_anything() -> str:
-    """Say whether this command has written anything of its own, the cache apart."""
+    """Say whether this command has written any file outside the cache."""
+    # Compiled kernels in the cache are no results that a user could find.
     cached = Path(os.environ.get("HAPTID_CACHE") or Path("~/.cache/haptid").expanduser()).absolute()
     own = any(not path.absolute().is_relative_to(cached) for path in written)
     return "what was finished is kept" if own else "nothing was finished yet"
 
 
 def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] | None:
-    """Read ``--joints 4,5,3``; None where the option is absent."""
+    """Parse the value of ``--joints 4,5,3``.
+
+    Parameters
+    ----------
+    text
+        Value of the option; None where the option is absent.
+    option
+        Name of the option in errors.
+
+    Returns
+    -------
+    tuple of int or None
+        Numbers of the joints in their order; None where the option is absent.
+
+    Raises
+    ------
+    InputError
+        Where a part is no whole number.
+    """
     if text is None:
         return None
     try:
@@ -130,9 +165,9 @@ def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] 
 
 
 def common_options(function: Callable[P, T]) -> Callable[P, T]:
-    """Add the options of every command: --out, --joints, --seed, --workers, --scheduler, --quiet.
+    """Decorate a command with the common options: --out, --joints, --seed, --workers, --scheduler, --quiet.
 
-    The output folder is tried, and held against other commands, before any work begins.
+    The output folder is tried for writing, and locked against other commands, before any work begins.
     """
     function = _with_folder(function)
     options = [
@@ -161,7 +196,7 @@ def common_options(function: Callable[P, T]) -> Callable[P, T]:
         ),
         click.option("--quiet", is_flag=True, help="No progress on stderr."),
     ]
-    for option in reversed(options):
+    for option in reversed(options):  # click lists the options of a decorator applied last first
         function = option(function)
     return function
 
@@ -180,5 +215,17 @@ def _with_folder(function: Callable[..., T]) -> Callable[..., T]:
 def progress(
     iterable: Iterable[T] | None = None, *, total: int | None = None, title: str = "", quiet: bool = False
 ) -> tqdm[T]:
-    """Progress bar on stderr; silent under --quiet."""
+    """Return a progress bar on stderr.
+
+    Parameters
+    ----------
+    iterable
+        Items whose iteration advances the bar; None where the caller advances it.
+    total
+        Number of steps; the length of ``iterable`` where None.
+    title
+        Text before the bar.
+    quiet
+        Whether the bar is not shown (--quiet).
+    """
     return tqdm(iterable, total=total, desc=title, disable=quiet, file=sys.stderr, dynamic_ncols=True, leave=False)  # type: ignore[return-value] # the stub allows an iterable of nothing

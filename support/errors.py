@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 LONGEST = 300 - len("error: ")
-"""Characters of an error's line, which has 300 with what a command writes before it; what is longer is shortened."""
+"""Most characters of an error's message: a command's line has 300 with the ``error: `` before it."""
 
 
 class HaptidError(Exception):
@@ -20,15 +20,16 @@ class InputError(HaptidError):
     where
         File, line or key at fault.
     expected, got
-        What should have stood there, and what did.
+        Content that the place should have, and the content that it has.
     todo
-        What the user can do about it.
+        Remedy for the user; none where empty.
     """
 
     exit_code = 2
 
     def __init__(self, where: str, *, expected: str, got: str, todo: str = "") -> None:
         parts = [one_line(part) for part in (where, expected, got, todo)]
+        # The room of the four parts is the line's length less that of the words between them.
         self.where, self.expected, self.got, self.todo = _fit_into_room(
             parts, LONGEST - len(_line("", "", "", "x")) + 1
         )
@@ -40,7 +41,14 @@ class InputError(HaptidError):
 
 
 def one_line(text: str) -> str:
-    r"""Return ``text`` on one line: blanks collapsed, what no terminal should be sent written as an escape.
+    r"""Return ``text`` on one line: white space collapsed, unprintable characters written as escapes.
+
+    A terminal would execute control characters that a file's content may hold.
+
+    Parameters
+    ----------
+    text
+        Any text, of a file or an exception, say.
 
     Examples
     --------
@@ -52,11 +60,11 @@ def one_line(text: str) -> str:
 
 
 def shorten(text: str, most: int) -> str:
-    """Return ``text`` with its middle left out where it is longer than ``most`` characters.
+    """Return ``text`` with its middle replaced by … where it has more than ``most`` characters.
 
     Examples
     --------
-    >>> shortened("position_0_rad_of_the_left_arm", 15)
+    >>> shorten("position_0_rad_of_the_left_arm", 15)
     'positio…eft_arm'
     """
     if len(text) <= most:
@@ -69,7 +77,7 @@ def _fit_into_room(parts: list[str], room: int) -> list[str]:
     """Shorten the longest parts, each to the same length, until all fit into ``room`` characters."""
     if sum(map(len, parts)) <= room:
         return parts
-    least, most = 1, room
+    least, most = 1, room  # bisection of the largest common length that fits
     while least < most:
         middle = (least + most + 1) // 2
         least, most = (middle, most) if sum(min(len(part), middle) for part in parts) <= room else (least, middle - 1)
@@ -85,4 +93,4 @@ def _input_error(where: str, expected: str, got: str, todo: str) -> InputError:
 
 
 class NumericalError(HaptidError):
-    """A computation failed and said so (exit code 1)."""
+    """A computation that failed, as where a likelihood is not finite (exit code 1)."""

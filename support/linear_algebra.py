@@ -1,6 +1,8 @@
 """Linear algebra of fits: inverses and Schur complements that stay positive semidefinite, whatever the units.
 
-Unknowns of very different sizes are scaled first, so that what counts as rounding does not depend on their units.
+Information matrices and Jacobians come in, inverses, covariances and Schur complements go out. Unknowns of very
+different sizes are scaled first, so that the threshold of rounding does not depend on their units. The results are
+formed from matrix roots, so that they stay positive semidefinite.
 """
 
 from __future__ import annotations
@@ -13,13 +15,25 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 ROUNDING = 1e-12
-"""Eigenvalues of a scaled matrix below this share of the largest are rounding."""
+"""Ratio to the largest eigenvalue of a scaled matrix below which an eigenvalue is rounding [1]."""
 
 
 def root_of_inverse(matrix: Array) -> Array:
-    """Return W (n, n) with W·Wᵀ = matrix⁻¹.
+    """Return W with W·Wᵀ = matrix⁻¹.
 
-    Unknowns are scaled to a unit diagonal first; eigenvalues below rounding count as at rounding.
+    Parameters
+    ----------
+    matrix
+        Symmetric, positive semidefinite, with positive diagonal, shape (n, n).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+
+    Notes
+    -----
+    The matrix is scaled to a unit diagonal first. Eigenvalues below n·ε times the largest, ε the machine precision, are
+    lifted to it.
     """
     size = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(matrix * np.outer(size, size))
@@ -28,13 +42,38 @@ def root_of_inverse(matrix: Array) -> Array:
 
 
 def inverse(matrix: Array) -> Array:
-    """Return the inverse of a symmetric matrix (n, n) with positive diagonal; its diagonal is positive."""
+    """Return the inverse of a symmetric matrix.
+
+    Parameters
+    ----------
+    matrix
+        Positive semidefinite, with positive diagonal, shape (n, n).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        W·Wᵀ of `root_of_inverse`: positive semidefinite with positive diagonal, also where rounding makes ``matrix``
+        indefinite.
+    """
     root = root_of_inverse(matrix)
     return np.asarray(root @ root.T)
 
 
 def sandwich(bread: Array, meat: Array) -> Array:
-    """Return bread⁻¹·meat·bread⁻¹ (n, n), positive semidefinite."""
+    """Return the sandwich covariance bread⁻¹·meat·bread⁻¹.
+
+    Parameters
+    ----------
+    bread
+        Information matrix, symmetric with positive diagonal, shape (n, n).
+    meat
+        Covariance of the score, symmetric, shape (n, n).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+        Positive semidefinite.
+    """
     root = root_of_inverse(bread)
     values, vectors = np.linalg.eigh(root.T @ meat @ root)
     half = root @ (vectors * np.sqrt(np.maximum(values, 0.0)))
@@ -42,22 +81,25 @@ def sandwich(bread: Array, meat: Array) -> Array:
 
 
 def profiled(information: Array, places: Sequence[int]) -> Array:
-    """Return the information about the unknowns at ``places`` with all others profiled out (Schur's complement).
-
-    I_aa − I_ab·I_bb⁺·I_ba, as the columns of a root of the information less their projection on the others' columns: a
-    difference of large matrices could come out indefinite. Directions of the others that nothing determines take
-    nothing away.
+    """Return the information about some unknowns with all others profiled out (Schur's complement).
 
     Parameters
     ----------
     information
-        Positive semidefinite, shape (n, n).
+        Information matrix I, positive semidefinite, shape (n, n).
     places
         Indices of the unknowns that are kept.
 
     Returns
     -------
     ndarray, shape (len(places), len(places))
+        I_aa − I_ab·I_bb⁺·I_ba with a the unknowns that are kept and b the others.
+
+    Notes
+    -----
+    With I = RᵀR the complement is the Gram matrix of R's columns a less their projection onto its columns b. The
+    difference of the formula could come out indefinite by rounding. Directions of b that the data do not determine have
+    singular values of rounding and are left out of the projection: they reduce no information about a.
     """
     kept = list(places)
     others = [k for k in range(len(information)) if k not in kept]
@@ -75,7 +117,18 @@ def profiled(information: Array, places: Sequence[int]) -> Array:
 
 
 def column_sizes(jacobian: Array) -> Array:
-    """Return the norms of a Jacobian's columns, never 0; shape (n,)."""
+    """Return the norms of a Jacobian's columns.
+
+    Parameters
+    ----------
+    jacobian
+        Shape (n_r, n).
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        At least 1e-300, so that a column of zeros can be divided by its norm.
+    """
     return np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
 
 
@@ -100,5 +153,17 @@ def scaled_covariance(jacobian: Array) -> tuple[Array, Array]:
 
 
 def symmetric_inverse(matrix: Array, rounding: float = ROUNDING) -> Array:
-    """Return the Moore-Penrose inverse of a symmetric matrix (n, n) whose unknowns are scaled already."""
+    """Return the Moore–Penrose inverse of a symmetric matrix whose unknowns are scaled already.
+
+    Parameters
+    ----------
+    matrix
+        Symmetric, shape (n, n).
+    rounding
+        Ratio to the largest eigenvalue below which an eigenvalue counts as 0 [1].
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+    """
     return np.asarray(np.linalg.pinv(matrix, rcond=rounding, hermitian=True))

@@ -4,8 +4,17 @@ from __future__ import annotations
 
 
 def plain(value: float, digits: int = 2) -> str:
-    """Return ``value`` to ``digits`` significant digits, without an exponent below a million.
+    """Write a number without an exponent below a million.
 
+    Parameters
+    ----------
+    value
+        The number.
+    digits
+        Significant digits; a number of more digits before the point is rounded and written out.
+
+    Examples
+    --------
     >>> plain(129.4), plain(9.96), plain(0.0456), plain(2.5e7)
     ('130', '10', '0.046', '2.5e+07')
     """

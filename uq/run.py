@@ -45,7 +45,7 @@ from haptid.uq.sampling.sampling import SamplingOptions
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Command:
-    """What the command line said."""
+    """Settings of the command, read from the command line and the campaign."""
 
     campaign: Campaign
     device: Device | None
@@ -57,7 +57,7 @@ class _Command:
 
 @dataclass(slots=True)
 class _Results:
-    """What is finished so far."""
+    """Results of the joints that are finished so far."""
 
     posteriors: list[Posterior] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
@@ -109,7 +109,15 @@ def main(campaign: Path | None, **settings: Any) -> None:
 
 
 def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Submitting]:
-    """Return processes here, or a running Dask cluster."""
+    """Return the workers of a command.
+
+    Parameters
+    ----------
+    scheduler
+        Address of a running Dask scheduler; processes on this machine where None.
+    count
+        Number of processes on this machine.
+    """
     if scheduler is None:
         return Processes(count)
     from haptid.identification.optimise.dask_workers import Cluster  # noqa: PLC0415 (slow to import and rarely needed)
@@ -120,7 +128,13 @@ def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Subm
 def _configurations(
     campaign: Campaign, device: Device | None, wanted: tuple[int, ...] | None
 ) -> tuple[Configuration, ...]:
-    """Return the configurations of one free joint, in locking order, each joint in the first posture of its runs."""
+    """Return the configurations of one free joint, in locking order, each joint in the first posture of its runs.
+
+    Raises
+    ------
+    InputError
+        Where no run to fit has exactly one free joint.
+    """
     single: dict[tuple[int, ...], Configuration] = {}
     for one in configurations_of(campaign, device, wanted):
         if len(one.free_joints) == 1:
@@ -170,7 +184,7 @@ def _simulator(command: _Command, equations: Equations) -> Simulator:
 
 
 def _write(command: _Command, results: _Results) -> None:
-    """Write what all finished joints share, so that an interrupted command keeps it."""
+    """Write the files of all finished joints; it runs after each joint, so that an interrupted command keeps them."""
     campaign, out, posteriors = command.campaign, command.out, results.posteriors
     seed = command.options.sampling.seed
     head = {

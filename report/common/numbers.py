@@ -1,4 +1,4 @@
-"""Numbers as readers write them."""
+"""Numbers with their standard errors as text."""
 
 from __future__ import annotations
 
@@ -6,8 +6,22 @@ import math
 
 
 def with_error(value: float, std: float) -> str:
-    """Return ``value ± std``, the error to two digits and the value to the same place.
+    """Write ``value ± std``, the error to two digits and the value to the same decimal place.
 
+    Parameters
+    ----------
+    value
+        Estimate.
+    std
+        Its standard error. Where it is not positive and finite, the value stands alone.
+
+    Returns
+    -------
+    str
+        Both numbers before one power of ten where the larger is below 1e-3 or at least 1e6.
+
+    Examples
+    --------
     >>> with_error(0.0151423, 0.000066)
     '0.015142 ± 0.000066'
     >>> with_error(1.5e-6, 2.1e-8)
@@ -25,9 +39,9 @@ def with_error(value: float, std: float) -> str:
 
 
 def round_to_error(value: float, std: float) -> str:
-    """Write a value to a tenth of its standard deviation's first digit.
+    """Write a value to a tenth of its standard deviation's first digit, with at least two and at most nine digits.
 
-    >>> rounded(0.0151423, 0.000066)
+    >>> round_to_error(0.0151423, 0.000066)
     '0.015142'
     """
     if not (std > 0 and math.isfinite(std)) or value == 0:

@@ -1,4 +1,4 @@
-"""The page that all reports share: self-contained HTML from a list of sections."""
+"""The page of all reports: `Section` values in, self-contained HTML out."""
 
 from __future__ import annotations
 
@@ -10,16 +10,26 @@ from markupsafe import Markup
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.report.common", ""),
-    autoescape=True,
+    autoescape=True,  # titles and names of files come from users
     trim_blocks=True,
     lstrip_blocks=True,
-    undefined=jinja2.StrictUndefined,
+    undefined=jinja2.StrictUndefined,  # a misspelt name in the template is an error, not a gap in the page
 )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:
-    """A table: header cells and rows of text. Cells that are `Markup` are not escaped."""
+    """A table of a page.
+
+    Parameters
+    ----------
+    header
+        Texts of the header cells.
+    rows
+        Texts of the cells, row by row; cells that are `Markup` are not escaped.
+    caption
+        Text above the table; none where empty.
+    """
 
     header: Sequence[str]
     rows: Sequence[Sequence[str]]
@@ -28,7 +38,17 @@ class Table:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """An embedded picture: a ``data:`` URI, its caption, and the text for those who cannot see it."""
+    """An embedded picture of a page.
+
+    Parameters
+    ----------
+    uri
+        The picture as a ``data:`` URI.
+    caption
+        Text below the picture.
+    alt
+        Text for readers who cannot see the picture.
+    """
 
     uri: str
     caption: str
@@ -37,7 +57,19 @@ class Picture:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Section:
-    """A titled part of a page: paragraphs, pictures, tables, in this order. ``anchor`` makes it a link target."""
+    """A titled part of a page.
+
+    Parameters
+    ----------
+    title
+        Heading.
+    anchor
+        Target of links to the section; none where empty.
+    paragraphs, pictures, tables
+        Content, shown in this order.
+    folded
+        Whether the reader has to open the section.
+    """
 
     title: str
     anchor: str = ""
@@ -50,16 +82,25 @@ class Section:
 def render_page(
     *, title: str, lead: str, sections: Sequence[Section], synthetic: bool | None, footer: Sequence[str] = ()
 ) -> str:
-    """Render a page.
+    """Render a self-contained page.
 
     Parameters
     ----------
+    title
+        Heading of the page.
     lead
-        The verdict: what a tired engineer reads first.
+        Verdict, which a tired engineer reads first.
+    sections
+        Parts of the page in their order.
     synthetic
         True prints the label SYNTHETIC DATA, False says measured data, None says nothing (no data behind the page).
     footer
         Provenance: command, seed, versions.
+
+    Returns
+    -------
+    str
+        HTML.
     """
     return _ENVIRONMENT.get_template("page.html.j2").render(
         title=title, lead=lead, sections=sections, synthetic=synthetic, footer=footer

@@ -1,4 +1,4 @@
-"""One look for all figures: matplotlib without a display, embedded as PNG data."""
+"""The style of all figures: matplotlib figures without a display in, PNG bytes or ``data:`` URIs out."""
 
 from __future__ import annotations
 
@@ -30,25 +30,25 @@ _RC: dict[str, Any] = {
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Apply the house style inside the block."""
+    """Apply the style of all figures within the block."""
     with mpl.rc_context(_RC):  # type: ignore[arg-type] # the stubs know the keys only as literals
         yield
 
 
 def figure(width: float = 8.0, height: float = 3.0) -> Figure:
-    """Return an empty figure (inches) that belongs to no display."""
+    """Return an empty figure that belongs to no display; ``width`` and ``height`` in inches."""
     made = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(made)
     return made
 
 
 def png(made: Figure) -> bytes:
-    """Render to PNG bytes; the same figure gives the same bytes."""
+    """Render a figure to PNG bytes; the same figure gives the same bytes."""
     stream = io.BytesIO()
-    made.savefig(stream, format="png", metadata={"Software": None})
+    made.savefig(stream, format="png", metadata={"Software": None})  # the entry would hold matplotlib's version
     return stream.getvalue()
 
 
 def data_uri(made: Figure) -> str:
-    """Render to a ``data:`` URI for a self-contained page."""
+    """Render a figure to a ``data:`` URI for a self-contained page."""
     return "data:image/png;base64," + base64.b64encode(png(made)).decode("ascii")

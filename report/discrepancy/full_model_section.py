@@ -1,4 +1,4 @@
-"""Section on the whole device: measured motion of all joints and the band that the parameters' posterior draws give."""
+"""Section on the whole device: `Verification` in, measured motion of all joints with bands of posterior draws out."""
 
 from __future__ import annotations
 
@@ -12,7 +12,18 @@ from haptid.report.common.style import BAND, MEASURED, SIMULATED, data_uri, figu
 
 
 def full_model_sections(verification: Verification) -> list[Section]:
-    """Return one section for all runs with all joints free; nothing where there are none."""
+    """Return the section on all runs with all joints free.
+
+    Parameters
+    ----------
+    verification
+        Simulations of the runs by posterior draws.
+
+    Returns
+    -------
+    list of Section
+        One section; empty where there are no such runs.
+    """
     if not verification.runs:
         return []
     unit = unit_for("rad", [j.prismatic for check in verification.runs for j in check.joints])
@@ -33,7 +44,13 @@ def full_model_sections(verification: Verification) -> list[Section]:
 
 
 def full_model_figure(check: RunCheck) -> Figure:
-    """Position of every joint: measured, simulated, band."""
+    """Draw the position of every joint: measured, simulated, and the band of ±2 standard deviations of the draws.
+
+    Parameters
+    ----------
+    check
+        Verification of one run.
+    """
     n = check.measured.shape[1]
     with style():
         made = figure(9.0, 1.5 * -(-n // 2))
@@ -43,7 +60,7 @@ def full_model_figure(check: RunCheck) -> Figure:
             if i >= n:
                 continue
             low, high = check.simulated[:, i] - 2 * check.spread[:, i], check.simulated[:, i] + 2 * check.spread[:, i]
-            if np.isfinite(low).all():
+            if np.isfinite(low).all():  # the spread is NaN where fewer than two draws stayed finite
                 ax.fill_between(check.t, low, high, color=BAND, lw=0)
             ax.plot(check.t, check.measured[:, i], color=MEASURED, lw=0.8)
             ax.plot(check.t, check.simulated[:, i], color=SIMULATED, lw=0.8, ls="--")

@@ -1,4 +1,4 @@
-"""The page of a search for missing physics: verdict first, pictures next, statistics last."""
+"""The page of a search for missing physics: `Finding` in, HTML out; verdict first, pictures next, statistics last."""
 
 from __future__ import annotations
 
@@ -22,11 +22,17 @@ from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULAT
 from haptid.support.numbers import plain
 
 PARTLY = 0.5
-"""Share of the gap below which one variable does not tell what is missing."""
+"""Share of the model discrepancy below which a torque over one or two variables does not explain most of it [1]."""
 
 
 def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
-    """Measured and simulated position, and what is left before and after, on up to two runs that no fit saw."""
+    """Draw position and residual of the nominal and the final model on the first two runs.
+
+    Parameters
+    ----------
+    curves
+        Runs with their simulations before and after the search.
+    """
     shown = curves[:2]
     with style():
         made = figure(8.5, 4.4)
@@ -58,7 +64,15 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
 
 
 def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
-    """Draw the share of the gap and of the samples in every bin of each variable, of joints that turn or slide."""
+    """Draw the residual localisation: the shares of excess residual energy and of samples in every bin of a variable.
+
+    Parameters
+    ----------
+    maps
+        Excess of residual energy over the noise, one map per variable.
+    prismatic
+        Whether each joint is prismatic, for the units.
+    """
     with style():
         made = figure(8.5, 4.4)
         axes = made.subplots(2, -(-len(maps) // 2), sharey=True)
@@ -137,7 +151,7 @@ def _slides(finding: Finding) -> tuple[bool, ...]:
 
 
 def _in_words(finding: Finding) -> list[str]:
-    """Say what the picture shows."""
+    """Say the residual RMS before and after the search, over the sensor's noise."""
     name = "validate" if "validate" in finding.gaps else "fit"
     runs = "runs that no fit saw" if name == "validate" else "the fitted runs (there are no others)"
     gap, unit = finding.gaps[name], unit_for("mrad", _slides(finding))
@@ -231,7 +245,7 @@ def _settle(finding: Finding) -> list[str]:
 
 
 def _unnamed(shape: Shape, runs: str, finding: Finding) -> Section:
-    """Show the torque that is missing as a function of the one or two variables in which it lives."""
+    """Return the section on the missing torque as a function of one or two variables."""
     names = " and ".join(AXES[variable][0] for variable in shape.variables)
     prismatic = [_slides(finding)[finding.joints.index(shape.joint)]]
     joint = f" in joint {shape.joint}" if len(finding.joints) > 1 else ""
@@ -272,7 +286,15 @@ def _axis(variable: str, prismatic: Sequence[bool]) -> str:
 
 
 def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
-    """Draw the torque over one variable with a band of two standard errors, or over two beside its standard error."""
+    """Draw the missing torque over one variable with a band of two standard errors, or over two beside its error.
+
+    Parameters
+    ----------
+    shape
+        Torque with its standard error over one or two variables.
+    prismatic
+        Whether the joint is prismatic, for the units.
+    """
     names = " and ".join(AXES[variable][0] for variable in shape.variables)
     with style():
         made = figure(8.5 if shape.alone else 5.6, 2.8)
@@ -313,7 +335,22 @@ def _surface(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:
 
 
 def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
-    """Render the page of one study."""
+    """Render the page of one study.
+
+    Parameters
+    ----------
+    finding
+        Search, judgement and curves of the study.
+    title
+        Title of the campaign, which follows the study's title.
+    measured
+        Whether the data are measured (else the page says SYNTHETIC DATA).
+
+    Returns
+    -------
+    str
+        HTML, without sections that have no content.
+    """
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
     joint = f" of joint {finding.gap_joint}" if len(finding.joints) > 1 else ""

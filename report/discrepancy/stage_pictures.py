@@ -1,4 +1,4 @@
-"""A picture for every stage of the search for missing physics."""
+"""Pictures of the stages of the search for missing physics: `Staged` or `Finding` in, pictures and PNG files out."""
 
 from __future__ import annotations
 
@@ -19,13 +19,19 @@ from haptid.report.discrepancy.page import before_after_picture, where_picture
 from haptid.support.files.files import write_bytes
 
 SHOWN = 15
-"""Entries in the picture of the scores."""
+"""Most catalogue effects in the picture of the scores."""
 FLOOR = 1e-16
-"""Least p that is drawn."""
+"""Smallest family-wise p-value that is drawn; smaller ones, 0 among them, are drawn as this [1]."""
 
 
 def gap_picture(curves: Sequence[Curve]) -> Picture:
-    """Draw what the base model misses on up to two runs, over time, with the sensor's noise."""
+    """Draw the residual of the nominal model over time on the first two runs, with the sensor's ±2σ.
+
+    Parameters
+    ----------
+    curves
+        Runs with their simulations by the nominal model.
+    """
     shown = list(curves)[:2]
     with style():
         made = figure(8.5, 2.8)
@@ -42,7 +48,13 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
 
 
 def scores_picture(scan: Scan) -> Picture:
-    """Draw p of the best entries over the whole catalogue, before any refit."""
+    """Draw the family-wise p-values of the first `SHOWN` scores, before any refit.
+
+    Parameters
+    ----------
+    scan
+        Score tests of the whole catalogue, the best first.
+    """
     shown = scan.scores[:SHOWN][::-1]
     with style():
         made = figure(6.5, 0.6 + 0.22 * len(shown))
@@ -56,14 +68,27 @@ def scores_picture(scan: Scan) -> Picture:
 
 
 def stage_picture(staged: Staged) -> Picture:
-    """Return the picture of one stage."""
+    """Return the picture of one stage: scores where it has a scan, else the localisation, else the residual."""
     if staged.scan is not None:
         return scores_picture(staged.scan)
     return where_picture(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_picture(staged.curves)
 
 
 def write_pictures(finding: Finding, folder: Path) -> None:
-    """Write the pictures of all stages beside the page."""
+    """Write the pictures of all stages beside the page.
+
+    Parameters
+    ----------
+    finding
+        Result of the search.
+    folder
+        Folder of the files ``<study>_<stage>.png``.
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
+    """
     pictures = {
         "gap": gap_picture(finding.curves),
         "where": where_picture(finding.maps, finding.search.study.fitted[0].prismatic),
@@ -75,5 +100,5 @@ def write_pictures(finding: Finding, folder: Path) -> None:
 
 
 def save(picture: Picture, path: Path) -> Path:
-    """Write a picture as a PNG."""
+    """Write a picture as a PNG file, whole or not at all, and return its path."""
     return write_bytes(path, b64decode(picture.uri.partition(",")[2]))

@@ -1,4 +1,4 @@
-"""The page of a search for missing physics in a joint whose torque was scored: verdict, picture, names, remainder."""
+"""The page of a search for missing physics whose residual is a torque: `TorqueFinding` in, HTML out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,13 @@ from haptid.report.discrepancy.page import where_picture
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:
-    """Torque over position, measured and modelled, and what is left of it on stretches that no fit saw."""
+    """Draw measured and modelled torque over position, and the residual torque on held-out stretches.
+
+    Parameters
+    ----------
+    finding
+        Result of the search.
+    """
     found = finding.search
     with style():
         made = figure(8.5, 4.6)
@@ -42,7 +48,13 @@ def torque_picture(finding: TorqueFinding) -> Picture:
 
 
 def remaining_picture(finding: TorqueFinding) -> Picture:
-    """Mean of the remaining torque over position, for each direction."""
+    """Draw the mean residual torque of the final model over position, for each direction of the motion.
+
+    Parameters
+    ----------
+    finding
+        Result of the search.
+    """
     left = finding.remaining
     with style():
         made = figure(8.5, 2.4)
@@ -107,7 +119,22 @@ def _unit(finding: TorqueFinding, unit: str) -> str:
 
 
 def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> str:
-    """Render the page."""
+    """Render the page.
+
+    Parameters
+    ----------
+    finding
+        Result of the search.
+    title
+        Title of the campaign.
+    measured
+        Whether the data are measured (else the page says SYNTHETIC DATA).
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     found = finding.search
     tried = (
         f"{finding.considered} entries of the catalogue can be read from motion to torque"

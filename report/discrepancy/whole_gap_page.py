@@ -1,4 +1,4 @@
-"""The page of the runs with all joints free: the verdict, and what every joint misses before and after."""
+"""The page of the runs with all joints free: `WholeFinding` in, HTML with the residuals before and after out."""
 
 from __future__ import annotations
 
@@ -11,7 +11,13 @@ from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, fi
 
 
 def missed_picture(finding: WholeFinding) -> Picture:
-    """Bars of what every joint misses before and after, with what is expected."""
+    """Draw the residual RMS of every joint before and after the search, with the RMS expected of noise and parameters.
+
+    Parameters
+    ----------
+    finding
+        Residuals of every run and joint.
+    """
     with style():
         made = figure(8.5, 2.8)
         axis = made.subplots()
@@ -32,7 +38,22 @@ def missed_picture(finding: WholeFinding) -> Picture:
 
 
 def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
-    """Render the page."""
+    """Render the page.
+
+    Parameters
+    ----------
+    finding
+        Residuals of every run and joint, and the effects that were added.
+    title
+        Title of the campaign.
+    measured
+        Whether the data are measured (else the page says SYNTHETIC DATA).
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     rows = [
         (r.file, r.mode.replace("_", " "), f"{r.joint}", *(f"{1e3 * x:.3g}" for x in _numbers(r))) for r in finding.rows
     ]

@@ -1,4 +1,4 @@
-"""Figures of an identification: measured against simulated, residuals, the whole model."""
+"""Figures of an identification: traces in, pictures of measured and simulated positions with their residuals out."""
 
 from __future__ import annotations
 
@@ -16,10 +16,19 @@ from haptid.report.common.page import Picture
 from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
 MOST_POINTS = 2500
+"""Fewest points of a thinned curve, which has fewer than twice as many [1]."""
 
 
 def run_picture(traces: Sequence[Trace], title: str) -> Picture:
-    """Draw each run in a column: signal above, residual with the noise's ±2σ below."""
+    """Draw each run in a column: positions above, residual with the noise's ±2σ below.
+
+    Parameters
+    ----------
+    traces
+        One trace per run, all of the same joints.
+    title
+        Start of the caption.
+    """
     rows = 2 * traces[0].measured.shape[1]
     with style():
         made = figure(3.0 * max(len(traces), 2) + 1.0, 1.7 * rows)
@@ -80,7 +89,13 @@ def _limits(axis: Axes, r: Array) -> None:
 
 
 def whole_picture(check: RunCheck) -> Picture:
-    """Draw all joints of one run of the whole model."""
+    """Draw measured and simulated positions of all joints in one run of the whole model.
+
+    Parameters
+    ----------
+    check
+        Verification of the whole model on the run.
+    """
     n = check.measured.shape[1]
     with style():
         made = figure(9.0, 1.6 * ((n + 1) // 2) + 0.6)

@@ -1,4 +1,7 @@
-"""The report of ``identification.run``: per joint measured against simulated, parameters, what to make of them."""
+"""The page of ``identification.run``: steps, traces and verification in, HTML out.
+
+It shows, for each joint, measured and simulated positions, parameters with their status, and remedies.
+"""
 
 from __future__ import annotations
 
@@ -22,9 +25,10 @@ METHOD = (
     "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
 )
 AT_NOISE = 1.05
-"""RMS over noise on runs that no fit saw, up to which only the sensor's noise is left."""
+"""Residual RMS over the sensor's noise on held-out runs up to which the residual counts as sensor noise [1]."""
 EXPLAINED = 2.0
-"""RMS over √(noise² + spread²) that one draw of the parameters reaches by chance: |N(0, 1)| is below 2 in 95 %."""
+"""Residual RMS over √(noise² + spread²) up to which noise and parameter uncertainty explain the residual [1]: one draw
+of the parameters reaches it by chance, as |N(0, 1)| is below 2 in 95 % of cases."""
 
 
 def identification_page(
@@ -34,7 +38,26 @@ def identification_page(
     data: Mapping[str, Any],
     verification: Verification,
 ) -> str:
-    """Return the page; ``data`` is the content of identification.json."""
+    """Render the page of an identification.
+
+    Parameters
+    ----------
+    title
+        Heading of the page.
+    steps
+        Steps of the identification, in locking order.
+    traces
+        Measured and simulated positions of every step's runs.
+    data
+        Content of identification.json: remarks, links, command, software, measured.
+    verification
+        Check of the whole model on runs with all joints free; its section is left out where there are none.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     sections = [_overview(steps), *_remarks(data.get("remarks", ()))]
     sections += [_configuration(step, own) for step, own in zip(steps, traces, strict=True)]
     if verification.runs:
@@ -72,7 +95,7 @@ def _lead(steps: Sequence[Step], verification: Verification) -> str:
 
 
 def _whole_sentence(verification: Verification) -> str:
-    """Say how far the whole model is off, and whether what the tests left open explains it."""
+    """Say how large the whole model's residual is, and whether the uncertainty of the parameters explains it."""
     joints = [j for run in verification.runs for j in run.joints]
     worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
     said = f"The whole model predicts runs with all joints free within {worst:.3g} × noise on the worst joint"
@@ -100,7 +123,7 @@ def _overview(steps: Sequence[Step]) -> Section:
 
 
 def _remarks(remarks: Sequence[str]) -> list[Section]:
-    """Return the section on what looked odd in the data, where anything did."""
+    """Return the section of remarks on the data; none where there are no remarks."""
     if not remarks:
         return []
     table = Table(header=("remark",), rows=[(remark,) for remark in remarks])

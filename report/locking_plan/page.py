@@ -1,4 +1,7 @@
-"""The locking plan as a page: the table of ones, the order, what stays unidentifiable and what would reach it."""
+"""The page of a locking plan: summary of `model.plan` in, HTML out.
+
+It shows the locking order, the table of ones, equations, unidentifiable parameters, and proposed runs and postures.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +23,18 @@ from haptid.report.locking_plan.tables import (
 
 
 def plan_page(plan: Data) -> str:
-    """Return the plan as a self-contained page."""
+    """Render the plan as a self-contained page.
+
+    Parameters
+    ----------
+    plan
+        Content of the plan's JSON file.
+
+    Returns
+    -------
+    str
+        HTML; the sections on the design are left out where the plan has no postures.
+    """
     base = plan["base_parameters"]
     order = ", ".join(configuration(joints) for joints in plan["locking_order"])
     joints = sorted({j for stage in plan["stages"] for j in stage["free_joints"]})

@@ -1,4 +1,4 @@
-"""Tables of the locking plan: its order, the table of ones, proposed runs and postures, expected errors."""
+"""Tables of the locking plan, for page and terminal: summary of `model.plan` in, rows of text out."""
 
 from __future__ import annotations
 
@@ -8,12 +8,18 @@ Data = dict[str, Any]
 
 
 def configuration(joints: list[int]) -> str:
-    """Return ``4`` or ``0+1``."""
+    """Write the free joints of a configuration, as in ``4`` or ``0+1``."""
     return "+".join(str(j) for j in joints)
 
 
 def ones(plan: Data) -> list[list[str]]:
-    """Return one row per parameter of the full model: its name, then 1 in the configuration that meets it first."""
+    """Return the table of ones.
+
+    Returns
+    -------
+    list of rows
+        One row per parameter of the full model: its name, then ``1`` in the configuration that first contains it.
+    """
     return [[key, *("1" if key in stage["new"] else "" for stage in plan["stages"])] for key in plan["parameters"]]
 
 
@@ -59,7 +65,7 @@ POSTURES_HEADER = ["free joints", "locked at [rad or m] (- free)"]
 
 
 def run_rows(plan: Data) -> list[list[str]]:
-    """Return one row per joint: its proposed runs, or why there are none."""
+    """Return one row per joint: its proposed runs (amplitude [N m] at frequency [rad/s]), or why there are none."""
     return [
         [
             str(one["joint"]),
@@ -87,7 +93,7 @@ def error_rows(plan: Data) -> list[list[str]]:
 
 
 def posture_rows(plan: Data) -> list[list[str]]:
-    """Return one row per proposed test: free joints, positions of the locked ones."""
+    """Return one row per proposed test: free joints, and positions of the locked ones [rad or m], - for a free one."""
     return [
         [
             configuration(test["free_joints"]),
@@ -100,7 +106,7 @@ def posture_rows(plan: Data) -> list[list[str]]:
 
 
 def posture_sentence(plan: Data) -> str:
-    """Return what the proposed postures buy."""
+    """Say by how much the proposed postures reduce the expected torque error of the full model."""
     found = plan["postures"]
     return (
         f"Expected torque error of the full model (rms over rms, coefficients fitted to "

@@ -1,4 +1,4 @@
-"""The locking plan as text for the terminal."""
+"""The locking plan as text for the terminal: summary of `model.plan` in, one text out."""
 
 from __future__ import annotations
 
@@ -19,7 +19,13 @@ from haptid.report.locking_plan.tables import (
 
 
 def plan_text(plan: Data) -> str:
-    """Return the plan as text."""
+    """Write the plan as text of several lines.
+
+    Parameters
+    ----------
+    plan
+        Content of the plan's JSON file.
+    """
     order = ", ".join(configuration(joints) for joints in plan["locking_order"])
     base = plan["base_parameters"]
     header = ["", *(configuration(stage["free_joints"]) for stage in plan["stages"])]

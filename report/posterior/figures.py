@@ -1,4 +1,4 @@
-"""Figures of a posterior: corner, rank plots, predictive bands, cycles."""
+"""Figures of a posterior: draws and bands in; corner plot, widths, rank plots, predictive bands and cycles out."""
 
 from __future__ import annotations
 
@@ -15,12 +15,17 @@ from haptid.uq.prediction.predict import Bands
 
 
 def corner(values: Array, names: Sequence[str], logarithmic: Sequence[bool]) -> Figure:
-    """Scatter and histograms of every pair of parameters.
+    """Draw the scatter of every pair of parameters and the histogram of each.
 
     Parameters
     ----------
     values
-        Draws, shape (n_draws, n). Logarithmic ones are shown relative to their median, in percent.
+        Draws of the untransformed values, shape (n_draws, n).
+    names
+        Ids of the parameters.
+    logarithmic
+        Whether each parameter is sampled in its logarithm: such parameters, those of the noise model excepted, are
+        shown relative to their median [%].
     """
     shown, labels = _relative(values, names, logarithmic)
     n = len(names)
@@ -28,7 +33,7 @@ def corner(values: Array, names: Sequence[str], logarithmic: Sequence[bool]) -> 
         made = figure(1.05 * n + 1.0, 1.05 * n + 0.6)
         axes = made.subplots(n, n, squeeze=False)
         limits = np.quantile(shown, [0.001, 0.999], axis=0).T
-        limits[:, 1] += 1e-12
+        limits[:, 1] += 1e-12  # a parameter that never moved still has an axis of some width
         for i in range(n):
             for j in range(n):
                 _corner_cell(axes[i][j], shown, i, j, limits)
@@ -64,14 +69,16 @@ def _corner_cell(ax: Axes, shown: Array, i: int, j: int, limits: Array) -> None:
 
 
 def widths(names: Sequence[str], posterior: Array, prior: Array) -> Figure:
-    """Half-width of each parameter's 95 % interval in percent of its value, within that of its prior.
+    """Draw the half-width of each parameter's 95 % interval within that of its prior.
 
     Parameters
     ----------
+    names
+        Ids of the parameters.
     posterior, prior
-        Shape (n,) each; a prior wider than the axis is cut.
+        Half-widths in percent of the value, shape (n,) each; drawn up to 1000 %.
     """
-    order = np.argsort(posterior)
+    order = np.argsort(posterior)  # best known at the bottom
     low = 10 ** np.floor(np.log10(max(float(np.min(posterior)), 1e-6)))
     with style():
         made = figure(9.0, 0.24 * len(names) + 0.9)
@@ -89,12 +96,18 @@ def widths(names: Sequence[str], posterior: Array, prior: Array) -> Figure:
 
 
 def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
-    """Rank plots (Vehtari et al. 2021, §5): each ensemble's share of every range of ranks; level bars mean agreement.
+    """Draw rank plots (Vehtari et al. 2021, section 5): each ensemble's share of every range of ranks.
+
+    Level bars mean that the ensembles agree.
 
     Parameters
     ----------
     chains
-        Shape (n_chains, n_draws, n).
+        Draws, shape (n_chains, n_draws, n).
+    names
+        Ids of the coordinates.
+    bins
+        Number of ranges of ranks.
     """
     count, draws, n = chains.shape
     columns = min(n, 5)
@@ -119,7 +132,13 @@ def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
 
 
 def bands(parts: Sequence[Bands]) -> Figure:
-    """Measured curves with the predictive band, and what is left of them after the median."""
+    """Draw measured positions with their predictive band, and the residual of the predictive median with all bands.
+
+    Parameters
+    ----------
+    parts
+        Bands of every run; each run has a row of the figure.
+    """
     with style():
         made = figure(9.0, 1.9 * len(parts))
         axes = made.subplots(len(parts), 2, squeeze=False)
@@ -144,12 +163,19 @@ def bands(parts: Sequence[Bands]) -> Figure:
 
 
 def cycles(parts: Sequence[Bands], scatter: Array) -> Figure | None:
-    """Amplitude factor of every cycle with its 95 % interval beside the scatter's posterior; None without scatter.
+    """Draw the amplitude factor of every cycle with its 95 % interval beside the posterior of the scatter.
 
     Parameters
     ----------
+    parts
+        Bands of every run.
     scatter
-        Draws of s, shape (n_draws,).
+        Draws of the scatter s [1], shape (n_draws,).
+
+    Returns
+    -------
+    Figure or None
+        None where the noise model has no scatter.
     """
     parts = [part for part in parts if len(part.cycle_factors)]
     if not parts:
@@ -162,7 +188,7 @@ def cycles(parts: Sequence[Bands], scatter: Array) -> Figure | None:
             mean, std = part.cycle_factors.T
             at = place + np.arange(len(mean))
             colour = SIMULATED if part.run.use == "fit" else ACCENT
-            left.errorbar(at, 100 * (mean - 1), 196 * std, fmt="o", ms=3, lw=1, color=colour)
+            left.errorbar(at, 100 * (mean - 1), 196 * std, fmt="o", ms=3, lw=1, color=colour)  # 1.96 std in percent
             left.text(place, 1.0, part.run.file, fontsize=5, rotation=20, transform=left.get_xaxis_transform())
             place += len(mean) + 1
         left.axhline(0, color=MEASURED, lw=0.6)

@@ -1,4 +1,4 @@
-"""The first screen of ``posterior.html``: what is known, what is not, and whether the sampler can be believed."""
+"""The first screen of ``posterior.html``: posteriors in, lead sentence and overview table out."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import PRIOR_BOUND, ParameterSummary
 
 AGREE = 1.01
-"""R̂ from which ensembles count as disagreeing."""
+"""R̂ from which ensembles disagree [1]; `Posterior.sound` has the same bound."""
 
 
 def lead(posteriors: Sequence[Posterior]) -> str:
-    """Say what holds for all joints: how much is known, what is not, whether the sampler can be believed."""
+    """Say for all joints how many parameters are known, which are set by their priors, and whether chains converged."""
     every = [(p.joint, s) for p in posteriors for s in physical(p)]
     open_ = [f"{s.id} of joint {j}" for j, s in every if s.contraction > PRIOR_BOUND]
     known = sum(width(s) < 0.1 for _, s in every if s.contraction <= PRIOR_BOUND)
@@ -41,13 +41,13 @@ def physical(p: Posterior) -> list[ParameterSummary]:
 
 
 def width(s: ParameterSummary) -> float:
-    """Half-width of the 95 % interval relative to the median."""
+    """Return the half-width of the 95 % interval over the absolute median [1]."""
     low, high = s.intervals[0.95]
     return (high - low) / 2 / max(abs(s.median), 1e-300)
 
 
 def overview(posteriors: Sequence[Posterior]) -> Section:
-    """One row per joint: what is known best and least, its scatter, what to measure next, whether to believe it."""
+    """Return the table of all joints: best and least known parameter, scatter, next run, state of the sampler."""
     rows = []
     for p in posteriors:
         ordered = sorted(physical(p), key=width)

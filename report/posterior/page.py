@@ -1,4 +1,4 @@
-"""``posterior.html``: how well each parameter is known, and whether the sampler can be believed."""
+"""``posterior.html``: posteriors in, HTML with intervals, predictions, noise model and diagnostics out."""
 
 from __future__ import annotations
 
@@ -27,7 +27,26 @@ INTERVALS = "Intervals are equal-tailed: as much posterior probability lies belo
 def posterior_page(
     posteriors: Sequence[Posterior], *, title: str, synthetic: bool, footer: Sequence[str], full: Sequence[Section] = ()
 ) -> str:
-    """Render the page of all joints; ``full`` are sections about the full model."""
+    """Render the page of all joints.
+
+    Parameters
+    ----------
+    posteriors
+        One posterior per joint.
+    title
+        Heading of the page.
+    synthetic
+        Whether the data are simulated by a virtual device.
+    footer
+        Provenance: command, seed, date, campaign.
+    full
+        Sections about the whole device.
+
+    Returns
+    -------
+    str
+        HTML.
+    """
     sections = [overview(posteriors)] if len(posteriors) > 1 else []
     sections += [part for p in posteriors for part in _joint(p)]
     return render_page(
@@ -82,7 +101,7 @@ def _picture(made: object, caption: str, alt: str) -> Picture:
 
 
 def _widths(p: Posterior) -> Picture:
-    """How much of the prior's width is left."""
+    """Draw the posterior's width within the prior's."""
     shown, coordinates = physical(p), p.mode.density.coordinates
     prior = coordinates.values(coordinates.draw(np.random.default_rng(0), 2000))
     ends = np.quantile(prior, [0.025, 0.975], axis=0)

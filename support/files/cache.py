@@ -1,4 +1,7 @@
-"""The cache on disk: folders of the user's own, entries that are verified by digest each time they are taken."""
+"""The cache on disk: private folders of the user, and entries whose digest is verified at each use.
+
+Entries hold compiled code that is loaded, so that nobody else may have written them.
+"""
 
 from __future__ import annotations
 
@@ -27,10 +30,20 @@ _OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 def cache_folder(name: str) -> Path:
-    """Return (and make) the cache folder ``name`` below $HAPTID_CACHE, default ``.cache/haptid`` in the home folder.
+    """Return (and make) a cache folder below $HAPTID_CACHE, default ``.cache/haptid`` in the home folder.
 
-    Where it cannot be written, is not the user's own, or cannot hold programs that run, a private temporary folder
-    serves until the program ends, and one line on stderr says so.
+    Where the folder cannot be written, belongs to another user, or cannot hold programs that run, a private temporary
+    folder replaces it until the program ends, and one line on stderr says so.
+
+    Parameters
+    ----------
+    name
+        Name of the folder within the cache.
+
+    Returns
+    -------
+    Path
+        A folder that can be written.
 
     Raises
     ------
@@ -52,9 +65,9 @@ def cache_folder(name: str) -> Path:
 
 
 def give_matplotlib_a_folder() -> None:
-    """Let matplotlib, which is not imported yet, keep its files in the cache where the home folder cannot be written.
+    """Let matplotlib keep its files in the cache where the home folder cannot be written.
 
-    Else it says so in two lines of its own at every start.
+    It must be called before matplotlib is imported, which would warn in two lines at every start otherwise.
     """
     if "MPLCONFIGDIR" in os.environ or os.name != "posix":
         return
@@ -70,7 +83,13 @@ def give_matplotlib_a_folder() -> None:
 
 @contextmanager
 def writing_to_cache() -> Iterator[None]:
-    """Say of a full disk that it is the cache's, and what to do; files that the block writes bear no name for users."""
+    """Turn a full disk within the block into an error that names the cache: its files' names mean nothing to users.
+
+    Raises
+    ------
+    WritingError
+        Where the disk or the quota of the cache is full.
+    """
     try:
         yield
     except OSError as error:
@@ -80,19 +99,36 @@ def writing_to_cache() -> Iterator[None]:
 
 
 def full_cache(error: OSError) -> HaptidError:
-    """Return the error of a cache whose disk is full."""
+    """Return the error of a cache whose disk is full, with the remedy.
+
+    Parameters
+    ----------
+    error
+        Error of the system.
+    """
     todo = f"free some space there, or set {VARIABLE} to a folder elsewhere, then repeat"
     return WritingError(f"{_base()}: the cache could not be written ({error.strerror}); {todo}")
 
 
 def seal(entry: Path) -> Path:
-    """Record the digest of an entry (a file or a folder) that has just been written whole; return it."""
+    """Record the digest of an entry that has just been written whole.
+
+    Parameters
+    ----------
+    entry
+        A file or a folder in the cache.
+
+    Returns
+    -------
+    Path
+        ``entry``.
+    """
     write_text(_record(entry), _digest(entry))
     return entry
 
 
 def is_sealed(entry: Path) -> bool:
-    """Whether ``entry`` is in the cache, the user's own, and what it was when it was sealed."""
+    """Whether ``entry`` exists, belongs to the user, is no link, and has the content that it had when it was sealed."""
     record = _record(entry)
     try:
         own = all(_is_own(path) and path.lstat().st_mode & _OTHERS_MAY_WRITE == 0 for path in (entry, record))
@@ -104,7 +140,7 @@ def is_sealed(entry: Path) -> bool:
 
 @cache
 def machine() -> str:
-    """Return what compiled code depends on beside its source: system, processor and the processor's instructions."""
+    """Return a digest of what compiled code depends on beside its source: system, processor and its instructions."""
     parts = [sys.platform, platform.machine(), platform.processor(), platform.libc_ver()[0]]
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
@@ -126,11 +162,11 @@ def _base() -> Path:
 
 
 def _temporary(why: str, name: str) -> Path:
-    """Return a private folder for this program and the processes it starts; it goes when the program ends."""
+    """Return a private folder for this program and the processes that it starts, removed when the program ends."""
     folder = Path(tempfile.mkdtemp(prefix="haptid-cache-"))
     told = f"note: no cache ({shorten(one_line(why), 150)}): {folder} serves this once"
     print(f"{told}; set {VARIABLE} to a folder of yours", file=sys.stderr)
-    os.environ[VARIABLE] = str(folder)
+    os.environ[VARIABLE] = str(folder)  # child processes, and later calls, find it there
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     (folder / name).mkdir(mode=_PRIVATE, exist_ok=True)
     if unfit := _unfit(folder):
@@ -140,7 +176,7 @@ def _temporary(why: str, name: str) -> Path:
 
 
 def _unfit(folder: Path) -> str:
-    """Say why what is unpacked or compiled below ``folder`` could not be loaded; empty where it can."""
+    """Return why files unpacked or compiled below ``folder`` could not be loaded; empty where they can."""
     try:
         str(folder).encode()
     except UnicodeEncodeError:  # Python code inside an FMU is found by a path in UTF-8

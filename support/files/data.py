@@ -1,4 +1,4 @@
-"""TOML and JSON text to plain values, refused with line or key where a reader could trip over them."""
+"""TOML and JSON text in, plain values out; values that a later step cannot take are refused with line or key."""
 
 from __future__ import annotations
 
@@ -14,22 +14,33 @@ from typing import Any
 from haptid.support.errors import InputError
 
 DEEPEST = 64
-"""Levels of tables and lists: no format read here needs a third of them."""
+"""Most levels of tables and lists: no format that is read needs a third of them."""
 MOST_DIGITS = 4300
-"""Digits of a whole number that Python converts."""
+"""Most digits of a whole number that Python converts from text."""
 FITTING = "numbers of at most 64 bits"
+"""Whole numbers that are accepted, in the words of an error."""
 _HALF_CHARACTER = re.compile(r"\\u[dD][89a-fA-F]")
 OPEN_ENDED = ("lower", "upper", "position_limits")
-"""Keys under which infinity says that there is no bound."""
+"""Keys under which infinity means that there is no bound."""
 
 
 def parse_toml(text: str, path: str, *, finite: bool = False) -> dict[str, Any]:
-    """Return the values of a TOML text; ``path`` names it in errors, ``finite`` asks for no NaN and no infinity.
+    """Parse a TOML text.
+
+    Parameters
+    ----------
+    text
+        Content of the file.
+    path
+        Name of the file in errors.
+    finite
+        Whether NaN is refused, and infinity where it is no bound (`OPEN_ENDED`).
 
     Raises
     ------
     InputError
-        Where the text is no TOML (its line), is nested too deeply, or holds a number that no reader can take.
+        Where the text is no TOML (the error names the line), is nested too deeply, or holds a whole number of more than
+        64 bits or a number that ``finite`` refuses.
     """
     try:
         data = tomllib.loads(text)
@@ -47,13 +58,22 @@ def parse_toml(text: str, path: str, *, finite: bool = False) -> dict[str, Any]:
 
 
 def parse_json(text: str, path: str, wanted: str = "") -> Any:
-    """Return the values of a JSON text; ``path`` names it in errors, ``wanted`` says in words what it should be.
+    """Parse a JSON text.
+
+    Parameters
+    ----------
+    text
+        Content of the file.
+    path
+        Name of the file in errors.
+    wanted
+        Kind of file that is expected, in words.
 
     Raises
     ------
     InputError
-        Where the text is no JSON (NaN and Infinity are none), is nested too deeply, or holds a number that no reader
-        can take.
+        Where the text is no JSON (NaN and Infinity are none), is nested too deeply, names a key twice in one object, or
+        holds half a character, a whole number of more than 64 bits or a number that overflows.
     """
     try:
         data = json.loads(text, parse_constant=_Refused, parse_int=_whole, object_pairs_hook=_distinct)
@@ -73,14 +93,14 @@ def parse_json(text: str, path: str, wanted: str = "") -> Any:
 
 @dataclass(frozen=True, slots=True)
 class _Refused:
-    """What Python's reader takes and JSON does not, kept in its place until the key can be named."""
+    """Mark of a value that Python's reader takes and JSON forbids, kept in place until its key is known."""
 
     got: str
     expected: str = "JSON"
 
 
 def _whole(text: str) -> int | _Refused:
-    digits = len(text.lstrip("-"))
+    digits = len(text.lstrip("-"))  # counted first: Python refuses to convert more than `MOST_DIGITS`
     if digits < MOST_DIGITS and -(2**63) <= int(text) < 2**63:
         return int(text)
     return _Refused(f"a number of {digits} digits", FITTING)
@@ -113,7 +133,7 @@ def _line_of(digits: str, path: str, text: str) -> str:
 
 
 def _check_values(data: Any, path: str, text: str = "", *, finite: bool) -> None:
-    """Refuse what is too deep, whole numbers of more than 64 bits, NaN, and infinity where it is no bound."""
+    """Refuse values nested too deeply, whole numbers of more than 64 bits, and NaN or infinity where ``finite``."""
     for key, depth, value in _walk(data):
         where = f"{path}: {key}"
         if depth > DEEPEST:
@@ -135,7 +155,8 @@ def _is_allowed(key: str, value: float) -> bool:
 
 
 def _walk(data: Any) -> Iterator[tuple[str, int, Any]]:
-    left: list[tuple[str, int, Any]] = [("", 0, data)]
+    """Yield key path, depth and value of every value, the outermost first."""
+    left: list[tuple[str, int, Any]] = [("", 0, data)]  # a list and no recursion: the depth is not checked yet
     while left:
         key, depth, value = left.pop()
         yield key, depth, value

@@ -1,4 +1,4 @@
-"""Files that are written whole or not at all, and JSON that is read with an error a user can act on."""
+"""Files: bytes, text or values in, written whole or not at all; JSON objects out, with errors a user can act on."""
 
 from __future__ import annotations
 
@@ -14,12 +14,13 @@ from haptid.support.files.data import parse_json
 from haptid.support.files.json_schema import check_content
 
 LARGEST_FILE = 100_000_000
-"""Bytes of a JSON file that is read; the result of a campaign of 500 runs has a hundredth of it."""
+"""Most bytes of a JSON file that is read; the result of a campaign of 500 runs has a hundredth of them."""
 NOT_ALLOWED = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOTDIR, errno.ENAMETOOLONG)
+"""Codes of writing errors for which another place is the remedy, and not free space."""
 
 
 written: list[Path] = []
-"""What this process has written whole, for what is said where it ends early."""
+"""Files that this process has written whole, for the message where a command ends early."""
 
 
 class WritingError(HaptidError):
@@ -35,35 +36,58 @@ def is_file(path: Path) -> bool:
 
 
 def write_bytes(path: Path, data: bytes) -> Path:
-    """Write ``data`` to ``path`` through a temporary file in the same folder and an atomic rename.
+    """Write a file through a temporary file in the same folder and an atomic rename.
 
-    The bytes are on the disk before the name is; what may read and write the file is the user's umask.
+    Parameters
+    ----------
+    path
+        File to write; its folder is made where it is missing, its permissions follow the umask.
+    data
+        Content.
+
+    Returns
+    -------
+    Path
+        ``path``.
 
     Raises
     ------
     InputError
-        Where nobody lets us write there (exit code 2).
+        Where the place cannot be written (exit code 2).
     WritingError
-        Where the disk is full or fails.
+        Where the disk is full or fails (exit code 1).
     """
     draft = path.parent / f".{path.name[:40]}.{secrets.token_hex(6)}"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        _write_through(draft, data)
+        _write_through(draft, data)  # on the disk before the name is: a crash leaves no half file
         draft.replace(path)
         _sync_folder(path.parent)
         written.append(path)
     except OSError as error:
         _forget(draft)
         raise unwritable(path, error) from None
-    except BaseException:
+    except BaseException:  # Ctrl-C, too, leaves no draft behind
         _forget(draft)
         raise
     return path
 
 
 def unwritable(path: Path, error: OSError) -> HaptidError:
-    """Return the error that says in one line why ``path`` could not be written."""
+    """Return the error of a file that could not be written.
+
+    Parameters
+    ----------
+    path
+        File or folder.
+    error
+        Error of the system.
+
+    Returns
+    -------
+    HaptidError
+        `InputError` where another place is the remedy (`NOT_ALLOWED`), else `WritingError`.
+    """
     reason = error.strerror or str(error)
     if error.errno in NOT_ALLOWED:
         todo = "name another folder, or change who may write there"
@@ -72,7 +96,9 @@ def unwritable(path: Path, error: OSError) -> HaptidError:
 
 
 def check_writable(folder: Path) -> None:
-    """Try with a small file whether ``folder`` can be made and written, before any work is done; nothing is left.
+    """Try with a small file whether ``folder`` can be made and written; the file is removed again.
+
+    A command calls it before its work, so that hours of it are not lost at the first file.
 
     Raises
     ------
@@ -122,26 +148,40 @@ def _forget(path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write ``text`` as UTF-8, whole or not at all; what UTF-8 has no bytes for (parts of a path, say) becomes "?"."""
+    """Write ``text`` as UTF-8, whole or not at all; a character that UTF-8 cannot encode (of a path, say) becomes "?".
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
+    """
     return write_bytes(path, text.encode(errors="replace"))
 
 
 def write_json(path: Path, value: dict[str, Any]) -> Path:
-    """Write ``value`` as indented JSON (NaN is refused), whole or not at all."""
+    """Write ``value`` as indented JSON, whole or not at all.
+
+    Raises
+    ------
+    ValueError
+        Where a number is NaN or infinite.
+    InputError, WritingError
+        As `write_bytes`.
+    """
     return write_text(path, json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
 
 
 def read_json(path: Path, wanted: str, schema: tuple[str, str] | None = None) -> dict[str, Any]:
-    """Return the object that a JSON file holds; ``wanted`` says in words what it should be.
+    """Read the object that a JSON file holds.
 
     Parameters
     ----------
     path
         The file.
     wanted
-        What the file should be, as in ``an identification.json``.
+        Kind of file that is expected, in words, as in ``an identification.json``.
     schema
-        Package and file name of the JSON Schema that it follows; only the outermost level is checked where None.
+        Package and file name of the JSON Schema that the content follows; where None it only has to be an object.
 
     Raises
     ------
@@ -161,12 +201,21 @@ def read_json(path: Path, wanted: str, schema: tuple[str, str] | None = None) ->
 
 
 def read_content(path: Path, wanted: str) -> bytes:
-    """Return the bytes of a regular file: a pipe would be waited for, a huge one fill the memory.
+    """Return the bytes of a regular file of limited size.
+
+    A pipe would block the command, and a huge file would fill the memory.
+
+    Parameters
+    ----------
+    path
+        The file.
+    wanted
+        Kind of file that is expected, in words.
 
     Raises
     ------
     InputError
-        Where there is no such file, or it has more than `LARGEST_FILE` bytes; ``wanted`` says what it should be.
+        Where there is no such file, where it is a folder or a device, or has more than `LARGEST_FILE` bytes.
     """
     try:
         if path.exists() and not path.is_file():
@@ -179,5 +228,16 @@ def read_content(path: Path, wanted: str) -> bytes:
 
 
 def reason_of(error: Exception) -> str:
-    """Return why a file could not be read, without its path, which the message names already."""
+    """Return the reason of a reading error.
+
+    Parameters
+    ----------
+    error
+        Error of the system, or another one.
+
+    Returns
+    -------
+    str
+        Text without the file's path, which the message around it names already.
+    """
     return (error.strerror if isinstance(error, OSError) else None) or str(error)

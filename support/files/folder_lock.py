@@ -1,4 +1,7 @@
-"""One command at a time writes into a folder; the system takes the lock from a process that dies, however it does."""
+"""Lock of an output folder, so that one command at a time writes there.
+
+The operating system releases the lock of a process that dies, so that no stale lock stops a later command.
+"""
 
 from __future__ import annotations
 
@@ -20,15 +23,20 @@ _NO_LOCKS = (errno.ENOLCK, errno.ENOTSUP, errno.ENOSYS, errno.EINVAL)
 
 @contextmanager
 def lock_folder(folder: Path) -> Iterator[None]:
-    """Hold ``folder`` against other commands, and make it where it is not there.
+    """Lock ``folder`` against other commands within the block, and make it where it does not exist.
 
-    At the end the lock is taken away, and so are the folders that were made where nothing was written: a command that
-    refuses its input leaves nothing behind. What a killed command leaves is an empty file that holds nobody up.
+    At the end the lock's file is removed, and so are folders made here in which nothing was written: a command that
+    refuses its input leaves nothing behind. A killed command leaves an empty file, which blocks no other command.
+
+    Parameters
+    ----------
+    folder
+        Folder to which the command writes.
 
     Raises
     ------
     InputError
-        Where another command holds it, or nobody lets us write there.
+        Where another command holds the lock, or the folder cannot be written.
     WritingError
         Where the disk is full or fails.
     """
@@ -47,7 +55,11 @@ def lock_folder(folder: Path) -> Iterator[None]:
 
 
 def _held(folder: Path) -> int:
-    """Return the descriptor of the lock, which is ours and still bears its name."""
+    """Return the descriptor of the lock's file, locked by this process and still at its path.
+
+    The command before may remove the file between opening and locking; the lock would then protect nothing, and the
+    loop opens the file anew.
+    """
     path = folder / NAME
     while True:
         descriptor = _opened(folder, path)
@@ -65,7 +77,7 @@ def _held(folder: Path) -> int:
 
 
 def _opened(folder: Path, path: Path) -> int:
-    """Open the lock's file; that of another user perhaps to read alone, which is enough to wait on."""
+    """Open the lock's file; a file of another user may only be readable, which suffices for a lock."""
     follow = getattr(os, "O_NOFOLLOW", 0)
     try:
         return os.open(path, os.O_RDWR | os.O_CREAT | follow, 0o666)
@@ -83,7 +95,7 @@ def _taken(folder: Path, todo: str) -> InputError:
 
 
 def _is_at(path: Path, descriptor: int) -> bool:
-    """Whether the file behind ``descriptor`` is still the one that bears the name."""
+    """Whether ``path`` is still the file behind ``descriptor``."""
     try:
         return os.path.samestat(os.fstat(descriptor), path.stat())
     except FileNotFoundError:
@@ -102,7 +114,7 @@ def _release(path: Path, descriptor: int) -> None:
 
 
 def _take(descriptor: int) -> None:
-    """Take the lock or raise OSError at once; it ends with the descriptor."""
+    """Take the lock, or raise OSError at once; closing the descriptor releases it."""
     if sys.platform == "win32":
         import msvcrt  # noqa: PLC0415 (there alone)
 

@@ -1,4 +1,4 @@
-"""The check of a file's content against a JSON Schema, told in one line that names the key."""
+"""Validation of a file's content by a JSON Schema: values in, an `InputError` of one line that names the key out."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def check_content(data: Mapping[str, Any], where: str | Place, wanted: str, sche
     data
         The parsed content of a file.
     where
-        The file, as errors name it.
+        Name or place of the file in errors.
     wanted
-        What it should be, in words.
+        Kind of file that is expected, in words.
     schema
         Package and file name of the JSON Schema. Where a rule is hard to read (``pattern``, ``oneOf``), the
         ``expected`` beside it says in words what is expected.
@@ -50,6 +50,7 @@ def check_content(data: Mapping[str, Any], where: str | Place, wanted: str, sche
         Names the key at fault, what it should hold and what it holds.
     """
     errors = list(_validator(*schema).iter_errors(data))
+    # A file of another kind or version violates many rules: the key ``schema`` says so, before all of them.
     error = next((e for e in errors if list(e.absolute_path) == ["schema"]), best_match(errors))
     if error is not None:
         place = where if isinstance(where, Place) else Place(file=where)
@@ -145,6 +146,7 @@ def _todo(error: jsonschema.ValidationError) -> str:
     if error.validator == "additionalProperties":
         known = list(_schema(error).get("properties", ()))
         return did_you_mean(_unknown(error)[0], known) if known else ""
+    # A table that fits none of several forms: a key that no form knows is the likeliest fault.
     if error.validator == "oneOf" and isinstance(_instance(error), dict):
         known = [name for form in _rule_of(error) for name in form.get("properties", ())]
         return next((did_you_mean(name, known) for name in _instance(error) if name not in known), "keep one form")
@@ -153,5 +155,6 @@ def _todo(error: jsonschema.ValidationError) -> str:
         return f"did you mean {near[0]}?" if near else ""
     if error.validator != "required":
         return ""
+    # A missing key is often there under a misspelt name.
     near = get_close_matches(_missing(error), list(_instance(error)), n=1)
     return f"is {near[0]!r} a misspelling of it?" if near else ""

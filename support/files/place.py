@@ -1,4 +1,4 @@
-"""Where a value stands in the user's file, as an error names it: file, line where it can be told, and key."""
+"""Place of a value in the user's file, as an error names it: file, key, and line where the line is known."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _ASSIGNMENT = re.compile(r"^\s*([\w\"'.-]+(?:\s*\.\s*[\w\"'-]+)*)\s*=")
 
 
 def dotted(path: KeyPath) -> str:
-    """Return a path of keys and indices in words.
+    """Write a path of keys and indices as one text.
 
     Examples
     --------
@@ -25,18 +25,18 @@ def dotted(path: KeyPath) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Place:
-    """A value of a file.
+    """Place of a value in a file.
 
     Parameters
     ----------
     file
-        As the user named it.
+        Name of the file as the user gave it.
     path
         Keys and indices that lead to the value.
     lines
-        Line of each path that begins one (`key_lines`).
+        Line number of every path that has a line of its own (`key_lines`).
     words
-        What a path is called in the user's file; its keys, joined by dots, unless another file was converted.
+        Name of a path in the user's file; differs from `dotted` where the content is converted from another format.
     """
 
     file: str
@@ -45,7 +45,7 @@ class Place:
     words: Callable[[KeyPath], str] = dotted
 
     def at(self, *parts: str | int) -> Place:
-        """Return the place of what stands below."""
+        """Return the place of the value under further keys or indices."""
         return replace(self, path=(*self.path, *parts))
 
     def __str__(self) -> str:
@@ -58,7 +58,19 @@ class Place:
 
 
 def key_lines(text: str) -> dict[KeyPath, int]:
-    """Return the line of each table and key of a TOML text; keys within one line's braces have the line's."""
+    """Return the line of each table and key of a TOML text.
+
+    Parameters
+    ----------
+    text
+        Content of the file, valid TOML.
+
+    Returns
+    -------
+    dict
+        Line number, from 1, by path. Keys within braces on one line have no entry: `Place` falls back on the path
+        above them.
+    """
     lines: dict[KeyPath, int] = {}
     entries: Counter[KeyPath] = Counter()
     table: KeyPath = ()

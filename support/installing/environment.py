@@ -1,6 +1,6 @@
-"""Which interpreter can run the project: its own requirements read from pyproject.toml, the project's .venv beside it.
+"""Check of the interpreter: requirements of pyproject.toml in, the unmet ones out; change to the project's .venv.
 
-Standard library only: this runs before anything is installed.
+Standard library only, because it runs before anything is installed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ROOT = Path(__file__).resolve().parents[2]
 VENV_PYTHON = ROOT / ".venv" / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
 BAD_SETUP, INTERRUPTED = 2, 130
 UNFINISHED = "haptid-installation-unfinished"
-"""File beside the installed packages while they are being installed: what a killed installation leaves is not used."""
+"""Name of a file beside the installed packages while an installation copies: a killed installation stays marked."""
 
 _REQUIREMENT = re.compile(r"^(?P<name>[\w.-]+)\s*(\[[^]]*\])?\s*(?P<bounds>[^;]*?)\s*(;\s*(?P<marker>.*))?$")
 _EXTRA = re.compile(r"""(\s*and\s*)?extra\s*==\s*["'](?P<extra>[^"']*)["']""")
@@ -44,7 +44,17 @@ _OPERATORS = {ast.Eq: "==", ast.NotEq: "!=", ast.Lt: "<", ast.LtE: "<=", ast.Gt:
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
-    """One line of pyproject's dependencies: ``text`` as written, name, and bounds as (operator, version) pairs."""
+    """One requirement of the project.
+
+    Parameters
+    ----------
+    text
+        Line as pyproject.toml has it.
+    name
+        Name of the distribution.
+    bounds
+        Pairs of operator and version, all of which have to hold.
+    """
 
     text: str
     name: str
@@ -52,7 +62,7 @@ class Requirement:
 
     @property
     def met(self) -> bool:
-        """Whether the interpreter in use has it, in a version within the bounds."""
+        """Whether the interpreter in use has the distribution in a version within the bounds."""
         try:
             installed = _version(metadata.version(self.name))
         except metadata.PackageNotFoundError:
@@ -61,7 +71,7 @@ class Requirement:
 
 
 def _version(text: str) -> tuple[int, ...]:
-    """Leading numbers of a version: ``1.10.0rc1`` is (1, 10, 0)."""
+    """Return the leading numbers of a version: ``1.10.0rc1`` gives (1, 10, 0)."""
     match = re.match(r"\d+(\.\d+)*", text)
     return tuple(int(part) for part in match[0].split(".")) if match else ()
 
@@ -73,7 +83,10 @@ def _holds(installed: tuple[int, ...], operator: str, bound: tuple[int, ...]) ->
 
 
 def applies(marker: str | None) -> bool:
-    """Whether a marker holds on this machine; one of a form that is not read counts as true, left to the installer."""
+    """Whether an environment marker holds on this machine.
+
+    A marker of an unknown form counts as true: the installer, which reads all forms, decides.
+    """
     if not marker:
         return True
     try:
@@ -101,7 +114,18 @@ def _holds_here(node: ast.expr) -> bool:
 
 
 def parse_requirement(text: str) -> Requirement | None:
-    """Read one requirement; None where its marker does not apply to this machine."""
+    """Parse one requirement.
+
+    Returns
+    -------
+    Requirement or None
+        None where the requirement's marker does not hold on this machine.
+
+    Raises
+    ------
+    ValueError
+        Where the text is no requirement.
+    """
     match = _REQUIREMENT.match(text)
     if match is None:
         msg = f"pyproject.toml: cannot read the requirement {text!r}"
@@ -113,14 +137,14 @@ def parse_requirement(text: str) -> Requirement | None:
 
 
 def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
-    """Read the project's requirements that apply here.
+    """Return the project's requirements that apply to this machine.
 
     Parameters
     ----------
     dev
-        Those of the development tools too, every extra that they name included.
+        Whether requirements of the development tools are included, with those of every extra that they name.
     extra
-        Those of this extra too.
+        Extra whose requirements are included.
     """
     if not in_clone():
         return tuple(r for r in map(parse_requirement, _installed_lines(extra)) if r is not None)
@@ -152,18 +176,35 @@ def _installed_lines(extra: str | None) -> list[str]:
 
 
 def missing(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
-    """List the requirements that the interpreter in use does not meet: all where an installation did not end."""
+    """Return the requirements that the interpreter in use does not meet.
+
+    Parameters
+    ----------
+    dev, extra
+        As in `requirements`.
+
+    Returns
+    -------
+    tuple of Requirement
+        All requirements where an installation did not end: its packages may lack files.
+    """
     half = unfinished_mark().exists()
     return tuple(r for r in requirements(dev=dev, extra=extra) if half or not r.met)
 
 
 def unfinished_mark() -> Path:
-    """Path of the file that stands beside the packages of the interpreter in use while they are being installed."""
+    """Return the path of the mark `UNFINISHED` among the packages of the interpreter in use."""
     return Path(sysconfig.get_path("purelib")) / UNFINISHED
 
 
 def replace_process(arguments: Sequence[str | Path]) -> NoReturn:
-    """Become ``arguments``; where the system cannot, run them and leave with their exit code."""
+    """Replace this process by another program; on Windows run the program and exit with its exit code.
+
+    Parameters
+    ----------
+    arguments
+        Path of the program, and its arguments.
+    """
     command = [str(a) for a in arguments]
     if sys.platform == "win32":
         sys.exit(subprocess.run(command, check=False).returncode)
@@ -186,11 +227,15 @@ def _report_interruption(kind: type[BaseException], error: BaseException, trace:
 
 
 def ready(extra: str | None = None) -> None:
-    """Let ``python -m package.command`` run under an interpreter that has the requirements, or say what to type.
+    """Let ``python -m package.command`` run under an interpreter that has the requirements, or exit with the remedy.
 
-    Packages that hold a command call this when they are imported, with the extra that all of the package needs, if
-    any. It acts only while ``python -m`` looks for the command (``sys.argv[0]`` is then ``-m``), so that it costs a
-    library import nothing.
+    Packages that hold a command call this when they are imported. It acts only while ``python -m`` looks for the
+    command (``sys.argv[0]`` is then ``-m``), so that it costs an import as a library nothing.
+
+    Parameters
+    ----------
+    extra
+        Extra that the whole package needs; none where None.
     """
     if sys.argv[:1] != ["-m"] or not in_clone():  # where haptid is installed, its installer saw to it
         return

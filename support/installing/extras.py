@@ -1,4 +1,4 @@
-"""Parts of the project that few need: what they require is asked for where it is first used."""
+"""Optional parts of the project, whose requirements are checked where a command first uses them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from haptid.support.installing.lock_file import amount
 
 
 def need(extra: str, where: str) -> None:
-    """Refuse in one line, with the command that installs it, what needs an extra that is not installed.
+    """Check that an extra is installed; the error gives the command that installs it.
 
     Parameters
     ----------

@@ -1,6 +1,11 @@
 """Installation of the project's requirements by pip or uv: into the interpreter in use, or into the project's .venv.
 
-Standard library only.
+1. Check which requirements of the wanted part the interpreter in use lacks; with none lacking go to step 4.
+2. Begin again with the interpreter of ``.venv`` where there is one; it is made where packages may not go into this one.
+3. Install the locked files of the part, checked by their hashes, and check again.
+4. Replace this process by the module that the arguments name.
+
+Standard library only, because it runs before anything is installed.
 """
 
 from __future__ import annotations
@@ -35,7 +40,7 @@ BOOTSTRAP = ROOT / "support" / "bootstrap.py"
 
 
 def fail(message: str) -> NoReturn:
-    """Leave with one line on stderr and exit code 2."""
+    """Exit with one line on stderr and exit code 2."""
     say(f"error: {message}")
     sys.exit(BAD_SETUP)
 
@@ -47,7 +52,15 @@ def say(message: str) -> None:
 
 
 def succeeds(*command: str | Path, quiet: bool = False) -> bool:
-    """Run a command, its output on stderr or, where ``quiet``, nowhere; True where it left with 0."""
+    """Run a command, and return whether its exit code is 0.
+
+    Parameters
+    ----------
+    *command
+        Program and arguments; False where the program cannot be started.
+    quiet
+        Whether the output is dropped; otherwise it goes to stderr.
+    """
     shown = subprocess.DEVNULL if quiet else None
     try:
         done = subprocess.run([str(c) for c in command], check=False, stdout=shown or sys.stderr, stderr=shown)
@@ -57,18 +70,18 @@ def succeeds(*command: str | Path, quiet: bool = False) -> bool:
 
 
 def uv() -> str | None:
-    """Path of a uv that runs (the shim of a version manager may not), or None."""
+    """Return the path of a uv that runs, or None: the shim of a version manager can be found and still not run."""
     path = shutil.which("uv")
     return path if path and succeeds(path, "--version", quiet=True) else None
 
 
 def has_module(name: str) -> bool:
-    """Whether the interpreter in use has this module."""
+    """Whether the interpreter in use has the module ``name``."""
     return importlib.util.find_spec(name) is not None
 
 
 def can_install_here() -> bool:
-    """Whether packages may go into the interpreter in use: nobody else manages it (PEP 668) and it is writable."""
+    """Whether packages may go into the interpreter in use: the system does not manage it (PEP 668), it is writable."""
     managed = (Path(sysconfig.get_path("stdlib")) / "EXTERNALLY-MANAGED").exists() and sys.prefix == sys.base_prefix
     return not managed and os.access(sysconfig.get_path("purelib"), os.W_OK)
 
@@ -94,7 +107,7 @@ def _by_outer_pip(folder: Path) -> bool:
 
 
 def make_venv() -> None:
-    """Make ``.venv`` with whatever can make one."""
+    """Make ``.venv`` by Python's venv, else by uv, else by the pip outside it; exit where none of them can."""
     folder = ROOT / ".venv"
     say(f"{sys.executable} is managed by the system or read-only: making {folder}")
     if not any(make(folder) for make in (_by_venv, _by_uv, _by_outer_pip)):
@@ -104,11 +117,16 @@ def make_venv() -> None:
 
 
 def install(part: str) -> None:
-    """Install what the lock file says of a part into the interpreter in use, every file checked by its hash.
+    """Install the locked files of a part into the interpreter in use, every file checked by its hash.
 
-    Nothing is resolved: the exported files are complete, and an installer that looked for more would go past the lock.
+    No dependencies are resolved: the exported files are complete, and an installer that resolved would leave the lock.
     An installation that fails or is interrupted while it downloads has changed nothing; one that ends while packages
     are copied leaves the environment marked as unfinished.
+
+    Parameters
+    ----------
+    part
+        ``core``, ``dev`` or an extra.
     """
     again = unfinished_mark().exists()  # what a killed installer left may have its metadata and lack its files
     told = amount(part, again=again)
@@ -118,7 +136,7 @@ def install(part: str) -> None:
     except OSError as error:
         fail(f"nothing can be installed into {sys.prefix}: {error}")
     copying: list[str] = []
-    try:
+    try:  # the mark stays where the block ends early after copying began, or where an old mark was not yet settled
         _install(part, told, copying, again=again)
         copying.clear()
         again = False
@@ -142,7 +160,7 @@ def _install(part: str, told: Amount, copying: list[str], *, again: bool) -> Non
 
 
 def _follow(told: Amount, copying: list[str], *command: str | Path) -> bool:
-    """Run an installer and show how far it is; True where it left with 0, else its last lines are shown."""
+    """Run an installer and show its progress, after a failure its last lines; return whether its exit code is 0."""
     environment = {**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"}
     text = [str(c) for c in command]
     last: deque[str] = deque(maxlen=LAST_LINES)
@@ -161,7 +179,7 @@ def _follow(told: Amount, copying: list[str], *command: str | Path) -> bool:
 
 
 def _show(output: Iterable[str], last: deque[str], copying: list[str], count: int) -> None:
-    """Show what is worth it of an installer's output, keep its ``last`` lines, and those that say that it copies."""
+    """Show the progress in an installer's output; collect its ``last`` lines, and the lines that announce copying."""
     begun = 0
     for line in output:
         last.append(line.rstrip())
@@ -183,7 +201,13 @@ def say_what_to_type() -> None:
 
 
 def run_module(arguments: Sequence[str]) -> NoReturn:
-    """Find or make an interpreter that has what is asked for, and become ``-m module arguments`` in it, if any."""
+    """Find or make an interpreter with the requirements, and run a module in it in place of this process.
+
+    Parameters
+    ----------
+    arguments
+        ``[--dev | --extra NAME] [-m module arguments]``; without a module the process exits after the installation.
+    """
     part, command = _understand(arguments)
     os.chdir(ROOT)
     try:
@@ -197,7 +221,7 @@ def run_module(arguments: Sequence[str]) -> NoReturn:
 
 
 def _understand(arguments: Sequence[str]) -> tuple[str, Sequence[str]]:
-    """Return the part of the lock file that is asked for, and the command to run with it."""
+    """Return the wanted part of the lock file, and the command to run with it; exit where the usage is wrong."""
     part, command = CORE, arguments
     if arguments[:1] == ["--dev"]:
         part, command = DEV, arguments[1:]
@@ -211,7 +235,7 @@ def _understand(arguments: Sequence[str]) -> tuple[str, Sequence[str]]:
 
 
 def _provide(part: str, arguments: Sequence[str]) -> None:
-    """Install what the part lacks here, or go on in the project's .venv."""
+    """Install the requirements of the part that are lacking here, or continue in the project's .venv."""
 
     def lacking() -> bool:
         return bool(missing(dev=part == DEV, extra=None if part in (CORE, DEV) else part))

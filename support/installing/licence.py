@@ -1,4 +1,4 @@
-"""Under which licence a distribution is used: what its metadata says, else what the text of its licence is."""
+"""Licences of installed distributions: name in, SPDX identifier out, by the metadata or else by the licence's text."""
 
 from __future__ import annotations
 
@@ -18,22 +18,25 @@ _TEXTS = (
     ("BSD-2-Clause", r"Redistribution and use in source and binary forms"),
     ("Qhull", r"Qhull, Copyright"),
 )
-"""SPDX identifier and the words that its text has; where texts of bundled parts follow, the first text counts."""
+"""SPDX identifiers and patterns of their texts; where texts of bundled parts follow, the first text counts."""
 
 
 def expression(name: str) -> str:
-    """Return the SPDX identifier or expression of an installed distribution; empty where neither says it."""
+    """Return the SPDX expression in the metadata of an installed distribution; empty where there is none."""
     about = metadata.metadata(name).json
     return str(about.get("license_expression") or "")
 
 
 def licence(name: str) -> str:
-    """Return the licence of an installed distribution: expression, classifiers, name, or what its text is.
+    """Return the licence of an installed distribution.
+
+    The first of these that is there counts: SPDX expression, classifiers, name in the metadata, text in the metadata,
+    text of the licence's file.
 
     Raises
     ------
     PackageNotFoundError
-        Where it is not installed.
+        Where the distribution is not installed.
     """
     about = metadata.metadata(name).json
     classifiers = [c.rpartition(" :: ")[2] for c in about.get("classifier", []) if c.startswith("License ::")]
@@ -44,7 +47,7 @@ def licence(name: str) -> str:
 
 
 def recognised(text: str) -> str:
-    """Return the SPDX identifier of a licence's text; empty where it is none of the known ones."""
+    """Return the SPDX identifier of a licence's text; empty where no known pattern occurs in it."""
     words = " ".join(text.split())
     places = [(found.start(), n) for n, (_, pattern) in enumerate(_TEXTS) if (found := re.search(pattern, words))]
     return _TEXTS[min(places)[1]][0] if places else ""
@@ -60,7 +63,18 @@ def _from_files(name: str) -> str:
 
 
 def with_licences(bill: dict[str, Any]) -> dict[str, Any]:
-    """Return a CycloneDX bill of materials with licences: NOASSERTION for a component that is not installed here."""
+    """Add the licence to every component of a CycloneDX bill of materials.
+
+    Parameters
+    ----------
+    bill
+        The bill; it is changed in place.
+
+    Returns
+    -------
+    dict
+        ``bill``, with NOASSERTION for a component that is not installed here.
+    """
     for component in bill.get("components", []):
         try:
             spdx, said = expression(component["name"]), licence(component["name"])

@@ -1,6 +1,7 @@
-"""What the lock file would install here: ``support/locked/*.txt``, exported from uv.lock with the hash of every file.
+"""Content of the lock file: name of a part in, its distributions and the size of their installation out.
 
-Standard library only: this runs before anything is installed.
+The requirements in ``locked/*.txt`` beside this module are exported from uv.lock with the hash of every file. Standard
+library only, because it runs before anything is installed.
 """
 
 from __future__ import annotations
@@ -20,9 +21,9 @@ from haptid.support.installing.environment import ROOT, applies
 FOLDER = ROOT / "support" / "installing" / "locked"
 CORE, DEV = "core", "dev"
 SIZES = FOLDER / "sizes.json"
-"""Bytes on disk by name, measured where they were installed: uv.lock holds only what is downloaded."""
+"""File of measured sizes on disk [bytes] by name: uv.lock holds only the size of a download."""
 _UNPACKED = 4
-"""Bytes on disk for one that is downloaded, where it was not measured."""
+"""Size on disk over size of the download that is assumed where no size on disk was measured [1]."""
 
 _PIN = re.compile(r"^(?P<name>[\w.-]+)==(?P<version>[^\s;]+)\s*(;\s*(?P<marker>[^\\]*?))?\s*\\?$")
 _SYSTEMS = {"linux": "manylinux", "darwin": "macosx", "win32": "win"}
@@ -36,14 +37,14 @@ _MACHINES = {
 
 @dataclass(frozen=True, slots=True)
 class Pin:
-    """One distribution of the lock file."""
+    """One distribution of the lock file, pinned to a version."""
 
     name: str
     version: str
 
     @property
     def met(self) -> bool:
-        """Whether the interpreter in use has this very version."""
+        """Whether the interpreter in use has exactly this version."""
         try:
             return metadata.version(self.name) == self.version
         except metadata.PackageNotFoundError:
@@ -52,32 +53,54 @@ class Pin:
 
 @dataclass(frozen=True, slots=True)
 class Amount:
-    """How much an installation fetches: number of distributions, bytes of their files, and bytes on disk."""
+    """Size of an installation.
+
+    Parameters
+    ----------
+    count
+        Number of distributions.
+    size, on_disk
+        Size of their downloads and of their installed files [bytes].
+    """
 
     count: int
     size: int
     on_disk: int
 
     def __str__(self) -> str:
-        """In words, for a person who decides whether now is the time."""
+        """Write the sizes in words, for a user who decides whether to install now."""
         noun = "distribution" if self.count == 1 else "distributions"
         fetched, kept = (max(round(size / 1e6), 1) for size in (self.size, self.on_disk))
         return f"{self.count} {noun}, {fetched} MB to download, about {kept} MB on disk"
 
 
 def locked_file(part: str) -> Path:
-    """Path of the requirements with hashes of a part: ``core``, an extra, or ``dev``; each holds the core too."""
+    """Return the path of a part's requirements with hashes.
+
+    Parameters
+    ----------
+    part
+        ``core``, ``dev`` or an extra; every part includes the core.
+    """
     return FOLDER / f"{part}.txt"
 
 
 def pins(part: str) -> tuple[Pin, ...]:
-    """List the distributions of a part that apply to this machine."""
+    """Return the distributions of a part that apply to this machine."""
     matches = map(_PIN.match, locked_file(part).read_text(encoding="utf-8").splitlines())
     return tuple(Pin(m["name"], m["version"]) for m in matches if m and applies(m["marker"]))
 
 
 def amount(part: str, *, again: bool = False) -> Amount:
-    """Return what is still to be fetched of a part, or all of it ``again``, by the sizes that uv.lock holds."""
+    """Return the size of an installation by the sizes in uv.lock.
+
+    Parameters
+    ----------
+    part
+        ``core``, ``dev`` or an extra.
+    again
+        Whether distributions that are installed already count too.
+    """
     packages = tomllib.loads((ROOT / "uv.lock").read_text(encoding="utf-8"))["package"]
     known = {(p["name"], p.get("version")): p for p in packages}
     lacking = [pin for pin in pins(part) if again or not pin.met]
@@ -88,7 +111,7 @@ def amount(part: str, *, again: bool = False) -> Amount:
 
 
 def _size(package: dict[str, Any]) -> int:
-    """Bytes of the file that an installer takes: a wheel for this machine, else the source."""
+    """Return the size [bytes] of the file that an installer takes: a wheel for this machine, else the source."""
     wheels = [w for w in package.get("wheels", []) if _fits(w["url"].rpartition("/")[2])]
     files = wheels or [package["sdist"]] if "sdist" in package else wheels
     return max((int(f.get("size", 0)) for f in files), default=0)

@@ -1,4 +1,7 @@
-"""What comes from others: ``support.installing.supply_chain lock|check|sizes|sbom|licences``, all from uv.lock."""
+"""Records of third-party distributions: ``support.installing.supply_chain lock|check|sizes|sbom|licences``.
+
+uv.lock comes in; locked requirements, sizes, a bill of materials and a list of licences go out.
+"""
 
 from __future__ import annotations
 
@@ -26,13 +29,29 @@ HEADER = "# Made from uv.lock by `make locked`: every file by its hash, for ever
 
 
 def extras() -> tuple[str, ...]:
-    """Names of the extras that the development environment holds, each with a file of its own."""
+    """Return the names of the extras with locked requirements: all but ``suggest``."""
     table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     return tuple(name for name in table["optional-dependencies"] if name != "suggest")
 
 
 def uv(*arguments: str) -> str:
-    """Run uv without the settings of this machine and return what it wrote."""
+    """Run uv without the settings of this machine, offline.
+
+    Parameters
+    ----------
+    *arguments
+        Command of uv with its options.
+
+    Returns
+    -------
+    str
+        Text that uv wrote to stdout.
+
+    Raises
+    ------
+    HaptidError
+        Where uv fails.
+    """
     command = [sys.executable, "-m", "uv", *arguments, "--no-config", "--offline", "--quiet"]
     done = subprocess.run(command, cwd=ROOT, check=False, capture_output=True, text=True)
     if done.returncode != 0:
@@ -42,7 +61,7 @@ def uv(*arguments: str) -> str:
 
 
 def export_locks() -> dict[str, str]:
-    """Return the text of every file in support/locked, by part."""
+    """Return the text of every file of locked requirements, by part."""
     wanted = {CORE: ["--no-dev"]} | {name: ["--no-dev", "--extra", name] for name in extras()}
     wanted[DEV] = ["--group", "dev"]
     options = ("--locked", "--no-emit-project", "--no-header", "--no-annotate", "--format", "requirements.txt")
@@ -50,13 +69,13 @@ def export_locks() -> dict[str, str]:
 
 
 def stale() -> tuple[Path, ...]:
-    """List the files in support/locked that are not what uv.lock says."""
+    """Return the files of locked requirements that are missing or differ from uv.lock."""
     texts = {locked_file(part): text for part, text in export_locks().items()}
     return tuple(p for p, text in texts.items() if not p.is_file() or p.read_text(encoding="utf-8") != text)
 
 
 def licences_page() -> str:
-    """Return the distributions of the lock file that are installed here, with licence and the part that needs them."""
+    """Return the page of licences: locked distributions with version, the first part that needs them, and licence."""
     parts: dict[tuple[str, str], str] = {}
     for part in (CORE, *extras(), DEV):
         for pin in pins(part):
@@ -76,7 +95,10 @@ def _rows(parts: Iterable[tuple[tuple[str, str], str]]) -> Iterable[str]:
 
 
 def installed_sizes() -> dict[str, int]:
-    """Return the bytes on disk of every distribution of the lock file that is installed here, or as known before."""
+    """Return the size on disk [bytes] of every locked distribution by name.
+
+    Sizes of distributions that are not installed here in the locked version are kept from the file.
+    """
     found = json.loads(SIZES.read_text(encoding="utf-8")) if SIZES.is_file() else {}
     for pin in {pin for part in (CORE, *extras(), DEV) for pin in pins(part)}:
         if pin.met:
@@ -86,7 +108,7 @@ def installed_sizes() -> dict[str, int]:
 
 
 def _on_disk(path: Path) -> int:
-    """Bytes of the blocks of a file, and of what pip compiles from it: about as much, where it was not compiled yet."""
+    """Return the size on disk [bytes] of a file and its bytecode, taken as large as the source where not compiled."""
     if not path.is_file():
         return 0
     size, compiled = path.stat().st_blocks * 512, Path(cache_from_source(str(path)))

@@ -1,4 +1,4 @@
-"""The C compiler inside the ``ziglang`` package, and what is said where it is missing or fails."""
+"""The C compiler of the ``ziglang`` package: options and a folder with sources in, compiled files in the folder out."""
 
 from __future__ import annotations
 
@@ -16,30 +16,30 @@ from haptid.support.files.cache import cache_folder, full_cache
 
 MISSING = "the C compiler is missing: install it with python -m pip install ziglang"
 _FULL = ("NoSpaceLeft", "No space left", "DiskQuota", "quota exceeded")
-"""How the compiler and its linker name a full disk, where they name it at all."""
+"""Names of a full disk in messages of the compiler and its linker, which not every message holds."""
 _SPARE = 1_000_000
-"""Bytes that a compilation needs at least: with less the disk is taken to be full."""
+"""Free space [bytes] below which a failed compilation is attributed to a full disk."""
 
 
 def is_available() -> bool:
-    """Whether the compiler is installed."""
+    """Whether the package with the compiler is installed."""
     return importlib.util.find_spec("ziglang") is not None
 
 
 def run_c_compiler(arguments: Sequence[str], folder: Path) -> None:
-    """Run the compiler in ``folder``, a private one within the cache.
+    """Run the C compiler.
 
     Parameters
     ----------
     arguments
-        Options, and files by names relative to ``folder``: a backslash in a path, say, is not taken for what it is.
+        Options, and files by names relative to ``folder``: the compiler misreads a backslash in a path, say.
     folder
-        Where the files lie.
+        Private folder within the cache that holds the files.
 
     Raises
     ------
     NumericalError
-        Where the compiler is missing or refuses the source.
+        Where the compiler is missing, refuses the source or is killed.
     WritingError
         Where the cache's disk is full.
     """

@@ -1,4 +1,7 @@
-"""Processes on this machine; Ctrl-C is the parent's, which ends them, and never in the middle of a worker's start."""
+"""Worker processes on this machine: functions with arguments in, futures out.
+
+Only the parent reacts to Ctrl-C and ends its workers, and never in the middle of a worker's start.
+"""
 
 from __future__ import annotations
 
@@ -18,23 +21,42 @@ _ENDING = (signal.SIGINT, signal.SIGTERM)
 
 
 class Pool(ProcessPoolExecutor):
-    """Spawned workers, started as tasks come; they end with their parent, also where an error or Ctrl-C ends it."""
+    """Pool of spawned worker processes, which start as tasks arrive and end with their parent, however it ends.
+
+    Parameters
+    ----------
+    count
+        Most workers.
+    """
 
     def __init__(self, count: int) -> None:
         _start_tracker()
         super().__init__(count, mp_context=multiprocessing.get_context("spawn"), initializer=_left_to_the_parent)
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
-        """Start a task."""
+        """Start a task, with Ctrl-C held back while a worker may be starting.
+
+        Parameters
+        ----------
+        fn
+            Function that can be pickled.
+        *args, **kwargs
+            Its arguments.
+
+        Returns
+        -------
+        Future
+            Of the function's result.
+        """
         with interrupts_held_back():
             return super().submit(fn, *args, **kwargs)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Stop: what has not begun is dropped, what runs is ended where an error or Ctrl-C came.
+        """Shut down: drop tasks that have not begun; after an error or Ctrl-C end the running ones, too.
 
-        Either way nothing is left to wait for when the interpreter ends, where a second Ctrl-C would be told at length.
+        Either way the interpreter has no worker to wait for at its end, where a second Ctrl-C would print a traceback.
         """
         for child in list((self._processes or {}).values()) if kind is not None else []:
             child.terminate()
@@ -42,7 +64,7 @@ class Pool(ProcessPoolExecutor):
 
 
 def _start_tracker() -> None:
-    """Start Python's tracker of semaphores such that it says nothing of those that a killed command left to it."""
+    """Start Python's tracker of semaphores without its warnings about semaphores of a killed command."""
     if os.name != "posix":
         return
     before = os.environ.get("PYTHONWARNINGS")
@@ -57,7 +79,7 @@ def _start_tracker() -> None:
 
 
 def _left_to_the_parent() -> None:
-    """Leave Ctrl-C to the parent, which ends its workers itself; end with a parent that was killed."""
+    """Initialise a worker: ignore Ctrl-C, since the parent ends its workers itself, and end where the parent dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_the_parent, daemon=True).start()
 
@@ -71,11 +93,14 @@ def _end_with_the_parent() -> None:
 
 @contextmanager
 def interrupts_held_back() -> Iterator[None]:
-    """Hold Ctrl-C and SIGTERM back until the end; processes started meanwhile never see Ctrl-C.
+    """Hold Ctrl-C and SIGTERM back until the end of the block; processes started within never see Ctrl-C.
 
-    Their masks are this thread's, and they import for seconds before they can ask for one. The mask alone keeps nothing
-    from this process: the system hands the signal to any other thread (a progress bar's, BLAS's), and Python then
-    interrupts the main thread all the same, between a worker's start and what is written to it.
+    Notes
+    -----
+    A new process inherits this thread's signal mask. It imports for seconds before it can set one itself, so the mask
+    has to be in place at its start. The mask alone does not protect this process: the system delivers the signal to
+    another thread (of a progress bar or BLAS), and Python then interrupts the main thread all the same, between the
+    start of a worker and the data that are written to it. So the handlers are replaced as well.
     """
     late: list[int] = []
     ours = _ENDING if threading.current_thread() is threading.main_thread() else ()
@@ -88,7 +113,7 @@ def interrupts_held_back() -> Iterator[None]:
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)
-        if late:
+        if late:  # the signal acts now, by the handler that is back in place
             signal.raise_signal(late[0])
 
 

@@ -1,4 +1,4 @@
-"""Commands that run beside this one, and end with it."""
+"""Child commands: a command line in, its exit code and messages out; all of them end with this command."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from threading import Lock
 from haptid.support.command import TERMINATED
 
 GRACE = 10.0
-"""Time [s] that a command has to end by itself, its workers with it, before it is killed."""
+"""Time [s] after SIGTERM in which a command has to end, its workers with it, before it is killed."""
 
 
 class Running:
-    """Commands under way, from several threads."""
+    """Set of child commands that several threads start and one call ends."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -24,7 +24,25 @@ class Running:
     def run(
         self, command: Sequence[str], *, cwd: Path, env: Mapping[str, str] | None = None, limit: float | None = None
     ) -> tuple[int, str]:
-        """Run a command to its end; return its exit code and what it said on stderr.
+        """Run a command to its end.
+
+        Parameters
+        ----------
+        command
+            Program and arguments.
+        cwd
+            Working directory.
+        env
+            Environment; this process's where None.
+        limit
+            Longest duration [s]; none where None.
+
+        Returns
+        -------
+        code : int
+            Exit code; `TERMINATED` without a start where `end` was called before.
+        said : str
+            Text that the command wrote to stderr.
 
         Raises
         ------
@@ -32,7 +50,7 @@ class Running:
             After ``limit`` seconds; the command is ended.
         """
         with self._lock:
-            if self._ended:
+            if self._ended:  # a thread that comes late must not start what nobody would end
                 return TERMINATED, ""
             process = subprocess.Popen(
                 command, cwd=cwd, env=env, text=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
@@ -47,7 +65,7 @@ class Running:
         return process.returncode, said
 
     def end(self) -> None:
-        """Ask what is under way to end, and begin no more."""
+        """Send SIGTERM to all running commands, and refuse to start further ones."""
         with self._lock:
             self._ended = True
             for process in self._processes:

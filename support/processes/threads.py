@@ -1,6 +1,7 @@
-"""Threads for compiled code that lets go of the interpreter; BLAS on one.
+"""Threads for compiled code that releases the interpreter's lock, and BLAS limited to one thread.
 
-BLAS sums depend on the number of its threads, and its small matrices wait for each other on many.
+Sums of BLAS depend on the number of its threads, so that one thread gives the same bits on every machine; and on small
+matrices several threads wait for each other.
 """
 
 from __future__ import annotations
@@ -18,17 +19,30 @@ T = TypeVar("T")
 
 @lru_cache(maxsize=1)
 def _controller() -> ThreadpoolController:
-    """Find the libraries with threads, once: NumPy's and SciPy's are loaded by then."""
+    """Find the libraries with threads once, at the first call: NumPy's and SciPy's libraries are loaded by then."""
     return ThreadpoolController()
 
 
 def single_threaded(function: Callable[..., T], *arguments: Any) -> T:
-    """Call ``function`` with BLAS on one thread."""
+    """Call a function with BLAS limited to one thread.
+
+    Parameters
+    ----------
+    function
+        Function to call.
+    *arguments
+        Its arguments.
+
+    Returns
+    -------
+    object
+        The function's result.
+    """
     return on_one_thread(function)(*arguments)
 
 
 def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
-    """Decorate ``function`` to run with BLAS on one thread."""
+    """Decorate ``function`` so that BLAS runs on one thread within it."""
 
     @wraps(function)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> T:
@@ -44,7 +58,27 @@ def _pool(threads: int) -> ThreadPoolExecutor:
 
 
 def map_threads(function: Callable[..., T], *arguments: Iterable[Any], threads: int = 1) -> list[T]:
-    """Return ``function`` of every tuple of arguments in their order, side by side on ``threads`` threads."""
+    """Map a function over tuples of arguments on several threads.
+
+    Parameters
+    ----------
+    function
+        Function that releases the interpreter's lock; others gain nothing.
+    *arguments
+        Iterables of equal length, one per argument of ``function``.
+    threads
+        Number of threads; 1 calls the function in this thread.
+
+    Returns
+    -------
+    list
+        Results in the order of the arguments.
+
+    Raises
+    ------
+    ValueError
+        Where the iterables differ in length.
+    """
     tuples = list(zip(*arguments, strict=True))
     if threads <= 1:
         return [function(*each) for each in tuples]

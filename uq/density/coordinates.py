@@ -1,4 +1,7 @@
-"""Coordinates in which the sampler moves: logarithms of positive quantities, with their prior density."""
+"""Coordinates η in which the sampler moves: equations and noise model in, η with its prior density out.
+
+η holds the logarithms of positive quantities and the values of the others.
+"""
 
 from __future__ import annotations
 
@@ -17,10 +20,18 @@ class Coordinates:
     """η = (free parameters of the equations, then the noise model's): log x where ``scale`` is ``log``, else x.
 
     The prior of a parameter is its normal prior cut at the bounds, or flat between the bounds: in log x where ``scale``
-    is ``log``, else in x. Positive quantities move in log x whatever their prior is flat in: where amplitudes scatter,
-    the
-    data leave a common factor of inertia, stiffness and damping open, and that is a straight line only in logarithms.
-    Orderings (Fs ≥ Fc) cut the rest away. ``widen`` multiplies the standard deviation of every prior.
+    is ``log``, else in x. Positive quantities move in log x whatever their prior is flat in. Where amplitudes scatter,
+    the data do not identify a common factor of inertia, stiffness and damping, and that ridge of the posterior is a
+    straight line only in logarithms. The density is 0 where an ordering (Fs ≥ Fc) is violated.
+
+    Parameters
+    ----------
+    equations
+        Equations whose free parameters are sampled.
+    hyper
+        Parameters of the noise model, which follow those of the equations in η.
+    widen
+        Factor on the standard deviation of every normal prior and on the width of every noise parameter's prior [1].
     """
 
     equations: Equations
@@ -44,7 +55,7 @@ class Coordinates:
 
     @property
     def logarithmic(self) -> tuple[bool, ...]:
-        """Which coordinates are logarithms."""
+        """Whether each coordinate is a logarithm, in the order of η."""
         return (*(positive(q) for q in self.free), *(True for _ in self.hyper))
 
     @property
@@ -56,42 +67,104 @@ class Coordinates:
         return [i for i, q in enumerate(self.equations.parameters) if not q.fixed]
 
     def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of η, shape (n,) each; the noise model's are wide."""
+        """Return the bounds of η.
+
+        Returns
+        -------
+        lower, upper : ndarray, shape (n,) each
+            Those of a noise parameter are e⁻²⁵ and e⁵: its prior, not they, is to limit it.
+        """
         pairs = [(np.log(_floor(q)), np.log(q.upper)) if positive(q) else (q.lower, q.upper) for q in self.free]
         pairs += [(-25.0, 5.0)] * len(self.hyper)
         lower, upper = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
         return lower, upper
 
     def values(self, eta: Array) -> Array:
-        """Untransformed values of η, same shape (…, n)."""
+        """Return the untransformed values of η.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            Parameters and noise parameters, in the units of `units`.
+        """
+        # exp overflows beyond 709: a trial far outside the bounds still has a finite value.
         return np.where(self.logarithmic, np.exp(np.clip(eta, -700, 700)), eta)
 
     def inverse(self, values: Array) -> Array:
-        """η of untransformed values, same shape (…, n)."""
+        """Return η of untransformed values, the inverse of `values`.
+
+        Parameters
+        ----------
+        values
+            Parameters and noise parameters, in the units of `units`, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+        """
         flags = np.array(self.logarithmic)
         return np.where(flags, np.log(np.where(flags, values, 1.0)), values)
 
     def thetas(self, eta: Array) -> Array:
-        """Full parameter sets (…, n_p) of the equations, the fixed ones at their initial values."""
+        """Return the full parameter sets of the equations, fixed parameters at their initial values.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n_p)
+            θ in the order of ``equations.parameters``.
+        """
         base = np.array([q.initial for q in self.equations.parameters])
         out = np.broadcast_to(base, (*eta.shape[:-1], base.size)).copy()
         out[..., self._positions()] = self.values(eta)[..., : len(self.free)]
         return out
 
     def eta(self, theta: Array, hyper: Array | None = None) -> Array:
-        """η (n,) of a full parameter set (n_p,) inside its bounds, the noise model at ``hyper`` or at its start."""
+        """Return η of a full parameter set, which is clipped to its bounds first.
+
+        Parameters
+        ----------
+        theta
+            Parameters in the order of ``equations.parameters``, shape (n_p,).
+        hyper
+            Values of the noise model's parameters, in the order of ``self.hyper``; their starts where None.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+        """
         start = np.array([h.start for h in self.hyper]) if hyper is None else hyper
         lowest = np.array([_floor(q) if positive(q) else q.lower for q in self.free])
         inside = np.clip(np.asarray(theta)[self._positions()], lowest, [q.upper for q in self.free])
         return self.inverse(np.concatenate([inside, start]))
 
     def slopes(self, eta: Array) -> Array:
-        """dθ/dη of the free parameters, shape (n_free,)."""
+        """Return dθ/dη of the free parameters at η (n,), shape (n_free,): the value itself of a logarithm, else 1."""
         n = len(self.free)
         return np.where(self.logarithmic[:n], self.values(eta)[:n], 1.0)
 
     def log_prior(self, eta: Array) -> Array:
-        """Log prior density of η (n_sets, n), up to a constant; −inf outside bounds and orderings; shape (n_sets,)."""
+        """Return the log prior density of η up to a constant.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (n_sets, n).
+
+        Returns
+        -------
+        ndarray, shape (n_sets,)
+            −inf outside the bounds and where an ordering is violated.
+        """
         lower, upper = self.bounds()
         total = np.where(np.all((eta >= lower) & (eta <= upper), axis=-1), 0.0, -np.inf)
         theta = self.thetas(eta)
@@ -103,6 +176,7 @@ class Coordinates:
             if quantity.prior is not None:
                 value = theta[..., ids.index(quantity.id)]
                 total = total - 0.5 * ((value - quantity.prior.mean) / (self.widen * quantity.prior.std)) ** 2
+            # A prior in x, sampled in log x, takes the factor dx/d(log x) = x; its logarithm is the coordinate itself.
             if positive(quantity) and (quantity.prior is not None or quantity.scale != "log"):
                 total = total + eta[..., i]
         for i, h in enumerate(self.hyper):
@@ -110,9 +184,22 @@ class Coordinates:
         return np.asarray(total)
 
     def draw(self, rng: np.random.Generator, size: int) -> Array:
-        """Draws of η from the prior, shape (size, n)."""
+        """Draw η from the prior, and reject what lies outside bounds and orderings.
+
+        Parameters
+        ----------
+        rng
+            Source of the random numbers.
+        size
+            Number of draws.
+
+        Returns
+        -------
+        ndarray, shape (size, n)
+        """
         kept = np.empty((0, self.size))
         while len(kept) < size:
+            # Four times the number that is wanted, because some draws are rejected.
             columns = [_draw_quantity(q, self.widen, rng, 4 * size) for q in self.free]
             columns += [h.prior.widened(self.widen).draw(rng, 4 * size) for h in self.hyper]
             drawn = np.stack(columns, axis=1)
@@ -121,12 +208,12 @@ class Coordinates:
 
 
 def positive(quantity: Quantity) -> bool:
-    """Whether a quantity is positive, so that it moves in its logarithm."""
+    """Whether a quantity is positive over its whole range, so that the sampler moves in its logarithm."""
     return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
 
 
 def _floor(quantity: Quantity) -> float:
-    """Lower bound, or a billionth of the first guess where that is 0."""
+    """Return the lower bound, or a billionth of the first guess where the bound is 0 and has no logarithm."""
     return quantity.lower if quantity.lower > 0 else 1e-9 * quantity.initial
 
 
@@ -141,7 +228,7 @@ def _draw_quantity(quantity: Quantity, widen: float, rng: np.random.Generator, s
 
 
 def prior_words(quantity: Quantity) -> str:
-    """Write the prior of a parameter as a report shows it."""
+    """Write the prior of a parameter in words, as a report shows it."""
     interval = f"[{quantity.lower:.3g}, {quantity.upper:.3g}]"
     if quantity.prior is not None:
         return f"normal, {quantity.prior.mean:.4g} ± {quantity.prior.std:.2g}, in {interval}"

@@ -1,4 +1,4 @@
-"""The posterior density that everything else here samples, maximises or scores."""
+"""The posterior density that the other modules sample, maximise or score: coordinates, noise model and runs in."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ class Density:
     Parameters
     ----------
     coordinates
-        What is sampled, with priors.
+        Coordinates η with their priors.
     model
-        The random parts of the data.
+        Random parts of the data.
     terms
-        The fitted runs, linearised in their nuisances.
+        The fitted runs, linearised in their initial states and in a scatter on the torque.
     forward
         Simulates a run for many parameter sets.
     """
@@ -45,17 +45,42 @@ class Density:
         return self.coordinates.equations
 
     def hyper(self, eta: Array) -> dict[str, Array]:
-        """Values of the noise model's parameters by id, shape (n_sets,) each."""
+        """Return the values of the noise model's parameters by id, shape (n_sets,) each, at η (n_sets, n)."""
         values = self.coordinates.values(eta)
         first = len(self.coordinates.free)
         return {h.id: values[:, first + i] for i, h in enumerate(self.coordinates.hyper)}
 
     def simulated(self, eta: Array, terms: Terms) -> Array:
-        """Positions (n_sets, n_t) from the start around which ``terms`` is linear."""
+        """Simulate a run from the start around which ``terms`` is linear.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (n_sets, n).
+        terms
+            The run.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t)
+            Positions [rad], NaN where a simulation diverged.
+        """
         return self.forward(self.coordinates.thetas(eta), terms.run, terms.x0)
 
     def log_likelihoods(self, eta: Array, simulated: Sequence[Array] | None = None) -> Array:
-        """Log marginal likelihood of each run, shape (n_sets, n_runs); ``simulated`` where it is known already."""
+        """Return the log marginal likelihood of each fitted run.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (n_sets, n).
+        simulated
+            Positions of every run at η [rad], shape (n_sets, n_t) each; simulated here where None.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_runs)
+        """
         thetas, hyper = self.coordinates.thetas(eta), self.hyper(eta)
         positions = simulated or [self.simulated(eta, terms) for terms in self.terms]
         columns = [
@@ -65,16 +90,35 @@ class Density:
         return np.stack(columns, axis=1)
 
     def __call__(self, eta: Array) -> Array:
-        """Log posterior of η (n_sets, n), shape (n_sets,); −inf outside the prior."""
+        """Return the log posterior density of η up to a constant.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (n_sets, n) or (n,).
+
+        Returns
+        -------
+        ndarray, shape (n_sets,)
+            −inf outside the prior's support and where a simulation diverged.
+        """
         eta = np.atleast_2d(eta)
         out = self.coordinates.log_prior(eta)
         inside = np.isfinite(out)
-        if inside.any():
+        if inside.any():  # simulations are the cost: none outside the prior's support
             out[inside] += self.log_likelihoods(eta[inside]).sum(axis=1)
-        return np.where(np.isnan(out), -np.inf, out)
+        return np.where(np.isnan(out), -np.inf, out)  # a diverged K gives NaN (`noise.marginal`), which emcee refuses
 
     def linearised(self, simulator: Simulator, eta: Array) -> Density:
-        """Return a copy whose fixed columns and corrections of the inner step are taken at η (n,)."""
+        """Return a copy whose fixed columns and corrections of the inner step are taken at η.
+
+        Parameters
+        ----------
+        simulator
+            Simulator with sensitivities, of the same equations.
+        eta
+            Coordinates, shape (n,).
+        """
         theta = self.coordinates.thetas(eta)
         made = []
         for terms in self.terms:

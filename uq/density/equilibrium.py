@@ -1,4 +1,7 @@
-"""Where a joint rests without torque: the point that amplitude scatter leaves alone."""
+"""Static equilibrium of a joint without torque, about which scatter of the reading's amplitude acts.
+
+Equations and parameter sets in, positions [rad] out.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +17,19 @@ from haptid.model.equations.equations import TIME, Equations
 
 ITERATIONS = 12
 SETTLED = 1e-14
-"""Newton step [rad] below which a position no longer moves."""
+"""Newton step [rad] below which the iteration has converged."""
 
 
 @lru_cache(maxsize=64)
 def _static_torque(equations: Equations) -> Callable[..., Any]:
-    """Acceleration and its slope as functions of (q, p) with everything else at rest: v = z = 0, no input, t = 0."""
+    """Return acceleration and its derivative in q as functions of (q, parameters), at v = z = 0, no input and t = 0."""
     q = equations.states[0].symbol
     still: dict[sp.Symbol, Any] = dict.fromkeys(
         [s.symbol for s in equations.states[1:]] + [u.symbol for u in equations.inputs], 0
     )
     still[TIME] = 0
     force = equations.rhs[len(equations.joints)]
-    for symbol, expression in reversed(equations.definitions):
+    for symbol, expression in reversed(equations.definitions):  # a definition may use only those before it
         force = force.subs(symbol, expression)
     force = sp.sympify(force).subs(still)
     arguments = (q, *(x.symbol for x in equations.parameters))
@@ -38,10 +41,12 @@ def equilibrium(equations: Equations, thetas: Array, guess: float | Array) -> Ar
 
     Parameters
     ----------
+    equations
+        Equations of the free joint.
     thetas
         Parameter sets, shape (n_sets, n_p).
     guess
-        Start [rad], also the answer where there is no stable balance within a turn of it.
+        Start [rad], scalar or shape (n_sets,); also the answer where there is no stable balance within a turn of it.
 
     Returns
     -------
@@ -55,6 +60,7 @@ def equilibrium(equations: Equations, thetas: Array, guess: float | Array) -> Ar
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
             force, slope = (np.broadcast_to(x, q.shape) for x in function(q, *columns))
+            # Only a negative slope is that of a stable balance; elsewhere the iterate stays: ``settled`` refuses it.
             change = np.where(slope < 0, force / np.where(slope < 0, slope, -1.0), 0.0)
             q = q - change
             if np.all(np.abs(change) < SETTLED):

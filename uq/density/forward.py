@@ -1,4 +1,7 @@
-"""Simulated positions for many parameter sets: by the compiled kernel in lanes, or one by one through any simulator."""
+"""Simulated positions for many parameter sets: through the compiled kernel together, or any simulator one by one.
+
+Parameter sets and a run in, positions [rad] out.
+"""
 
 from __future__ import annotations
 
@@ -14,28 +17,56 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 
 FINE = 2.5e-4
-"""Inner step [s] of the simulation against which a coarser one is corrected."""
+"""Inner step [s] of the simulation to which a coarser simulation is compared."""
 
 
 class Forward(Protocol):
     """Simulates one run for many parameter sets."""
 
     def __call__(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """Positions (n_sets, n_t) for parameters (n_sets, n_p) from the initial state (n_x,); NaN where one blew up."""
+        """Simulate ``run`` for every parameter set.
+
+        Parameters
+        ----------
+        thetas
+            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
+        run
+            The run.
+        x0
+            Initial state, shape (n_x,).
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t)
+            Positions [rad], NaN where a simulation diverged.
+        """
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """Return what a fine inner step would add to them, same shape; 0 where the simulator has its own step."""
+        """Return the positions of a fine inner step (`FINE`) minus those of this one [rad], shape (n_sets, n_t).
+
+        0 where the inner step cannot be chosen. Parameters as in `__call__`.
+        """
 
 
 @lru_cache(maxsize=64)
 def kernel_of(equations: Equations) -> KernelSimulator:
-    """Return the in-process simulator of ``equations``, made once per process."""
+    """Return the in-process simulator of ``equations``, built once per process."""
     return KernelSimulator.of(equations)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class KernelForward:
-    """The compiled kernel with inner step ``step`` [s]; crosses processes as equations, compiled there."""
+    """Simulation by the compiled kernel; it crosses processes as equations and is compiled there.
+
+    Parameters
+    ----------
+    equations
+        Equations to compile.
+    step
+        Inner step [s].
+    threads
+        Threads among which the parameter sets are shared.
+    """
 
     equations: Equations
     step: float
@@ -62,7 +93,7 @@ class KernelForward:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EachForward:
-    """Any simulator, one parameter set after the other."""
+    """Simulation through any `Simulator` (an FMU, say), one parameter set after the other."""
 
     simulator: Simulator
 

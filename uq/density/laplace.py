@@ -1,4 +1,13 @@
-"""The posterior's mode, and the normal distribution that fits it there: where ensembles start from."""
+"""Laplace approximation of the posterior: `Density` and a start η in, mode and covariance (`Laplace`) out.
+
+Each round of the climb to the mode
+
+1. linearises the initial states and the scatter columns at the present point,
+2. climbs in the free parameters by Gauss–Newton steps with Levenberg–Marquardt damping,
+3. climbs in the noise parameters by Nelder–Mead, which needs no further simulation,
+
+until a round changes the log posterior by less than `SETTLED`. The ensembles start from the approximation.
+"""
 
 from __future__ import annotations
 
@@ -16,25 +25,25 @@ from haptid.uq.density.normal_equations import expand
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Levenberg–Marquardt damping factors that are tried side by side."""
 SETTLED = 0.05
-"""Gain in log posterior below which a step counts as none."""
+"""Change of the log posterior [1] below which the climb has converged."""
 LOOSE = 3.0
-"""Largest standard deviation that the normal approximation gives a noise parameter, in its logarithm."""
+"""Largest standard deviation of a noise parameter's logarithm in the normal approximation [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Laplace:
-    """Mode and covariance of η.
+    """Normal approximation of the posterior at its mode.
 
     Parameters
     ----------
     eta
         Mode, shape (n,).
     covariance
-        Inverse of the expected information plus the prior's, shape (n, n).
+        Inverse of the expected information of the data plus the information of the prior, shape (n, n).
     density
-        With starts and columns linearised at the mode.
+        Posterior density with starts and columns linearised at the mode.
     log_density
-        At the mode.
+        Log posterior density at the mode, up to the constant of `Density`.
     """
 
     eta: Array
@@ -44,12 +53,23 @@ class Laplace:
 
     @property
     def lower(self) -> Array:
-        """Cholesky factor of the covariance."""
+        """Lower Cholesky factor of the covariance, shape (n, n)."""
         return np.asarray(np.linalg.cholesky(self.covariance), dtype=np.float64)
 
 
 def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int = 20, steps: int = 8) -> Laplace:
     """Climb from η to the mode: Gauss–Newton in the parameters and Nelder–Mead in the noise model, in turns.
+
+    Parameters
+    ----------
+    density
+        Posterior density.
+    simulator
+        Simulator with sensitivities, of the same equations.
+    eta
+        Start, shape (n,).
+    rounds, steps
+        Most rounds, and most Gauss–Newton steps in a round.
 
     Raises
     ------
@@ -83,6 +103,7 @@ def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps:
         now = float(density(eta)[0])
         if not (np.isfinite(H).all() and np.isfinite(g).all()):
             break
+        # All dampings at once: the simulations of many parameter sets run together.
         trials = _project(density, np.array([_step(eta, H, g, damping) for damping in DAMPINGS]))
         values = density(trials)
         k = int(np.argmax(values))
@@ -97,13 +118,13 @@ def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps:
 def _step(eta: Array, H: Array, g: Array, damping: float) -> Array:
     out = eta.copy()
     diagonal = np.diag(H)
-    floor = 1e-12 * diagonal.max()
+    floor = 1e-12 * diagonal.max()  # a parameter without influence makes H singular
     out[: g.size] += np.linalg.lstsq(H + np.diag(damping * diagonal + floor), g, rcond=None)[0]
     return out
 
 
 def _project(density: Density, eta: Array) -> Array:
-    """Move trials a hair inside bounds and orderings."""
+    """Move trials (n_sets, n) slightly inside bounds and orderings."""
     coordinates = density.coordinates
     lower, upper = coordinates.bounds()
     room = np.minimum(1e-6 * (upper - lower), 1e-6)
@@ -118,7 +139,10 @@ def _project(density: Density, eta: Array) -> Array:
 
 
 def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:
-    """Gradient and negative curvature of the log prior at η by central differences, shape (n,) each."""
+    """Return gradient and negative curvature of the log prior at η by central differences, shape (n,) each.
+
+    Both are 0 where a difference leaves the prior's support, and the curvature where it would be negative.
+    """
     h = 1e-3 * np.maximum(np.abs(eta), 1e-3)
     points = np.concatenate([eta[None], eta + np.diag(h), eta - np.diag(h)])
     p = density.coordinates.log_prior(points)
@@ -131,7 +155,7 @@ def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:
 
 
 def _climb_noise(density: Density, eta: Array) -> Array:
-    """Best noise parameters for the simulations at η."""
+    """Return η (n,) with the noise parameters of largest posterior density for the simulations at η."""
     n = len(density.coordinates.free)
     simulated = [density.simulated(eta[None], terms) for terms in density.terms]
 
@@ -139,7 +163,7 @@ def _climb_noise(density: Density, eta: Array) -> Array:
         point = np.concatenate([eta[:n], tail])[None]
         prior = float(density.coordinates.log_prior(point)[0])
         if not np.isfinite(prior):
-            return 1e30
+            return 1e30  # finite: Nelder–Mead subtracts values of its simplex
         return -prior - float(density.log_likelihoods(point, simulated).sum())
 
     start = eta[n:]
@@ -150,7 +174,23 @@ def _climb_noise(density: Density, eta: Array) -> Array:
 
 
 def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
-    """Inverse of the information at η: Gauss–Newton for the parameters, differences for the noise model.
+    """Return the covariance of η, the inverse of the information at η.
+
+    The information of the parameters is that of Gauss–Newton plus that of the prior; the information of the noise
+    model is the negative Hessian of the log posterior by differences. Covariances between the two are 0.
+
+    Parameters
+    ----------
+    density
+        Posterior density, linearised at η.
+    simulator
+        Simulator with sensitivities, of the same equations.
+    eta
+        Mode, shape (n,).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
 
     Raises
     ------
@@ -165,6 +205,8 @@ def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
     total[n:, n:] = _noise_information(density, eta)
     lower, upper = density.coordinates.bounds()
     wide = np.zeros(size)
+    # A flat prior has no curvature. Where the data say nothing either, the variance is that of a uniform distribution
+    # between the bounds, width²/12, so that the information stays invertible.
     wide[:n] = 12.0 / np.minimum(upper - lower, 1e6)[:n] ** 2
     total += np.diag(np.maximum(np.append(curvature[:n], np.zeros(size - n)), wide))
     if not np.isfinite(total).all():
@@ -177,7 +219,11 @@ def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
 
 
 def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
-    """Negative Hessian of the log posterior in the noise parameters, with no eigenvalue below 1/LOOSE²."""
+    """Return the negative Hessian of the log posterior in the noise parameters, shape (k, k).
+
+    Eigenvalues below 1/`LOOSE`² are lifted to it; the matrix is returned as it is where it is not finite. ``h`` is the
+    step of the differences in the logarithm of a noise parameter [1].
+    """
     n = len(density.coordinates.free)
     k = eta.size - n
     simulated = [density.simulated(eta[None], terms) for terms in density.terms]
@@ -199,7 +245,10 @@ def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
 
 
 def _inverse(information: Array) -> Array:
-    """Inverse of a symmetric matrix after scaling its diagonal to 1, tiny eigenvalues lifted to 1e-10."""
+    """Return the inverse of a symmetric matrix (n, n), tiny eigenvalues lifted to 1e-10.
+
+    The diagonal is scaled to 1 first, so that units do not decide which eigenvalues are tiny.
+    """
     d = 1 / np.sqrt(np.diag(information))
     weights, vectors = np.linalg.eigh(information * np.outer(d, d))
     inverse = (vectors / np.maximum(weights, 1e-10)) @ vectors.T

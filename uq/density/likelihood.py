@@ -1,4 +1,8 @@
-"""Log-likelihood of a run for many parameter sets, everything random but the sensor's noise level marginalised."""
+"""Log-likelihood of a run for many parameter sets: `Terms`, parameters and simulated positions in, densities out.
+
+The initial states and the amplitudes of cycles and runs are normal coefficients of a few columns and are marginalised
+analytically (`noise.marginal`). The parameters of the noise model themselves stay arguments.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,32 @@ def gram_of(
     terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array,
     keep: Keep | None = None,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Gram matrix (n_sets, 1 + k, 1 + k) and log det of the noise for simulated positions (n_sets, n_t)."""
+    """Return the Gram matrix of [residual, random columns] under the inverse noise covariance.
+
+    Parameters
+    ----------
+    terms
+        The run, linearised.
+    model
+        Random parts of the data.
+    equations
+        Equations of the free joint, for its equilibrium.
+    thetas
+        Parameter sets, shape (n_sets, n_p).
+    hyper
+        Values of the noise model's parameters by id, shape (n_sets,) each.
+    simulated
+        Positions at ``thetas`` [rad], shape (n_sets, n_t).
+    keep
+        Rows that count, shape (n_t,); all where None.
+
+    Returns
+    -------
+    gram : ndarray, shape (n_sets, 1 + k, 1 + k)
+        The columns in the order of `column_scales`.
+    logdet : ndarray, shape (n_sets,)
+        log det of the noise covariance.
+    """
     seen = np.ones(terms.run.t.size, dtype=bool) if keep is None else keep
     residual = terms.data - simulated
     rest = (
@@ -28,7 +57,7 @@ def gram_of(
         if model.scatter == "reading"
         else np.zeros(len(thetas))
     )
-    motion = simulated - rest[:, None]
+    motion = simulated - rest[:, None]  # only the scatter of the reading uses it, so no equilibrium is solved otherwise
     noise = hyper["noise_factor"] * terms.sensor_std
     # The prior of the start is centred on the first sample: shift the residual to that centre.
     residual = residual - terms.start_shift @ terms.fixed[: len(terms.states)]
@@ -42,7 +71,18 @@ def log_likelihood(
     terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array,
     keep: Keep | None = None,
 ) -> Array:  # fmt: skip
-    """Log marginal likelihood of the rows in ``keep`` (None: all), shape (n_sets,); −inf where a simulation blew up."""
+    """Return the log marginal likelihood of the rows in ``keep``.
+
+    Parameters
+    ----------
+    terms, model, equations, thetas, hyper, simulated, keep
+        As in `gram_of`.
+
+    Returns
+    -------
+    ndarray, shape (n_sets,)
+        −inf where a simulation diverged.
+    """
     finite: Keep = np.all(np.isfinite(simulated), axis=1)
     safe = np.where(finite[:, None], simulated, 0.0)
     gram, logdet = gram_of(terms, model, equations, thetas, hyper, safe, keep)
@@ -54,7 +94,18 @@ def log_likelihood(
 def predictive_score(
     terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array
 ) -> Array:
-    """Log density of a held-out run's scored rows given the rows before them, shape (n_sets,)."""
+    """Return the log density of a held-out run's scored rows given the rows before them.
+
+    Parameters
+    ----------
+    terms, model, equations, thetas, hyper, simulated
+        As in `gram_of`.
+
+    Returns
+    -------
+    ndarray, shape (n_sets,)
+        log p(y) − log p(rows before ``run.score_from``); log p(y) where every row is scored.
+    """
     total = log_likelihood(terms, model, equations, thetas, hyper, simulated)
     if terms.run.score_from == 0:
         return total
@@ -65,7 +116,18 @@ def predictive_score(
 def cycle_scores(
     terms: Terms, model: NoiseModel, equations: Equations, thetas: Array, hyper: dict[str, Array], simulated: Array
 ) -> Array:
-    """Log density of every cycle given all other cycles of its run, shape (n_sets, n_cycles): log p(y) − log p(y₋c)."""
+    """Return the log density of every cycle given all other cycles of its run.
+
+    Parameters
+    ----------
+    terms, model, equations, thetas, hyper, simulated
+        As in `gram_of`.
+
+    Returns
+    -------
+    ndarray, shape (n_sets, n_cycles)
+        log p(y) − log p(y₋c), y₋c the run without the rows of cycle c.
+    """
     total = log_likelihood(terms, model, equations, thetas, hyper, simulated)
     without = [
         log_likelihood(terms, model, equations, thetas, hyper, simulated, terms.cycle != c) for c in range(terms.cycles)

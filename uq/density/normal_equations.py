@@ -1,4 +1,12 @@
-"""Gauss–Newton equations of the marginal likelihood: nuisances are eliminated, the rest is the expected information."""
+"""Gauss–Newton equations of the marginal likelihood: `Density` and η in, `Expansion` out.
+
+For every run:
+
+1. Simulate with sensitivities, and take the columns ∂y/∂x₀ at the trajectory.
+2. Build the Gram matrix of [r, J, random columns] under the inverse noise covariance.
+3. Eliminate the random columns by a Schur complement: Jᵀ·C⁻¹·J (expected information) and Jᵀ·C⁻¹·r (gradient) remain.
+4. Move the start of the run to the conditional mean of its initial states.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +31,8 @@ class Expansion:
     Parameters
     ----------
     density
-        With the initial states' columns taken at the point and every start moved to its conditional mean there.
+        The density with the columns of the initial states taken at the point and every start moved to its conditional
+        mean there.
     information
         Jᵀ·C⁻¹·J over the free parameters of the equations, summed over runs, shape (n_free, n_free).
     gradient
@@ -36,7 +45,17 @@ class Expansion:
 
 
 def expand(density: Density, simulator: Simulator, eta: Array) -> Expansion:
-    """Expand the log-likelihood at η (n,) by one simulation with sensitivities per run."""
+    """Expand the log-likelihood to second order by one simulation with sensitivities per run.
+
+    Parameters
+    ----------
+    density
+        Posterior density; its prior takes no part.
+    simulator
+        Simulator with sensitivities, of the same equations.
+    eta
+        Point of the expansion, shape (n,).
+    """
     n = len(density.coordinates.free)
     information, gradient, moved = np.zeros((n, n)), np.zeros(n), []
     for terms in density.terms:
@@ -44,19 +63,36 @@ def expand(density: Density, simulator: Simulator, eta: Array) -> Expansion:
         reduced = eliminate(full, scales, 1 + n)
         information += reduced[1:, 1:]
         gradient += reduced[1:, 0]
-        kept = [0, *range(1 + n, full.shape[0])]
+        kept = [0, *range(1 + n, full.shape[0])]  # without J: the conditional mean is that at η
         moved.append(_restart(fresh, coefficients(full[np.ix_(kept, kept)], scales)[0]))
     return Expansion(density=density.but(terms=tuple(moved)), information=information, gradient=gradient)
 
 
 def run_information(density: Density, simulator: Simulator, terms: Terms, eta: Array) -> Array:
-    """Jᵀ·C⁻¹·J of one run, shape (n_free, n_free)."""
+    """Return the expected information Jᵀ·C⁻¹·J of one run, random columns eliminated.
+
+    Parameters
+    ----------
+    density
+        Gives coordinates and noise model.
+    simulator
+        Simulator with sensitivities.
+    terms
+        The run; it need not be one of the fitted runs.
+    eta
+        Point at which J is taken, shape (n,).
+
+    Returns
+    -------
+    ndarray, shape (n_free, n_free)
+        In the coordinates η.
+    """
     _, full, scales = _full_gram(density, simulator, terms, eta)
     return eliminate(full, scales, 1 + len(density.coordinates.free))[1:, 1:]
 
 
 def _restart(terms: Terms, mean: Array) -> Terms:
-    """Move the start by the mean of its columns' coefficients."""
+    """Move the start by the mean of its columns' coefficients; the centre of its prior stays where it was."""
     x0, states = terms.x0.copy(), list(terms.states)
     shift = terms.start_shift + mean[: len(states)]
     x0[states] += shift
@@ -64,7 +100,7 @@ def _restart(terms: Terms, mean: Array) -> Terms:
 
 
 def _full_gram(density: Density, simulator: Simulator, terms: Terms, eta: Array) -> tuple[Terms, Array, Array]:
-    """Linearised terms, Gram matrix of [r, J, random columns], and the scales of the random ones."""
+    """Return the linearised terms, the Gram matrix of [r, J, random columns], and the random columns' scales."""
     coordinates, model = density.coordinates, density.model
     theta, hyper = coordinates.thetas(eta), density.hyper(eta[None])
     trajectory = simulator.simulate(theta, terms.run, x0=terms.x0, sensitivities=True)

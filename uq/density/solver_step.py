@@ -1,4 +1,9 @@
-"""How coarse the inner step may be: what is left of the solver's error once its part at the mode is taken off."""
+"""Choice of the solver's inner step: the longest one whose error, corrected at the mode, is negligible.
+
+1. Find the mode with the longest of `STEPS`; the data are corrected by the solver's error at that mode.
+2. Estimate how much the remaining solver error varies over the posterior (`solver_error`).
+3. Accept the step where that is at most `SHARE`; else continue with the next shorter step.
+"""
 
 from __future__ import annotations
 
@@ -10,22 +15,39 @@ import numpy as np
 from haptid.uq.density.laplace import Laplace
 
 STEPS = (5e-3, 2.5e-3, 1.25e-3, 6.25e-4)
+"""Inner steps [s] that are tried, the longest first."""
 SHARE = 0.1
-"""Share of its standard deviation by which the solver's error may move anything."""
+"""Share of its posterior standard deviation by which the solver's error may move the mean of any quantity [1]."""
 DRAWS = 16
+"""Draws of the normal approximation from which the solver's error is estimated."""
 
 T = TypeVar("T")
 
 
 def solver_error(mode: Laplace, *, draws: int = DRAWS, seed: int = 0) -> float:
-    """Return the standard deviation over the posterior of the solver's error in its log density.
+    """Return the standard deviation, over the posterior, of the solver's error in the log density.
+
+    Parameters
+    ----------
+    mode
+        Normal approximation found with the inner step in question.
+    draws
+        Number of draws of the normal approximation.
+    seed
+        Seed of the draws.
+
+    Returns
+    -------
+    float
+        Standard deviation of log p_fine − log p_coarse [1]; 0 where fewer than two draws lie in the prior's support.
 
     Notes
     -----
-    The data carry the difference between a fine and the coarse simulation at the mode (`Terms.correction`). What
-    remains at another η is the change of that difference. With w = exp(log p_fine − log p_coarse), normalised to mean
-    1, every expectation obeys |E_fine[h] − E_coarse[h]| = |cov(h, w)| ≤ std(h)·std(w) (Cauchy and Schwarz): at
-    ``SHARE`` no mean moves by more than a tenth of a standard deviation. Draws are those of the normal approximation.
+    The data are corrected by the difference between a fine and the coarse simulation at the mode (`Terms.correction`).
+    The error at another η is the change of that difference. With w = exp(log p_fine − log p_coarse), normalised to
+    mean 1, every expectation obeys |E_fine[h] − E_coarse[h]| = |cov(h, w)| ≤ std(h)·std(w) (Cauchy and Schwarz). For
+    small errors std(w) is the standard deviation that is returned: at `SHARE` no mean moves by more than a tenth of a
+    standard deviation.
     """
     density, rng = mode.density, np.random.default_rng([seed, 13])
     drawn = mode.eta + rng.standard_normal((4 * draws, mode.eta.size)) @ mode.lower.T
@@ -45,16 +67,30 @@ def solver_error(mode: Laplace, *, draws: int = DRAWS, seed: int = 0) -> float:
 def longest_step(
     attempt: Callable[[float], T], mode_of: Callable[[T], Laplace], steps: Sequence[float] = STEPS
 ) -> tuple[T, float]:
-    """Try inner steps, the longest first, until the solver's error stays below ``SHARE``.
+    """Try inner steps, the longest first, until the solver's error is at most `SHARE`.
+
+    Parameters
+    ----------
+    attempt
+        Computes a result with an inner step [s].
+    mode_of
+        Returns the normal approximation of such a result.
+    steps
+        Inner steps [s], the longest first.
 
     Returns
     -------
-    attempt, step
-        What ``attempt`` made with the step [s] that suffices (the shortest where none does).
+    result, step
+        Result of ``attempt`` with the longest step [s] that suffices (the shortest where none does), and that step.
+
+    Raises
+    ------
+    ValueError
+        Where ``steps`` is empty.
     """
     for step in steps:
         made = attempt(step)
-        if step == steps[-1] or solver_error(mode_of(made)) <= SHARE:
+        if step == steps[-1] or solver_error(mode_of(made)) <= SHARE:  # the last step is used whatever its error
             return made, step
     msg = "no step to try"
     raise ValueError(msg)

@@ -1,4 +1,7 @@
-"""Coordinates in which spring and gravity are told apart along a straight line: where the walkers move."""
+"""Coordinates x in which the ridge between spring and gravity is a straight line: η and its density in, x out.
+
+The walkers move in x: ensemble moves propose points on straight lines through walkers, which leave a curved ridge.
+"""
 
 from __future__ import annotations
 
@@ -10,29 +13,38 @@ import numpy as np
 from haptid.measurement.values.run import Array
 
 IDS = ("Ks", "epos", "gravity_sin", "gravity_cos")
+"""Parameters that the map changes: stiffness, rest position of the spring, and the two gravity torques g_s and g_c."""
 STIFF = 0.05
-"""Least total stiffness at the mode, as a share of Ks + |g_s|, for the map to be used: it needs K > 0."""
+"""Smallest total stiffness K at the mode, as a share of Ks + |g_s|, at which the map is used: the map needs K > 0."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Straight:
-    """x of η: (log Ks, epos, g_s, g_c) become (log K, q₀, g_s/K, g_c/K), the others stay.
+    """Map from η to x: (log Ks, epos, g_s, g_c) become (log K, q₀, g_s/K, g_c/K), the other coordinates stay.
 
     K = Ks + g_s is the stiffness at q = 0 and q₀ = (Ks·epos − g_c)/K the equilibrium, both to first order in q. A run
-    tells these two far better than how they are shared between spring and gravity. That share is a curve in η, as thin
-    as K and q₀ are known, and a straight line in x. A factor common to all torques moves log K alone.
+    determines K and q₀ far better than how spring and gravity share them. So the posterior is a ridge at nearly
+    constant K and q₀: a curve in η, a straight line in x. A factor common to all torques moves log K alone.
 
     Parameters
     ----------
     places
-        Where ``IDS`` stand in η; empty where the joint has not all four free: then x = η.
+        Indices of `IDS` in η; empty where the joint has not all four free: then x = η.
     """
 
     places: tuple[int, ...] = ()
 
     @classmethod
     def of(cls, names: Sequence[str], logarithmic: Sequence[bool], eta: Array) -> Straight:
-        """Return the map for coordinates of these names, at a mode η (n,)."""
+        """Return the map for a posterior, x = η where the map cannot be used.
+
+        Parameters
+        ----------
+        names, logarithmic
+            Ids of the coordinates, and whether each is a logarithm.
+        eta
+            Mode, shape (n,).
+        """
         if not set(IDS) <= set(names):
             return cls()
         spring, epos, sine, cosine = places = tuple(list(names).index(name) for name in IDS)
@@ -41,7 +53,18 @@ class Straight:
         return cls(places=places) if usable and Ks + g_s > STIFF * (Ks + abs(g_s)) else cls()
 
     def straight(self, eta: Array) -> Array:
-        """Return x of η, shape (…, n) each; NaN where K ≤ 0."""
+        """Map η to x.
+
+        Parameters
+        ----------
+        eta
+            Coordinates of the density, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            log K, q₀, g_s/K and g_c/K at `places`; NaN where K ≤ 0.
+        """
         if not self.places:
             return eta
         out = eta.copy()
@@ -54,7 +77,18 @@ class Straight:
         return out
 
     def back(self, x: Array) -> Array:
-        """Return η of x, shape (…, n) each; NaN where Ks ≤ 0."""
+        """Map x to η, the inverse of `straight`.
+
+        Parameters
+        ----------
+        x
+            Coordinates of the walkers, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            NaN where Ks = K·(1 − g_s/K) ≤ 0.
+        """
         if not self.places:
             return x
         out = x.copy()
@@ -68,14 +102,27 @@ class Straight:
         return out
 
     def log_volume(self, x: Array) -> Array:
-        """Return log |∂η/∂x| = 2·log K − 2·log(1 − g_s/K), shape (…,)."""
+        """Return log |∂η/∂x| = 2·log K − 2·log(1 − g_s/K) of x (…, n), shape (…,)."""
         if not self.places:
             return np.zeros(x.shape[:-1])
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.asarray(2 * x[..., self.places[0]] - 2 * np.log(1 - x[..., self.places[2]]))
 
     def covariance(self, eta: Array, covariance: Array) -> Array:
-        """Carry a small covariance at η (n,) over to x: J·C·Jᵀ, J by central differences of a thousandth of C's."""
+        """Propagate a covariance of η to x to first order.
+
+        Parameters
+        ----------
+        eta
+            Point at which the map is linearised, shape (n,).
+        covariance
+            Covariance C of η, shape (n, n).
+
+        Returns
+        -------
+        ndarray, shape (n, n)
+            J·C·Jᵀ with J = ∂x/∂η by central differences of a thousandth of each standard deviation.
+        """
         if not self.places:
             return covariance
         h = 1e-3 * np.sqrt(np.diag(covariance))
@@ -85,13 +132,21 @@ class Straight:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StraightDensity:
-    """Log density of x where ``density`` is that of η."""
+    """Log density of x: the log density of η plus log |∂η/∂x|.
+
+    Parameters
+    ----------
+    density
+        Log density of η (n_sets, n), shape (n_sets,).
+    straight
+        Map between η and x.
+    """
 
     density: Callable[[Array], Array]
     straight: Straight
 
     def __call__(self, x: Array) -> Array:
-        """Log density of x (n_sets, n), shape (n_sets,); −inf where there is no η."""
+        """Return the log density of x (n_sets, n) or (n,), shape (n_sets,); −inf where no η belongs to x."""
         x = np.atleast_2d(x)
         eta = self.straight.back(x)
         sound = np.isfinite(eta).all(axis=1)

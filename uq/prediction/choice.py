@@ -1,4 +1,13 @@
-"""Which noise model the data ask for: the one that best predicts runs that no fit saw."""
+"""Choice of the noise model by its log predictive density of held-out runs: `Problem` in, `Scored` models out.
+
+1. For every candidate, the simplest first, find the mode from the mode of the candidate before.
+2. Draw parameters from the normal approximation, and average the density of the held-out runs over the draws.
+3. Choose the simplest model whose score is within `MARGIN` of the best.
+
+References
+----------
+Kass, R. E., and Raftery, A. E. (1995). Bayes factors. Journal of the American Statistical Association 90, 773–795.
+"""
 
 from __future__ import annotations
 
@@ -21,16 +30,31 @@ from haptid.uq.density.likelihood import predictive_score
 from haptid.uq.density.normal_equations import expand
 
 DRAWS = 64
+"""Draws of the normal approximation over which a held-out density is averaged."""
 UNEXPLAINED = 1.2
-"""Noise factor from which a noise model counts as not explaining the data."""
+"""Noise factor from which the residual counts as larger than the sensor noise [1]."""
 MARGIN = 3.0
-"""Gain in held-out log predictive density below which the simpler model is kept: what Kass and Raftery (1995) call
-strong, for the best of six alternatives gains one or two by chance."""
+"""Gain in held-out log predictive density below which the simpler model is kept: strong evidence in the words of Kass
+and Raftery (1995), because the best of six alternatives gains one or two by chance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Problem:
-    """Runs of one joint, a simulator, and how wide the prior of the noise factor is."""
+    """Inference problem of one joint.
+
+    Parameters
+    ----------
+    simulator
+        Simulator with sensitivities, for the mode.
+    forward
+        Simulation of many parameter sets, for the density.
+    fitted, unseen
+        Runs that are fitted, and held-out runs that choose the noise model.
+    noise_width
+        Standard deviation of ln(noise factor) in its prior [1].
+    widen
+        Factor on the width of every prior [1].
+    """
 
     simulator: Simulator
     forward: Forward
@@ -45,7 +69,7 @@ class Problem:
         return max(float(np.ptp(run.y[:, 0])) for run in self.fitted)
 
     def density(self, model: NoiseModel) -> Density:
-        """Posterior density under ``model``, not yet linearised."""
+        """Return the posterior density under a noise model, not yet linearised."""
         equations = self.simulator.equations
         hyper = model.hyper(noise_width=self.noise_width, travel=self.travel)
         return Density(
@@ -56,7 +80,22 @@ class Problem:
         )
 
     def mode(self, model: NoiseModel, theta: Array, hyper: dict[str, float] | None = None) -> Laplace:
-        """Climb from θ and known values of the noise model's parameters to the mode under ``model``."""
+        """Find the mode under a noise model, the best of climbs from one or more starts.
+
+        Parameters
+        ----------
+        model
+            Noise model.
+        theta
+            Start of the equations' parameters, shape (n_p,).
+        hyper
+            Starts of the noise model's parameters by id; each `Hyper`'s own where absent.
+
+        Raises
+        ------
+        NumericalError
+            Where no climb reaches a finite density.
+        """
         density = self.density(model)
         found, failed = [], None
         for assumed in _noise_starts(model, hyper or {}):
@@ -71,10 +110,11 @@ class Problem:
 
 
 def _noise_starts(model: NoiseModel, hyper: dict[str, float]) -> list[dict[str, float]]:
-    """Values of the noise model's parameters to climb from.
+    """Return starts of the noise model's parameters.
 
-    Where the model before left more than noise, also from true noise with a large scatter, and from a way between: the
-    scatter then takes up what a least-squares fit had put into the parameters.
+    Where the residual of the candidate before was larger than the sensor noise, two starts with a large scatter are
+    added, at the stated noise and at five times it: there the scatter explains variation that a least-squares fit had
+    absorbed into the parameters.
     """
     if model.scatter == "none" or hyper.get("noise_factor", 1.0) < UNEXPLAINED:
         return [hyper]
@@ -83,7 +123,17 @@ def _noise_starts(model: NoiseModel, hyper: dict[str, float]) -> list[dict[str, 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scored:
-    """A noise model, its normal approximation, and its log predictive density of the unseen runs."""
+    """A noise model with its normal approximation and its score.
+
+    Parameters
+    ----------
+    model
+        Noise model.
+    mode
+        Normal approximation under the model.
+    score
+        Log predictive density of the held-out runs [1].
+    """
 
     model: NoiseModel
     mode: Laplace
@@ -91,15 +141,42 @@ class Scored:
 
 
 def unseen_terms(mode: Laplace, simulator: Simulator, runs: Sequence[Run]) -> tuple[Terms, ...]:
-    """Terms of runs that were not fitted, their starts and columns linearised at the mode."""
+    """Make held-out runs ready for their likelihood, their starts and columns linearised at the mode.
+
+    Parameters
+    ----------
+    mode
+        Normal approximation of the posterior.
+    simulator
+        Simulator with sensitivities.
+    runs
+        Held-out runs.
+    """
     density = mode.density.but(terms=tuple(prepare(simulator.equations, run) for run in runs))
-    for _ in range(2):
+    for _ in range(2):  # each pass moves the starts to their conditional means; the columns are then taken there
         density = expand(density.linearised(simulator, mode.eta), simulator, mode.eta).density
     return density.linearised(simulator, mode.eta).terms
 
 
 def held_out_score(mode: Laplace, simulator: Simulator, runs: Sequence[Run], draws: Array) -> float:
-    """Log of the posterior mean of p(unseen runs | η) over ``draws`` (n_draws, n)."""
+    """Return the log of the posterior mean of the held-out runs' density.
+
+    Parameters
+    ----------
+    mode
+        Normal approximation, at which the held-out runs are linearised.
+    simulator
+        Simulator with sensitivities.
+    runs
+        Held-out runs.
+    draws
+        Draws of η, shape (n_draws, n).
+
+    Returns
+    -------
+    float
+        ln (1/n_draws·Σ p(runs | η)); only the scored rows of a run count.
+    """
     density = mode.density
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
     total = np.zeros(len(draws))
@@ -110,14 +187,40 @@ def held_out_score(mode: Laplace, simulator: Simulator, runs: Sequence[Run], dra
 
 
 def normal_draws(mode: Laplace, rng: np.random.Generator, size: int = DRAWS) -> Array:
-    """Draws of the normal approximation inside the prior's support."""
+    """Draw from the normal approximation inside the prior's support.
+
+    Returns
+    -------
+    ndarray, shape (n_draws, n)
+        At most ``size`` draws; the mode itself where none of 8·``size`` lies inside.
+    """
     drawn = mode.eta + rng.standard_normal((8 * size, mode.eta.size)) @ mode.lower.T
     inside = drawn[np.isfinite(mode.density.coordinates.log_prior(drawn))][:size]
     return inside if len(inside) else mode.eta[None]
 
 
 def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, ...]:
-    """Score every candidate, each started from the mode of the one before, the simplest first."""
+    """Score every candidate noise model, the simplest first, each started from the mode of the candidate before.
+
+    Parameters
+    ----------
+    problem
+        Runs and simulator.
+    theta
+        Start of the equations' parameters for the first candidate, shape (n_p,).
+    seed
+        Seed of the draws; every candidate has the same random numbers.
+
+    Returns
+    -------
+    tuple of Scored
+        Without candidates that have no mode.
+
+    Raises
+    ------
+    NumericalError
+        Where the simplest candidate has no mode.
+    """
     cycles = sum(t.cycles for t in problem.density(NoiseModel()).terms)
     scored: list[Scored] = []
     hyper: dict[str, float] = {}
@@ -128,7 +231,7 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
             if not scored:
                 raise
             continue  # a model without a mode explains nothing here; the others are compared
-        rng = np.random.default_rng([seed, 7])
+        rng = np.random.default_rng([seed, 7])  # the same for every candidate: scores differ by the models alone
         score = held_out_score(mode, problem.simulator, problem.unseen, normal_draws(mode, rng))
         scored.append(Scored(model=model, mode=mode, score=score))
         theta = mode.density.coordinates.thetas(mode.eta)
@@ -137,6 +240,6 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
 
 
 def best(scored: Sequence[Scored]) -> Scored:
-    """Return the first (simplest) model within ``MARGIN`` of the best score."""
+    """Return the first (simplest) noise model whose score is within `MARGIN` of the best."""
     top = max(s.score for s in scored)
     return next(s for s in scored if s.score >= top - MARGIN)

@@ -1,4 +1,4 @@
-"""Which further run would narrow the widest interval most."""
+"""Proposal of the next run: posterior in, the cosine torque that most narrows the least known parameter out."""
 
 from __future__ import annotations
 
@@ -15,23 +15,26 @@ from haptid.uq.density.laplace import Laplace
 from haptid.uq.density.normal_equations import run_information
 
 AMPLITUDES = (0.5, 0.7, 1.0, 1.4)
+"""Torque amplitudes that are tried, over the largest amplitude of a fitted run [1]."""
 FREQUENCIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
+"""Angular frequencies that are tried, over the median of the fitted runs [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NextRun:
-    """A run worth making.
+    """Proposed run with the precision that is expected of it.
 
     Parameters
     ----------
     parameter
-        The least known parameter (widest interval relative to its value).
+        Id of the least known parameter (widest interval relative to its value).
     amplitude, omega, duration
-        Cosine torque A·cos(ω·t) [N m], [rad/s], and its length [s].
+        Amplitude A [N m] and angular frequency ω [rad/s] of the torque A·cos(ω·t), and its duration [s].
     before, after
-        Expected standard deviation of the parameter's coordinate (relative, for a logarithmic one) without and with it.
+        Standard deviation of the parameter's coordinate (relative, for a logarithmic one) now, and as expected with
+        the proposed run.
     repeat
-        The same with the most useful of the present runs repeated.
+        Expected standard deviation where the most informative of the fitted runs is repeated instead.
     """
 
     parameter: str
@@ -48,8 +51,17 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
 
     Parameters
     ----------
+    mode
+        Normal approximation under the chosen noise model.
+    simulator
+        Simulator with sensitivities.
     covariance
         Posterior covariance of η, shape (n, n).
+
+    Returns
+    -------
+    NextRun or None
+        None where no parameter is free, or where every candidate leaves the permitted travel.
 
     Notes
     -----
@@ -72,7 +84,7 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
             run = _cosine(base, a * torque, w * omega)
             y = simulator.simulate(theta, run).y[:, 0]
             if np.isfinite(y).all() and np.ptp(y) <= 1.3 * travel:
-                run = run.but(y=y[:, None])
+                run = run.but(y=y[:, None])  # the simulated motion stands for the reading, as `prepare` needs one
                 found.append((_std_with(mode, simulator, run, inverse, worst), a * torque, w * omega))
     if not found:
         return None
@@ -90,11 +102,11 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
 
 
 def _least_known(density: Density, eta: Array, covariance: Array) -> int | None:
-    """Index of the free parameter with the largest relative standard deviation."""
+    """Return the index of the free parameter with the largest relative standard deviation; None where none is free."""
     std = np.sqrt(np.diag(covariance))
     n = len(density.coordinates.free)
     logarithmic = np.array(density.coordinates.logarithmic[:n])
-    linear = std[:n] / np.maximum(np.abs(eta[:n]), std[:n])
+    linear = std[:n] / np.maximum(np.abs(eta[:n]), std[:n])  # at most 1, also of a parameter near 0
     return int(np.argmax(np.where(logarithmic, std[:n], linear))) if n else None
 
 
@@ -104,7 +116,7 @@ def _cosine(base: Run, amplitude: float, omega: float) -> Run:
 
 
 def _std_with(mode: Laplace, simulator: Simulator, run: Run, inverse: Array, worst: int) -> float:
-    """Predict the standard deviation of one coordinate after ``run``."""
+    """Predict the standard deviation of the coordinate ``worst`` after ``run``, by (C⁻¹ + JᵀΣ⁻¹J)⁻¹."""
     density = mode.density
     n = len(density.coordinates.free)
     theta = density.coordinates.thetas(mode.eta)

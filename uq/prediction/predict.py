@@ -1,4 +1,4 @@
-"""Posterior predictive positions of a run, their bands, and how many rows the bands cover."""
+"""Posterior predictive positions of a run: density, terms and draws of η in, `Bands` with their coverage out."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from haptid.uq.density.equilibrium import equilibrium
 from haptid.uq.density.likelihood import gram_of
 
 LEVELS = (0.5, 0.8, 0.95)
+"""Probability contents of the predictive bands [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,13 +27,14 @@ class Bands:
     run
         The run.
     median
-        Shape (n_t,).
+        Predictive median [rad], shape (n_t,).
     lower, upper
-        Band edges by level, shape (n_levels, n_t) each.
+        Band edges by level [rad], shape (n_levels, n_t) each.
     covered
-        Share of the scored rows that lie within each band, shape (n_levels,).
+        Share of the scored rows that lie within each band [1], shape (n_levels,).
     cycle_factors
-        Mean and standard deviation of 1 + s·ξ of every cycle given the data, (n_cycles, 2); empty without scatter.
+        Mean and standard deviation of the amplitude factor 1 + s·ξ of every cycle given the data [1], shape
+        (n_cycles, 2); shape (0, 2) without scatter.
     """
 
     run: Run
@@ -44,10 +46,25 @@ class Bands:
 
 
 def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generator) -> Bands:
-    """Draw new readings of a run: parameters from ``draws`` (n_draws, n), new cycles and noise, measured start."""
+    """Draw new readings of a run, and take their bands.
+
+    A reading takes its parameters from the posterior draws and its initial state from the state's distribution given
+    the data; the amplitudes of cycles and run, and the noise, are drawn anew.
+
+    Parameters
+    ----------
+    density
+        Posterior density under the chosen noise model.
+    terms
+        The run, linearised at the mode.
+    draws
+        Posterior draws of η, shape (n_draws, n).
+    rng
+        Source of the random numbers.
+    """
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
     simulated = density.simulated(draws, terms)
-    sound = np.isfinite(simulated).all(axis=1)
+    sound = np.isfinite(simulated).all(axis=1)  # one diverged draw would make every quantile NaN
     thetas, simulated = thetas[sound], simulated[sound]
     hyper = {name: value[sound] for name, value in hyper.items()}
     model, n_start = density.model, len(terms.states)
@@ -72,8 +89,8 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
 
 
 def _normal(covariance: Array, rng: np.random.Generator) -> Array:
-    """One draw of N(0, C) for every C (n_sets, k, k), shape (n_sets, k)."""
-    weights, vectors = np.linalg.eigh(covariance)
+    """Draw once from N(0, C) for every C (n_sets, k, k), which may be singular; shape (n_sets, k)."""
+    weights, vectors = np.linalg.eigh(covariance)  # a Cholesky factor would not exist of a singular C
     scaled = np.sqrt(np.maximum(weights, 0.0)) * rng.standard_normal(weights.shape)
     return np.asarray(np.einsum("wij,wj->wi", vectors, scaled))
 
@@ -81,7 +98,7 @@ def _normal(covariance: Array, rng: np.random.Generator) -> Array:
 def _draw_scatter(
     terms: Terms, model: NoiseModel, hyper: dict[str, Array], motion: Array, rng: np.random.Generator
 ) -> Array:
-    """Deviation that new factors of cycles and run make, shape (n_sets, n_t)."""
+    """Draw the deviation that new amplitudes of cycles and run cause [rad], shape (n_sets, n_t)."""
     if model.scatter == "none":
         return np.zeros_like(motion)
     xi = hyper["cycle_scatter"][:, None] * rng.standard_normal((len(motion), terms.cycles))
@@ -93,7 +110,7 @@ def _draw_scatter(
 
 
 def _noise(terms: Terms, model: NoiseModel, hyper: dict[str, Array], rng: np.random.Generator) -> Array:
-    """White noise, and the correlated error where the model has one, shape (n_sets, n_t)."""
+    """Draw white noise, and the correlated model error where the noise model has one [rad], shape (n_sets, n_t)."""
     sets, rows = hyper["noise_factor"].size, terms.run.t.size
     out = terms.sensor_std * hyper["noise_factor"][:, None] * rng.standard_normal((sets, rows))
     if model.correlated:
@@ -102,14 +119,17 @@ def _noise(terms: Terms, model: NoiseModel, hyper: dict[str, Array], rng: np.ran
         error = hyper["model_error"] * shocks[:, 0]
         out[:, 0] += error
         for k in range(1, rows):
-            phi = keep[:, k - 1]
+            phi = keep[:, k - 1]  # an Ornstein–Uhlenbeck process at its rows is AR(1), of constant variance
             error = phi * error + hyper["model_error"] * np.sqrt(1 - phi**2) * shocks[:, k]
             out[:, k] += error
     return np.asarray(out)
 
 
 def _cycle_factors(terms: Terms, model: NoiseModel, mean: Array, covariance: Array) -> Array:
-    """Mean and spread of each cycle's factor over draws and given each draw, shape (n_cycles, 2)."""
+    """Return mean and standard deviation of each cycle's amplitude factor, shape (n_cycles, 2).
+
+    The variance is the mean of the variances given each draw plus the variance of the means over draws.
+    """
     if model.scatter == "none":
         return np.empty((0, 2))
     n = terms.cycles

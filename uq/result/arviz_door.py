@@ -1,4 +1,12 @@
-"""The one place that touches ArviZ: diagnostics and the NetCDF file."""
+"""The only module that imports ArviZ: chains in, diagnostics, PSIS-LOO and the NetCDF file out.
+
+References
+----------
+Vehtari, A., Gelman, A., and Gabry, J. (2017). Practical Bayesian model evaluation using leave-one-out cross-validation
+and WAIC. Statistics and Computing 27, 1413–1432.
+Vehtari, A., Gelman, A., Simpson, D., Carpenter, B., and Bürkner, P.-C. (2021). Rank-normalization, folding, and
+localization: an improved R̂ for assessing convergence of MCMC. Bayesian Analysis 16, 667–718.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +35,17 @@ with warnings.catch_warnings():
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Diagnostics:
-    """What ArviZ says of one quantity: rank-normalised split R̂, bulk and tail ESS (Vehtari et al. 2021), MCSE."""
+    """Convergence diagnostics of one quantity (Vehtari et al. 2021).
+
+    Parameters
+    ----------
+    rhat
+        Rank-normalised split R̂ [1].
+    ess_bulk, ess_tail
+        Effective sample sizes of the bulk and of the tails [1].
+    mcse_mean
+        Monte Carlo standard error of the mean, in the unit of the quantity.
+    """
 
     rhat: float
     ess_bulk: float
@@ -37,7 +55,17 @@ class Diagnostics:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeaveOneOut:
-    """PSIS-LOO over cycles (Vehtari, Gelman, Gabry 2017): expected log density, standard error, Pareto k by cycle."""
+    """PSIS-LOO over points, here cycles (Vehtari, Gelman, and Gabry 2017).
+
+    Parameters
+    ----------
+    elpd, std
+        Expected log pointwise predictive density and its standard error [1].
+    effective
+        Effective number of parameters [1].
+    pareto_k
+        Shape of the Pareto tail of every point's weights [1], shape (n_points,).
+    """
 
     elpd: float
     std: float
@@ -46,7 +74,13 @@ class LeaveOneOut:
 
 
 def diagnose(chains: Array) -> Diagnostics:
-    """Diagnose one quantity, chains (n_chains, n_draws)."""
+    """Diagnose the convergence of one quantity.
+
+    Parameters
+    ----------
+    chains
+        Draws, shape (n_chains, n_draws).
+    """
     return Diagnostics(
         rhat=float(az.rhat(chains, method="rank")),
         ess_bulk=float(az.ess(chains, method="bulk")),
@@ -56,7 +90,13 @@ def diagnose(chains: Array) -> Diagnostics:
 
 
 def leave_one_out(log_likelihood: Array) -> LeaveOneOut:
-    """PSIS-LOO of pointwise log densities (n_chains, n_draws, n_points)."""
+    """Estimate the predictive density by Pareto-smoothed importance sampling, leaving out one point at a time.
+
+    Parameters
+    ----------
+    log_likelihood
+        Log density of every point, shape (n_chains, n_draws, n_points).
+    """
     data = az.from_dict(posterior={"draw_weight": log_likelihood.sum(axis=-1)}, log_likelihood={"y": log_likelihood})
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # large Pareto k are reported, not warned of
@@ -73,9 +113,23 @@ def write_netcdf(
     path: Path, groups: Mapping[str, Mapping[str, Array]], *, dims: Mapping[str, list[str]],
     coords: Mapping[str, list[Any]], attributes: Mapping[str, Any],
 ) -> Path:  # fmt: skip
-    """Write groups of named arrays (n_chains, n_draws, …) as an ArviZ file, whole or not at all.
+    """Write groups of named arrays as an ArviZ file, whole or not at all.
 
-    The time of writing is left out, so that the same posterior gives the same content.
+    Parameters
+    ----------
+    path
+        File to write.
+    groups
+        Arrays by group and name, shape (n_chains, n_draws, …).
+    dims, coords
+        Dimensions of the arrays by name, and coordinates of the dimensions.
+    attributes
+        Attributes of the file. The time of writing is left out, so that the same posterior gives the same content.
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
     """
     data = az.from_dict(**{name: dict(group) for name, group in groups.items()}, dims=dict(dims), coords=dict(coords))
     for name in data.groups():

@@ -1,4 +1,4 @@
-"""What keeps numbers that are none out of a posterior's files, and says early where the runs hold too little."""
+"""Guards of a posterior: a warning where the runs hold few rows, and no NaN or infinity in the files."""
 
 from __future__ import annotations
 
@@ -19,9 +19,23 @@ TODO = "measure with more motion, or state priors or fixed values in campaign.to
 
 
 def early_word(equations: Equations, runs: Sequence[Run], joint: int, folder: Path) -> str:
-    """Say before any work that the runs hold few rows for the free parameters; ``''`` where they do not.
+    """Warn before any work where the runs hold few rows for the free parameters.
 
-    ``folder`` is the campaign's.
+    Parameters
+    ----------
+    equations
+        Equations of the free joint.
+    runs
+        Runs of the joint.
+    joint
+        Number of the joint.
+    folder
+        Folder of the campaign.
+
+    Returns
+    -------
+    str
+        The warning; ``''`` where the runs hold `ROWS_PER_PARAMETER` rows for each free parameter.
 
     Raises
     ------
@@ -43,12 +57,12 @@ def early_word(equations: Equations, runs: Sequence[Run], joint: int, folder: Pa
 
 
 def check_finite(posterior: Posterior) -> Posterior:
-    """Return a posterior whose parameters are numbers.
+    """Return the posterior where the summaries of all parameters are finite.
 
     Raises
     ------
     NumericalError
-        With the parameters that are not.
+        Where a mean, standard deviation, median or interval is not finite; it names the parameters.
     """
     lost = []
     for p in posterior.parameters:
@@ -63,7 +77,7 @@ def check_finite(posterior: Posterior) -> Posterior:
 
 
 def with_null(value: Any) -> Any:
-    """Return what JSON holds, null for numbers that are none: a diagnostic of too few draws or cycles, say.
+    """Replace NaN and infinity by None, which JSON writes as null: a diagnostic of too few draws or cycles, say.
 
     >>> with_null({"ess": [float("nan"), 1.5], "tau": float("inf")})
     {'ess': [None, 1.5], 'tau': None}

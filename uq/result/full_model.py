@@ -1,4 +1,4 @@
-"""Posteriors of single joints carried to the whole device: a band around every run with all joints free."""
+"""Posteriors of single joints carried to the whole device: `Fit` and `Posterior` in, bands of its runs out."""
 
 from __future__ import annotations
 
@@ -16,17 +16,26 @@ from haptid.model.device.device import Device
 from haptid.uq.result.posterior import Posterior
 
 DRAWS = 40
+"""Draws of the whole device's parameters behind its bands."""
 
 
 def as_fit(fit: Fit, posterior: Posterior) -> Fit:
-    """Return the fit with the posterior's mean and covariance of its free parameters in place of its own."""
+    """Return the fit with mean and covariance of the posterior in place of its own.
+
+    Parameters
+    ----------
+    fit
+        Fit of the joint, with the same free parameters.
+    posterior
+        Posterior of the joint.
+    """
     coordinates = posterior.mode.density.coordinates
     n = len(coordinates.free)
     values = coordinates.values(posterior.sample.flat())[:, :n]
     theta = np.array(fit.theta)
     for q, mean in zip(coordinates.free, values.mean(axis=0), strict=True):
         theta[fit.index(q.id)] = mean
-    order = [[q.id for q in coordinates.free].index(id) for id in fit.free]
+    order = [[q.id for q in coordinates.free].index(id) for id in fit.free]  # the fit's order may differ from η's
     covariance = np.cov(values.T).reshape(n, n)[np.ix_(order, order)]
     return fit.but(theta=theta, covariance=covariance)
 
@@ -34,12 +43,20 @@ def as_fit(fit: Fit, posterior: Posterior) -> Fit:
 def full_model_bands(
     campaign: Campaign, device: Device, steps: Sequence[Step], *, seed: int = 0, draws: int = DRAWS
 ) -> Verification:
-    """Simulate the runs with all joints free by draws of the whole model.
+    """Simulate the validation runs with all joints free by draws of the whole device's parameters.
 
     Parameters
     ----------
+    campaign
+        Campaign with the runs.
+    device
+        The device.
     steps
-        One per joint, in locking order, each with a fit as `as_fit` makes it.
+        One per joint, in locking order, each with a fit as `as_fit` returns it.
+    seed
+        Seed of the draws.
+    draws
+        Number of draws.
 
     Returns
     -------

@@ -1,4 +1,10 @@
-"""From runs to a posterior: choose the noise model, sample, diagnose, predict."""
+"""Inference of one joint: simulator, runs and fit in, `Posterior` out.
+
+1. Choose the solver's inner step and the noise model, and find the mode under it.
+2. Sample the posterior by ensembles.
+3. Diagnose the chains: summaries, log densities of cycles and runs, PSIS-LOO, number of modes.
+4. Predict the fitted and the held-out runs, and propose the next run.
+"""
 
 from __future__ import annotations
 
@@ -32,18 +38,20 @@ Say = Callable[[str], None]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class InferOptions:
-    """How a posterior is made.
+    """Options of an inference.
 
     Parameters
     ----------
+    sampling
+        Options of the sampler.
     noise_given
         Whether the sensor's noise is stated by the campaign (else it was estimated, and its factor has a wide prior).
     model
-        The noise model; the one that best predicts unseen runs where None.
+        Noise model; chosen by the held-out runs where None.
     stored, predicted
         Draws per chain in the file, and draws behind a predictive band.
     sensitivity
-        Whether the mode is also found with all priors half and twice as wide.
+        Whether mean and standard deviation are also computed with all priors half and twice as wide.
     """
 
     sampling: SamplingOptions = field(default_factory=SamplingOptions)
@@ -55,11 +63,12 @@ class InferOptions:
 
 
 QUICK = SamplingOptions(chunk=40, burn=60, pilot=0, longest=120)
+"""Options of a short sampling, without a trial of moves."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Chosen:
-    """Noise models with their scores, the one that is sampled, and the problem that they were judged on."""
+    """Noise models with their scores, the chosen one, and the problem with the simulator that scored them."""
 
     problem: Problem
     scored: tuple[Scored, ...]
@@ -75,9 +84,9 @@ def _choose(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
 
 
 def _with_longest_step(problem: Problem, theta: Array, options: InferOptions) -> _Chosen:
-    """Choose with the compiled kernel and the longest inner step that suffices under the chosen model.
+    """Choose the noise model with the compiled kernel and the longest inner step that suffices under that model.
 
-    Where to begin is what suffices under white noise alone, which is quick to tell.
+    The search begins at the step that suffices under white noise: one mode a step, where a choice takes one per model.
     """
 
     def stepped(step: float) -> Problem:
@@ -102,18 +111,35 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     say: Say = lambda _: None,
     through_simulator: bool = False,
 ) -> Posterior:
-    """Infer the posterior of a joint's parameters and of what is random in its data.
+    """Infer the posterior of a joint's parameters and of its noise model.
 
     Parameters
     ----------
+    simulator
+        Simulator with sensitivities; its equations are those of the posterior.
     runs
-        All runs of the joint; those with use ``fit`` are fitted, ``validate`` choose the noise model.
+        All runs of the joint; those with use ``fit`` are fitted, those with use ``validate`` choose the noise model.
     theta
-        Where to start: the fit, shape (n_p,).
+        Fitted parameters, the start of the climb to the mode, shape (n_p,).
+    options
+        Options of the inference.
+    joint
+        Number of the joint.
+    workers
+        Processes of the sampler; this process where None.
     folder
-        Where chains are kept so that a killed command can go on.
+        Folder in which chains are kept, so that a killed command can continue.
+    report
+        Called after every chunk of the chains.
+    say
+        Called with the name of each step as it begins.
     through_simulator
         Whether the sampler runs ``simulator`` (an FMU) instead of the compiled kernel of the same equations.
+
+    Raises
+    ------
+    NumericalError
+        Where the posterior has no finite density at the fit, or hardly any near it.
     """
     begun = time.perf_counter()
     say("noise model")
@@ -133,7 +159,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     density = mode.density
     draws = _thin(chains_of(drawn), options.stored)
     cycles, per_run = _log_densities(density, draws)
-    few = _thin(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]
+    few = _thin(draws.reshape(1, -1, draws.shape[-1]), options.predicted)[0]  # of all chains together
     every = (*density.terms, *unseen_terms(mode, simulator, chosen.problem.unseen))
     covariance = np.cov(drawn.flat().T).reshape(drawn.chain.shape[-1], -1)
     return Posterior(
@@ -156,18 +182,18 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
 
 
 def _thin(chains: Array, count: int) -> Array:
-    """Evenly spaced draws of every chain (n_chains, n_draws, n), at most ``count``."""
+    """Return evenly spaced draws of every chain (n_chains, n_draws, n), at most ``count``."""
     total = chains.shape[1]
     picked = np.unique(np.linspace(0, total - 1, min(count, total)).astype(int))
     return np.asarray(chains[:, picked])
 
 
 def _log_densities(density: Density, draws: Array) -> tuple[Array, Array]:
-    """Log densities by cycle (n_chains, n_draws, n_cycles) and by run (n_chains, n_draws, n_runs)."""
+    """Return log densities by cycle (n_chains, n_draws, n_cycles) and by run (n_chains, n_draws, n_runs)."""
     chains, count, n = draws.shape
     flat = draws.reshape(-1, n)
     cycles, runs = [], []
-    for block in np.array_split(flat, max(len(flat) // 64, 1)):
+    for block in np.array_split(flat, max(len(flat) // 64, 1)):  # blocks bound the memory of the simulated positions
         thetas, hyper = density.coordinates.thetas(block), density.hyper(block)
         simulated = [density.simulated(block, terms) for terms in density.terms]
         runs.append(density.log_likelihoods(block, simulated))
@@ -180,10 +206,10 @@ def _log_densities(density: Density, draws: Array) -> tuple[Array, Array]:
 
 
 def _sensitivity(problem: Problem, chosen: Scored, drawn: Sample) -> dict[str, dict[str, tuple[float, float]]]:
-    """Mean and standard deviation of every coordinate's value with all priors half, once and twice as wide.
+    """Return mean and standard deviation of every coordinate's value with all priors half, once and twice as wide.
 
-    The base comes from the chains. The others are the normal approximation moved by importance weights of the chains:
-    w ∝ p_widened(η)/p(η), which needs no further simulation.
+    Importance weights w ∝ p_widened(η)/p(η) of at most about 8000 draws of the chains: the likelihood cancels, so that
+    no simulation is needed.
     """
     flat = drawn.flat()[:: max(drawn.flat().shape[0] // 4000, 1)]
     coordinates = chosen.mode.density.coordinates

@@ -1,4 +1,4 @@
-"""The posterior of one joint: what sampling, scoring and prediction gave, as one frozen value."""
+"""The posterior of one joint as one frozen value: chains, summaries, scores and predictions."""
 
 from __future__ import annotations
 
@@ -21,24 +21,34 @@ class Posterior:
     Parameters
     ----------
     joint
-        The free joint.
+        Number of the free joint.
     candidates, chosen
-        Noise models with their held-out scores, and the one that was sampled.
+        Noise models with their held-out scores, and the chosen noise model, under which the chains were sampled.
     mode
-        Normal approximation under the chosen model.
+        Normal approximation under the chosen noise model.
     sample
         Chains.
     parameters
-        One summary per coordinate.
+        One summary per coordinate of η.
     draws
         Thinned draws of η, shape (n_chains, n_draws, n), to which ``cycle_log_density`` and ``run_log_density`` belong.
     cycle_log_density, run_log_density
         Log density of every cycle given the others of its run (n_chains, n_draws, n_cycles), and of every run
         (n_chains, n_draws, n_runs).
+    loo
+        PSIS-LOO over cycles.
     bands
-        Predictive bands of the fitted and the unseen runs.
+        Predictive bands of the fitted and the held-out runs.
     modes
-        How many separate groups the ensembles form.
+        Number of groups that the ensembles form; 1 where all sample the same mode.
+    next_run
+        Proposed run, None where there is none.
+    sensitivity
+        Mean and standard deviation by coordinate, with priors of half, stated and double width; empty where not asked.
+    wall_s
+        Duration of the inference [s].
+    notes
+        Sentences for the reader of the report.
     """
 
     joint: int
@@ -60,10 +70,10 @@ class Posterior:
 
     @property
     def worst_rhat(self) -> float:
-        """Largest R̂."""
+        """Largest R̂ of a coordinate [1]."""
         return max(p.diagnostics.rhat for p in self.parameters)
 
     @property
     def sound(self) -> bool:
-        """Whether the ensembles agree and their autocorrelation time is known."""
+        """Whether the ensembles agree (R̂ below 1.01, one mode) and their autocorrelation time is known."""
         return self.sample.reached and self.worst_rhat < 1.01 and self.modes == 1

@@ -1,4 +1,4 @@
-"""A posterior as files: NetCDF for ArviZ, JSON for scripts, CSV draws for external tools."""
+"""Files of a posterior: `Posterior` in, NetCDF for ArviZ, JSON for scripts and CSV draws for external tools out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,22 @@ SCHEMA = "posterior/1"
 
 
 def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
-    """Write ``joint<j>.nc``: posterior, prior, log densities by cycle and run, predictive bands, measured positions."""
+    """Write ``joint<j>.nc``: posterior, prior, log densities by cycle and run, predictive bands, measured positions.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of the joint.
+    path
+        File to write.
+    measured
+        Whether the runs are measured (else simulated by a virtual device).
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
+    """
     coordinates = posterior.mode.density.coordinates
     values = coordinates.values(posterior.draws)
     prior = coordinates.values(coordinates.draw(np.random.default_rng(0), 2000))[None]
@@ -51,9 +66,23 @@ def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
 
 
 def save_draws(posteriors: Sequence[Posterior], path: Path, rng: np.random.Generator, size: int = 500) -> Path:
-    """Write ``parameters_posterior.csv``: a row per draw, columns under the names that the FMUs' parameters have.
+    """Write ``parameters_posterior.csv``: a row per draw, columns named as the parameters of the FMUs.
 
-    Joints were sampled apart from one another, so each draws its own rows.
+    Parameters
+    ----------
+    posteriors
+        One posterior per joint. Joints are sampled independently, so each joint draws its own rows.
+    path
+        File to write.
+    rng
+        Source of the random choice of draws.
+    size
+        Number of rows.
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
     """
     header, columns = ["draw"], []
     for posterior in posteriors:
@@ -72,7 +101,7 @@ def save_draws(posteriors: Sequence[Posterior], path: Path, rng: np.random.Gener
 
 
 def as_json(posterior: Posterior) -> dict[str, Any]:
-    """Return the posterior of one joint as ``posterior.json`` holds it."""
+    """Return the posterior of one joint in the form of ``posterior.json``; its numbers may be NaN."""
     sample = posterior.sample
     return {
         "joint": posterior.joint,

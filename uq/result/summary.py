@@ -1,4 +1,7 @@
-"""Numbers and a sentence for every parameter: interval, diagnostics, and how much of it is prior."""
+"""Summary of every coordinate of a posterior: `Sample` in, intervals, diagnostics and a sentence out.
+
+Each summary compares posterior and prior, so that a reader sees which parameters the data determine.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,11 @@ from haptid.uq.result.arviz_door import Diagnostics, diagnose
 from haptid.uq.sampling.sampling import Sample
 
 LEVELS = (0.5, 0.8, 0.95)
+"""Probability contents of the intervals [1]."""
 PRIOR_BOUND = 0.5
-"""Share of the prior's width from which a posterior counts as the prior's."""
+"""Posterior over prior standard deviation above which the prior counts as what determines the parameter [1]."""
 NEGLIGIBLE = 1e-2
-"""Lower end of a scatter's 95 % interval, as a share of its upper end, below which only the upper end is told."""
+"""Lower over upper end of a scatter's 95 % interval below which the sentence gives the upper end only [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -24,12 +28,22 @@ class ParameterSummary:
 
     Parameters
     ----------
+    id, unit, description
+        Name, unit and meaning of the parameter.
+    prior
+        The prior in words.
+    mean, std, median
+        Of the untransformed value, in its unit.
     intervals
         Equal-tailed intervals by level, in the parameter's unit.
     contraction
-        Posterior over prior standard deviation, in the coordinate in which it was sampled.
+        Posterior over prior standard deviation, in the coordinate in which it was sampled [1].
     overlap
-        ∫ min(prior, posterior), in the same coordinate: 1 where the data said nothing.
+        ∫ min(prior, posterior), in the same coordinate [1]: 1 where the data hold no information.
+    diagnostics
+        Convergence diagnostics of the untransformed value.
+    verdict
+        Sentence on how well the parameter is known.
     """
 
     id: str
@@ -47,17 +61,39 @@ class ParameterSummary:
 
 
 def chains_of(sample: Sample) -> Array:
-    """One chain per ensemble, walker after walker, shape (n_ensembles, n_draws, n).
+    """Concatenate the walkers of every ensemble to one chain.
 
+    Returns
+    -------
+    ndarray, shape (n_ensembles, n_draws, n)
+        Coordinates η, walker after walker.
+
+    Notes
+    -----
     Walkers of one ensemble are not independent chains. Within a chain the draws of a walker stay in their order, so
-    that the autocorrelation which ArviZ sees is the walkers' own.
+    that ArviZ estimates the autocorrelation of the walkers.
     """
     e, s, w, n = sample.chain.shape
     return np.swapaxes(sample.chain, 1, 2).reshape(e, w * s, n)
 
 
 def summarise(coordinates: Coordinates, sample: Sample, rng: np.random.Generator) -> tuple[ParameterSummary, ...]:
-    """Summarise every coordinate."""
+    """Summarise every coordinate of a posterior.
+
+    Parameters
+    ----------
+    coordinates
+        Coordinates with their priors.
+    sample
+        Chains of η.
+    rng
+        Source of the draws from the prior.
+
+    Returns
+    -------
+    tuple of ParameterSummary
+        In the order of η.
+    """
     chains = chains_of(sample)
     values = coordinates.values(chains)
     prior = coordinates.draw(rng, 4000)
@@ -89,7 +125,10 @@ def summarise(coordinates: Coordinates, sample: Sample, rng: np.random.Generator
 
 
 def _overlap(posterior: Array, prior: Array) -> float:
-    """∫ min(p, q) of two samples, by histograms over their common range with bins of a quarter posterior width."""
+    """Return ∫ min(p, q) of two samples by histograms over their common range.
+
+    A bin is a quarter of the posterior's standard deviation wide, within 20 to 4000 bins.
+    """
     low, high = min(posterior.min(), prior.min()), max(posterior.max(), prior.max())
     bins = int(np.clip(4 * (high - low) / max(posterior.std(), 1e-300), 20, 4000))
     p, _ = np.histogram(posterior, bins=bins, range=(low, high))
@@ -99,6 +138,7 @@ def _overlap(posterior: Array, prior: Array) -> float:
 
 def _verdict(id: str, median: float, interval: tuple[float, float], contraction: float) -> str:
     low, high = interval
+    # The order counts: a scatter is judged by its size alone, and an interval that is the prior's says nothing about 0.
     if id.endswith("_scatter") or id == "model_error":
         return _scatter_verdict(id, median, interval)
     if contraction > PRIOR_BOUND:

@@ -1,7 +1,7 @@
-"""A piece of a chain: the unit of work, of storage and of resumption.
+"""Pieces of a chain as units of work, storage and resumption: `Task` in, `Chunk` out.
 
-A chunk's random numbers follow from the seed, the ensemble and the chunk's number alone. So a chain that is taken up
-after its last stored chunk is the chain that would have been.
+The random numbers of a chunk follow from seed, phase, ensemble and the chunk's number alone. So a chain that is resumed
+after its last stored chunk equals the chain of an uninterrupted command.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ class Chunk:
     Parameters
     ----------
     chain
-        x as `uq.density.straight` has it, shape (n_steps, n_walkers, n).
+        Coordinates x of `uq.density.straight`, shape (n_steps, n_walkers, n).
     log_prob
-        Log posterior, shape (n_steps, n_walkers).
+        Log posterior density of x, shape (n_steps, n_walkers).
     accepted
         Number of accepted steps of each walker, shape (n_walkers,).
     """
@@ -40,22 +40,28 @@ class Chunk:
     accepted: Array
 
     def write(self, path: Path) -> None:
-        """Write as HDF5, whole or not at all."""
+        """Write the chunk as HDF5 with a digest of its numbers, whole or not at all.
+
+        Raises
+        ------
+        InputError, WritingError
+            As `write_bytes`.
+        """
         stream = io.BytesIO()
         with h5py.File(stream, "w") as file:
             for name in ("chain", "log_prob", "accepted"):
-                file.create_dataset(name, data=getattr(self, name), track_times=False)
+                file.create_dataset(name, data=getattr(self, name), track_times=False)  # same numbers, same bytes
             file.attrs["sha256"] = self.digest
         write_bytes(path, stream.getvalue())
 
     @classmethod
     def read(cls, path: Path) -> Chunk:
-        """Read back what `write` wrote.
+        """Read a file that `write` wrote.
 
         Raises
         ------
         ValueError
-            Where the file is not what was written: truncated, changed, or of another kind.
+            Where the file is truncated, changed, or of another kind.
         """
         try:
             with h5py.File(path, "r") as file:
@@ -71,23 +77,25 @@ class Chunk:
 
     @property
     def digest(self) -> str:
-        """Return a digest of all numbers."""
+        """Return the SHA-256 digest of all numbers, in hexadecimal."""
         parts = [np.ascontiguousarray(part).tobytes() for part in (self.chain, self.log_prob, self.accepted)]
         return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """What a worker needs to make a chunk.
+    """Arguments of `advance`, in one value that crosses processes.
 
     Parameters
     ----------
-    density, move, proposal
-        What is sampled, and how.
+    density
+        Log density of x that is sampled.
+    move, proposal
+        Name of the moves (`MOVES`), and the proposal of independent draws.
     coords, log_prob
-        Where the walkers stand, (n_walkers, n) and (n_walkers,).
+        Present positions x of the walkers, shape (n_walkers, n), and their log density, shape (n_walkers,).
     steps
-        Steps to go.
+        Number of steps.
     seed
         Entropy of the random numbers: the user's seed, phase, ensemble, chunk.
     """
@@ -102,11 +110,23 @@ class Task:
 
 
 def advance(task: Task) -> Chunk:
-    """Run emcee for one chunk."""
+    """Advance one ensemble by one chunk with emcee.
+
+    Parameters
+    ----------
+    task
+        Density, moves, present positions and seed.
+
+    Returns
+    -------
+    Chunk
+        The same numbers for the same task, in whichever process it runs.
+    """
     walkers, n = task.coords.shape
     sampler = emcee.EnsembleSampler(walkers, n, task.density, vectorize=True, moves=moves(task.move, task.proposal))
     random = np.random.RandomState(np.random.MT19937(np.random.SeedSequence(task.seed)))
     state = emcee.State(task.coords, log_prob=task.log_prob, random_state=random.get_state())
+    # emcee refuses walkers whose covariance is nearly singular: walkers of a resumed chain are taken as they are.
     sampler.run_mcmc(state, task.steps, skip_initial_state_check=True)
     return Chunk(
         chain=sampler.get_chain(), log_prob=sampler.get_log_prob(), accepted=np.asarray(sampler.backend.accepted)

@@ -1,4 +1,4 @@
-"""Whether independent ensembles found the same mode."""
+"""Number of separate modes among independent ensembles: chains in, a count out."""
 
 from __future__ import annotations
 
@@ -8,18 +8,31 @@ from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import symmetric_inverse
 
 APART = 6.0
-"""Distance of two ensembles' means, in standard deviations of a single ensemble, from which they count as two modes."""
+"""Scaled Mahalanobis distance of two ensembles' means [standard deviations] from which they count as two modes."""
 
 
 def count_modes(chain: Array) -> int:
-    """Count the groups of the ensembles (n_ensembles, n_steps, n_walkers, n): means closer than ``APART`` join.
+    """Count the groups that the means of the ensembles form.
 
-    The distance is Mahalanobis' with the mean covariance within ensembles, divided by √n.
+    Parameters
+    ----------
+    chain
+        Chains of the ensembles, shape (n_ensembles, n_steps, n_walkers, n).
+
+    Returns
+    -------
+    int
+        1 where all ensembles sample the same mode.
+
+    Notes
+    -----
+    An ensemble joins a group whose first mean is closer than `APART`. The distance is Mahalanobis' with the mean
+    covariance within ensembles, divided by √n.
     """
     ensembles, _, _, n = chain.shape
     flat = chain.reshape(ensembles, -1, n)
     means = flat.mean(axis=1)
-    within = np.mean([np.cov(x.T).reshape(n, n) for x in flat], axis=0)
+    within = np.mean([np.cov(x.T).reshape(n, n) for x in flat], axis=0)  # of one coordinate np.cov gives a scalar
     precision = symmetric_inverse(within)
     groups: list[Array] = []
     for mean in means:

@@ -1,4 +1,14 @@
-"""Proposals: emcee's own, and independent draws from a Student distribution around the ensembles' mean."""
+"""Moves of the sampler: emcee's own, and independent draws of a Student distribution around the ensembles' mean.
+
+References
+----------
+Goodman, J., and Weare, J. (2010). Ensemble samplers with affine invariance. Communications in Applied Mathematics and
+Computational Science 5, 65–80.
+ter Braak, C. J. F. (2006). A Markov chain Monte Carlo version of the genetic algorithm differential evolution.
+Statistics and Computing 16, 239–249.
+ter Braak, C. J. F., and Vrugt, J. A. (2008). Differential evolution Markov chain with snooker updater and fewer
+chains. Statistics and Computing 18, 435–446.
+"""
 
 from __future__ import annotations
 
@@ -12,35 +22,60 @@ import numpy as np
 from haptid.measurement.values.run import Array
 
 DEGREES = 10.0
+"""Degrees of freedom of the Student distribution of independent proposals [1]."""
 MOVES = ("stretch", "differential", "independent")
+"""Names of the moves, in the order in which the ensembles of the pilot try them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """Student's t with ``DEGREES`` degrees of freedom around ``mean`` (n,) with scale matrix ``lower``·``lower``ᵀ."""
+    """Multivariate Student distribution with `DEGREES` degrees of freedom: proposals independent of the walkers.
+
+    Parameters
+    ----------
+    mean
+        Centre, shape (n,).
+    lower
+        Lower Cholesky factor L of the scale matrix L·Lᵀ, shape (n, n).
+    """
 
     mean: Array
     lower: Array
 
     @classmethod
     def of(cls, mean: Array, covariance: Array) -> Proposal:
-        """Make a proposal of this covariance's shape; a singular covariance is lifted by 1e-9 of its diagonal."""
+        """Make a proposal with a covariance (n, n) as scale matrix, its diagonal raised by 1e-9 against singularity."""
         lifted = covariance + np.diag(1e-9 * np.diag(covariance) + 1e-300)
         return cls(mean=mean, lower=np.asarray(np.linalg.cholesky(lifted), dtype=np.float64))
 
     def log_density(self, x: Array) -> Array:
-        """Log density of points (n_sets, n), up to a constant."""
+        """Return the log density of points (n_sets, n) up to a constant, shape (n_sets,)."""
         z = np.linalg.solve(self.lower, (x - self.mean).T)
         return np.asarray(-0.5 * (DEGREES + self.mean.size) * np.log1p(np.sum(z**2, axis=0) / DEGREES))
 
     def draw(self, random: Any, size: int) -> Array:
-        """Draw points (size, n) from a numpy random state."""
+        """Draw independent points, shape (size, n), with a NumPy random state: normal draws over √(χ²/`DEGREES`)."""
         normal = random.randn(size, self.mean.size)
         scale = np.sqrt(random.chisquare(DEGREES, size) / DEGREES)
         return np.asarray(self.mean + (normal / scale[:, None]) @ self.lower.T)
 
     def __call__(self, coords: Array, random: Any) -> tuple[Array, Array]:
-        """Propose independently of where the walkers are; see `emcee.moves.MHMove`."""
+        """Propose new points for walkers, as `emcee.moves.MHMove` asks.
+
+        Parameters
+        ----------
+        coords
+            Present positions, shape (n_walkers, n).
+        random
+            NumPy random state.
+
+        Returns
+        -------
+        new : ndarray, shape (n_walkers, n)
+            Independent draws.
+        log_ratio : ndarray, shape (n_walkers,)
+            Log of the Metropolis–Hastings factor p(present)/p(new) of the proposal's density.
+        """
         new = self.draw(random, coords.shape[0])
         return new, self.log_density(coords) - self.log_density(new)
 
@@ -49,10 +84,16 @@ Weighted = list[tuple[Any, float]]
 
 
 def moves(name: str, proposal: Proposal) -> Weighted:
-    """Return the weighted moves of one of ``MOVES``.
+    """Return emcee's moves with their weights.
 
-    ``stretch`` (Goodman and Weare 2010, §2); ``differential`` (ter Braak 2006, with the snooker of ter Braak and Vrugt
-    2008 in one step of five); ``independent``: in seven steps of ten all walkers at once propose draws of ``proposal``.
+    Parameters
+    ----------
+    name
+        One of `MOVES`. ``stretch``: Goodman and Weare (2010), section 2. ``differential``: ter Braak (2006), in one
+        step of five the snooker of ter Braak and Vrugt (2008). ``independent``: in seven steps of ten all walkers
+        propose draws of ``proposal``, else ``differential``.
+    proposal
+        Distribution of the independent draws.
     """
     builders: dict[str, Callable[[], Weighted]] = {
         "stretch": lambda: [(emcee.moves.StretchMove(), 1.0)],

@@ -1,4 +1,12 @@
-"""Several independent ensembles, advanced side by side until their autocorrelation time is known."""
+"""Sampling of the posterior by several independent ensembles: `Laplace` in, `Sample` out.
+
+1. Draw the walkers of every ensemble around the mode, those of every second ensemble more widely.
+2. Burn in, in three parts; after each part refit the proposal of independent draws to the ensembles.
+3. Pilot: let the ensembles try different moves, and keep the move of shortest autocorrelation time τ.
+4. Advance all ensembles chunk by chunk until the chains are many τ long and τ hardly changes.
+
+Chunks that a folder holds already are read instead of computed, so that a killed command continues.
+"""
 
 from __future__ import annotations
 
@@ -21,8 +29,9 @@ from haptid.uq.sampling.chunk import Chunk, Task, advance
 from haptid.uq.sampling.moves import MOVES, Proposal
 
 PHASES = {"burn": 0, "pilot": 1, "main": 2}
+"""Number of each phase, which enters the seeds of its chunks."""
 DISPERSED = 3.0
-"""Standard deviations of the normal approximation by which every second ensemble is spread out at its start."""
+"""Factor on the standard deviations of the normal approximation in the start of every second ensemble [1]."""
 
 LANES = 16
 """Walkers come in multiples of this, so that half an ensemble fills whole vectors of the compiled kernel."""
@@ -30,7 +39,7 @@ LANES = 16
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SamplingOptions:
-    """How long and how widely to sample.
+    """Options of the sampler.
 
     Parameters
     ----------
@@ -39,11 +48,14 @@ class SamplingOptions:
     chunk, burn, pilot
         Steps of a chunk, of the burn-in, and of the trial of moves (0: no trial, ``move`` is used).
     longest
-        Most steps, whether the autocorrelation time is known or not.
+        Most steps, whether the autocorrelation time is known or not; whole chunks.
     lengths, change
-        The time τ counts as known after ``lengths``·τ steps and when a chunk changes it by less than ``change``.
+        The autocorrelation time τ counts as known where the chains have ``lengths``·τ steps and the last chunk changed
+        τ by less than the share ``change``.
     move
-        Used without a trial.
+        Name of the moves of the burn-in, and of the chains where there is no trial.
+    seed
+        Seed of all random numbers.
     """
 
     ensembles: int = 4
@@ -60,22 +72,24 @@ class SamplingOptions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sample:
-    """What sampling gave.
+    """Chains of the posterior with their autocorrelation time.
 
     Parameters
     ----------
     chain
-        η, shape (n_ensembles, n_steps, n_walkers, n).
+        Coordinates η, shape (n_ensembles, n_steps, n_walkers, n).
     log_prob
-        Shape (n_ensembles, n_steps, n_walkers).
+        Log posterior density of η, shape (n_ensembles, n_steps, n_walkers).
     acceptance
-        Mean accepted share of each ensemble, shape (n_ensembles,).
+        Mean share of accepted steps of each ensemble, shape (n_ensembles,).
     tau
         Integrated autocorrelation time of every coordinate [steps], shape (n,).
     reached
-        Whether the time is known as the options ask.
-    move, trials
-        The move that was used; τ of every move that was tried.
+        Whether the chains are as long and τ as steady as the options ask.
+    move
+        Name of the moves of the chains.
+    trials
+        Largest τ of a coordinate [steps] by the name of each move of the pilot.
     """
 
     chain: Array
@@ -88,22 +102,22 @@ class Sample:
 
     @property
     def effective(self) -> Array:
-        """Number of independent draws, n_ensembles·n_steps·n_walkers/τ, shape (n,)."""
+        """Effective sample size n_ensembles·n_steps·n_walkers/τ of every coordinate, shape (n,)."""
         e, s, w, _ = self.chain.shape
         return np.asarray(e * s * w / self.tau)
 
     def flat(self) -> Array:
-        """All draws, shape (n_draws, n)."""
+        """Return all draws of η, shape (n_draws, n)."""
         return self.chain.reshape(-1, self.chain.shape[-1])
 
 
 Report = Callable[[int, float, float], None]
-"""Called with the steps done, τ and the effective sample size so far."""
+"""Callback of the progress: number of steps, largest τ [steps], and smallest effective sample size."""
 
 
 @dataclass(slots=True)
 class _Store:
-    """Chunks by phase, ensemble and number; on disk where there is a folder."""
+    """Chunks by phase, ensemble and number, in memory and, where there is a folder, on disk."""
 
     folder: Path | None
     kept: dict[tuple[str, int, int], Chunk] = field(default_factory=dict)
@@ -127,7 +141,7 @@ class _Store:
 
 @dataclass(slots=True)
 class _Ensembles:
-    """Where all walkers stand, and how to move them on."""
+    """Present positions of all walkers, and the means to advance them."""
 
     density: StraightDensity
     options: SamplingOptions
@@ -137,7 +151,19 @@ class _Ensembles:
     log_prob: list[Array]
 
     def step(self, phase: str, number: int, steps: int, names: Sequence[str], proposal: Proposal) -> list[Chunk]:
-        """Advance every ensemble by one chunk, those already stored excepted."""
+        """Advance every ensemble by one chunk; a chunk that is stored already is read instead.
+
+        Parameters
+        ----------
+        phase, number
+            Phase (`PHASES`) and number of the chunk.
+        steps
+            Steps of the chunk.
+        names
+            Move of each ensemble.
+        proposal
+            Proposal of independent draws.
+        """
         tasks = {}
         for e, name in enumerate(names):
             if self.store.get(phase, e, number) is None:
@@ -164,16 +190,25 @@ def sample(
     folder: Path | None = None,
     report: Report | None = None,
 ) -> Sample:
-    """Sample the posterior from its normal approximation.
+    """Sample the posterior, starting from its normal approximation.
 
     Parameters
     ----------
+    start
+        Normal approximation with the posterior density.
+    options
+        Length and width of the sampling.
     workers
-        Where chunks are made; this process where None.
+        Processes that compute the chunks; this process where None.
     folder
-        Where chunks are kept. A folder that holds chunks of the same density, start and options is taken up.
+        Folder of the chunks. Chunks of the same density, start and options are continued, others removed.
     report
-        Told after every chunk.
+        Called after every chunk.
+
+    Raises
+    ------
+    NumericalError
+        Where hardly any point near the mode has a finite density.
     """
     if folder is not None:
         _claim(folder, start, options)
@@ -194,12 +229,13 @@ def sample(
         tried = [MOVES[e % len(MOVES)] for e in range(options.ensembles)]
         chunks = ensembles.step("pilot", 0, options.pilot, tried, proposal)
         trials = {name: float(autocorrelation_time(c.chain[None]).max()) for name, c in zip(tried, chunks, strict=True)}
+        # The slowest coordinate decides how long the chains have to be: its τ ranks the moves.
         move = min(trials, key=lambda name: trials[name])
     return _run(ensembles, move, proposal, trials, report)
 
 
 def _shares(burn: int) -> list[int]:
-    """Cut the burn-in where the proposal is refitted: after a quarter, after half, at the end."""
+    """Return the steps of the burn-in's parts: the proposal is refitted after a quarter, after half and at the end."""
     return [part for part in (burn // 4, burn // 4, burn - 2 * (burn // 4)) if part]
 
 
@@ -223,14 +259,26 @@ def _run(
             break
     accepted = np.sum([[c.accepted.mean() for c in row] for row in chunks], axis=0) / chain.shape[1]
     log_prob = np.concatenate([np.stack([c.log_prob for c in row]) for row in chunks], axis=1)
-    log_prob = log_prob - ensembles.density.straight.log_volume(moved)
+    log_prob = log_prob - ensembles.density.straight.log_volume(moved)  # density of x to that of η
     return Sample(
         chain=chain, log_prob=log_prob, acceptance=accepted, tau=tau, reached=reached, move=move, trials=trials
     )
 
 
 def refitted(chunks: Sequence[Chunk]) -> Proposal:
-    """Proposal in the shape of the second halves of all ensembles, the worst draws left out."""
+    """Fit the proposal of independent draws to the second halves of all ensembles' chunks.
+
+    Parameters
+    ----------
+    chunks
+        One chunk per ensemble.
+
+    Returns
+    -------
+    Proposal
+        With mean and covariance of the draws. Draws whose log density is more than 2·n + 10 below the largest are left
+        out: walkers far from the mode would widen the proposal.
+    """
     half = [slice(c.chain.shape[0] // 2, None) for c in chunks]
     draws = np.concatenate([c.chain[h].reshape(-1, c.chain.shape[-1]) for c, h in zip(chunks, half, strict=True)])
     log_prob = np.concatenate([c.log_prob[h].ravel() for c, h in zip(chunks, half, strict=True)])
@@ -241,12 +289,13 @@ def refitted(chunks: Sequence[Chunk]) -> Proposal:
 def _first_points(
     density: StraightDensity, mean: Array, covariance: Array, ensemble: int, options: SamplingOptions
 ) -> Array:
-    """Draw points of finite density around the mode; the spread shrinks until enough are found.
+    """Draw the walkers of an ensemble around the mode, all of finite density, shape (n_walkers, n).
 
-    Every second ensemble begins ``DISPERSED`` times as wide.
+    Every second ensemble is `DISPERSED` times as wide, so that R̂ compares chains from different starts. After four
+    attempts the spread shrinks by 0.7 per attempt.
     """
     n = mean.size
-    walkers = options.walkers or LANES * -(-2 * (n + 1) // LANES)
+    walkers = options.walkers or LANES * -(-2 * (n + 1) // LANES)  # at least 2·(n + 1), rounded up
     rng = np.random.default_rng([options.seed, 99, ensemble])
     spread, lower = DISPERSED if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
     kept = np.empty((0, n))
@@ -264,7 +313,7 @@ def _first_points(
 
 
 def _claim(folder: Path, start: Laplace, options: SamplingOptions) -> None:
-    """Keep the folder's chunks where they belong to this very problem; else remove them."""
+    """Keep the folder's chunks where density, start and options are those of the chunks; else remove them."""
     digest = hashlib.sha256()
     for array in (
         start.eta,
@@ -272,7 +321,7 @@ def _claim(folder: Path, start: Laplace, options: SamplingOptions) -> None:
         *(a for t in start.density.terms for a in (t.x0, t.fixed, t.data, t.run.u)),
     ):
         digest.update(np.ascontiguousarray(array).tobytes())
-    limits = {"longest", "lengths", "change"}
+    limits = {"longest", "lengths", "change"}  # they end the chains and change no chunk: longer chains continue these
     told = {name: getattr(options, name) for name in options.__slots__ if name not in limits}
     digest.update(repr((start.density.equations.digest, start.density.coordinates.names, told)).encode())
     name = digest.hexdigest()[:16]
