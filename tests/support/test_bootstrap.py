@@ -153,7 +153,12 @@ def test_an_interrupted_installation_is_one_line_and_is_done_again(python: Path,
     command = [str(python), "support/bootstrap.py", "-m", "tool.run"]
     environment = {**os.environ, "PYTHONPATH": str(project), "PATH": "/usr/bin:/bin"}
     begun = time.monotonic()
-    with subprocess.Popen(command, cwd=project, env=environment, stderr=subprocess.PIPE, text=True) as process:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a background job hands down that it is ignored
+    try:
+        process = subprocess.Popen(command, cwd=project, env=environment, stderr=subprocess.PIPE, text=True)
+    finally:
+        signal.signal(signal.SIGINT, before)
+    with process:
         assert process.stderr is not None
         assert "to download" in process.stderr.readline()
         assert "1/1 greeting" in process.stderr.readline()
