@@ -11,7 +11,7 @@ from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_check import check_tests
 from haptid.model.equations.equations import Equations
-from haptid.model.friction.registry import DEFAULT, law_named
+from haptid.model.friction.registry import DEFAULT, law_named, laws
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 
@@ -78,9 +78,21 @@ def read_identification(path: Path) -> dict[str, Any]:
     """
     data = read_json(path, "an identification.json", ("haptid.fmu_build.exchange", "identification.schema.json"))
     for number, configuration in enumerate(data["configurations"]):
-        friction_of(configuration, f"{path}: configurations[{number}]")
+        _check_friction(configuration, f"{path}: configurations[{number}]")
     check_tests(data, str(path))
     return data
+
+
+def _check_friction(configuration: Mapping[str, Any], where: str) -> None:
+    """Refuse an unknown friction law, and parameters of one that a joint does not have."""
+    every = {id for law in laws().values() for id in law.ids}
+    joints = configuration["free_joints"]
+    for joint, law in zip(joints, friction_of(configuration, where), strict=True):
+        tail = "" if len(joints) == 1 else f"_{joint}"
+        lacking = {f"{id}{tail}" for id in every - set(law_named(law).ids)} & set(configuration["parameters"])
+        if lacking:
+            place, todo = f"{where}.parameters", f"the friction of joint {joint} is {law}"
+            raise InputError(place, expected="parameters of a locked joint", got=repr(min(lacking)), todo=todo)
 
 
 def friction_of(configuration: Mapping[str, Any], where: str = "friction") -> tuple[str, ...]:

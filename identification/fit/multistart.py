@@ -23,7 +23,7 @@ from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Basin, Fit, RunScore
-from haptid.identification.result.outcome import outcome_of, with_cause
+from haptid.identification.result.outcome import NoStartError, outcome_of, with_cause
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
@@ -31,7 +31,6 @@ from haptid.identification.statistics.identifiability import combinations, statu
 from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import score, score_of
 from haptid.measurement.values.run import Array, Run
-from haptid.support.errors import NumericalError
 from haptid.support.linear_algebra import profiled
 from haptid.support.processes.threads import single_threaded
 
@@ -86,7 +85,7 @@ def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, worke
     if not basins:
         files = ", ".join(run.file for run in problem.runs)
         msg = f"no start gave a finite simulation of {files}; check units, bounds and first guesses"
-        raise NumericalError(msg)
+        raise NoStartError(msg)
     best = min(descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
     return _result(problem, runs, best, basins, descents, begun)
 

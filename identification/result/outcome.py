@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from enum import Enum
 
+from haptid.support.errors import NumericalError
+
+
+class NoStartError(NumericalError):
+    """No start of a fit gave a finite simulation: what the user states of the parameters is far from the joint."""
+
 
 class Outcome(Enum):
     """How a fit ended: the name goes into files, the value is the sentence for the reader."""

@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 from haptid.identification.fit.initial_guess import guess
+from haptid.identification.result.outcome import NoStartError
 from haptid.measurement.checks.stated import Overrides, overridden, places
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.values.campaign import Campaign
@@ -93,7 +94,7 @@ def _single(joint: int, runs: Sequence[Run], given: Overrides, campaign: Campaig
 
 @contextmanager
 def named(campaign: Campaign, joints: Sequence[int]) -> Iterator[None]:
-    """Put the user's file and keys before the message of a `NumericalError` from inside.
+    """Put the user's file and keys before the message of a `NoStartError` from inside.
 
     Parameters
     ----------
@@ -109,7 +110,7 @@ def named(campaign: Campaign, joints: Sequence[int]) -> Iterator[None]:
     """
     try:
         yield
-    except NumericalError as error:
+    except NoStartError as error:
         keys = ", ".join(f"[joint.{j}.parameters]" for j in joints)
         msg = f"{campaign.folder / 'campaign.toml'}, {keys}: {error}"
         raise NumericalError(msg) from None

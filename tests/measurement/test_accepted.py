@@ -158,7 +158,7 @@ def test_with_everything_fixed_nothing_is_sampled(write):
     folder = write(*parameters("\n".join(f"{id} = {{ fixed = {value} }}" for id, value in stated.items())))
     result = call("uq", folder)
     assert result.exit_code == 2
-    assert "joint.4.parameters: expected a parameter to sample, got all of them fixed" in result.output
+    assert "joint.4.parameters: expected a parameter whose posterior is wanted, got all fixed" in result.output
 
 
 @pytest.mark.parametrize("command", ["identify", "uq", "discrepancy"])
