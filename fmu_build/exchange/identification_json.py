@@ -11,7 +11,8 @@ from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_check import check_tests
 from haptid.model.equations.equations import Equations
-from haptid.model.friction.registry import DEFAULT, law_named, laws
+from haptid.model.friction.registry import DEFAULT, law_named
+from haptid.model.joint.parameter_table import all_ids, parameter_rows
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 
@@ -85,11 +86,11 @@ def read_identification(path: Path) -> dict[str, Any]:
 
 def _check_friction(configuration: Mapping[str, Any], where: str) -> None:
     """Refuse an unknown friction law, and parameters of one that a joint does not have."""
-    every = {id for law in laws().values() for id in law.ids}
     joints = configuration["free_joints"]
     for joint, law in zip(joints, friction_of(configuration, where), strict=True):
         tail = "" if len(joints) == 1 else f"_{joint}"
-        lacking = {f"{id}{tail}" for id in every - set(law_named(law).ids)} & set(configuration["parameters"])
+        others = set(all_ids()) - {row.id for row in parameter_rows(law)}
+        lacking = {f"{id}{tail}" for id in others} & set(configuration["parameters"])
         if lacking:
             place, todo = f"{where}.parameters", f"the friction of joint {joint} is {law}"
             raise InputError(place, expected="parameters of a locked joint", got=repr(min(lacking)), todo=todo)
