@@ -20,6 +20,9 @@ from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, findi
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
 from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.identification.fit.strategy import choose_for
+from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.carried_fit import carried_fit
+from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.equations_for import device_of
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.places import allow_outside_option
@@ -163,7 +166,7 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
-    study = replace(study, effort=choices["effort"])
+    study = replace(study, effort=choices["effort"], carried=_carried(study, read, out))
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
     if choices["stage"] != "all":
         with bar:
@@ -177,6 +180,15 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
     with bar:
         finding = find(study, out, **_options(choices), tell=bar.set_description)
     _write_finding(finding, read, out, choices["seed"])
+
+
+def _carried(study: Study, read: Campaign, out: Path) -> Fit | None:
+    """Return the fit that an identification wrote below ``out`` from the same runs; None where there is none."""
+    device = device_of(read)
+    free = study.fitted[0].free_joints
+    tested = [one for one in configurations_of(read, device, None) if one.free_joints == tuple(free)]
+    # In several postures the study has all runs of the joints, and each fit those of one posture.
+    return carried_fit(read, device, tested[0], study.base, out) if len(tested) == 1 else None
 
 
 def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:

@@ -22,7 +22,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.equations_for import device_of
 from haptid.identification.sequence.result_json import SCHEMA, step_json
-from haptid.identification.sequence.resume import inputs_digest, kept_entries
+from haptid.identification.sequence.resume import data_digest, inputs_digest, kept_entries
 from haptid.identification.sequence.sequence import Build, Sequence
 from haptid.identification.sequence.step import Step
 from haptid.identification.sequence.summary import summary_text
@@ -177,7 +177,8 @@ def _fit_configurations(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
         with bar:
             for step in sequence.steps(job.configurations):
                 steps.append(step)
-                data["configurations"].append(step_json(step))
+                source = data_digest(job.campaign, job.device, step.configuration)
+                data["configurations"].append({**step_json(step), "data": source})
                 # After every configuration: an interrupted command is continued from the finished ones.
                 write_json(job.file, data)
                 bar.update()

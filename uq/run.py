@@ -17,6 +17,7 @@ from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.workers import Processes, Submitting
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.carried_fit import FILE, carried_fit
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.equations_for import device_of, equations_for, named
 from haptid.identification.sequence.step import Step
@@ -154,8 +155,11 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     kernel = kernel_of(equations)
     bar: Any
     with progress(total=sampling.longest, title=f"joint {joint}: fit", quiet=command.quiet) as bar:
-        with named(command.campaign, (joint,)):
-            found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
+        found = carried_fit(command.campaign, command.device, configuration, equations, command.out)
+        source = f"read from {FILE}" if found else "made here"
+        if found is None:
+            with named(command.campaign, (joint,)):
+                found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
 
         def report(steps: int, tau: float, effective: float) -> None:
             bar.n = steps
@@ -173,7 +177,7 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
             say=lambda what: bar.set_description(f"joint {joint}: {what}"),
             through_simulator=command.kind is not None,
         )
-    notes = (*found.notes, *found.warnings, f"The fit it starts from: {found.outcome.value}.")
+    notes = (*found.notes, *found.warnings, f"The fit it starts from, {source}: {found.outcome.value}.")
     return found, check_finite(replace(posterior, notes=(early, *notes) if early else notes))
 
 

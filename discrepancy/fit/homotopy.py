@@ -30,6 +30,8 @@ FEW, MANY, LOOSE = 25, 80, 1.0
 the noise."""
 WIDTH = 0.5
 """Width of the weak priors relative to the first guess, for parameters of logarithmic scale."""
+TOLERANCE = 0.01
+"""Predicted decrease of ‖r‖², in squares over the noise, at which the last fit of the nominal model ends."""
 ON_GRID = 1e-9
 """Distance from a grid value, relative to the largest such distance, below which a shape counts as that grid value."""
 
@@ -177,7 +179,7 @@ def release_observer(study: Study, effects: Sequence[Effect], begun: Guided, tol
 
 
 def through_homotopy(
-    study: Study, effects: Sequence[Effect], values: Mapping[str, float], *, tolerance: float = 0.01
+    study: Study, effects: Sequence[Effect], values: Mapping[str, float], *, tolerance: float = TOLERANCE
 ) -> tuple[Solution, int]:
     """Fit nominal model and effects through falling observer gains, under white noise.
 

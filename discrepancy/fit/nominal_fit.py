@@ -1,22 +1,25 @@
 """Fit the nominal model from several starts: `Study` in, `Base` out.
 
-1. Lay out starts by a Sobol sequence; the first is at given values or at the first guesses.
-2. Fit from each start by homotopy, `AGREE` starts side by side.
-3. Stop when `AGREE` starts share the best minimum, so that a stuck optimiser does not pass for missing physics.
+1. Begin with the fit of the identification, where it was made of the same runs.
+2. Where its own starts did not agree, or there is none, lay out starts by a Sobol sequence.
+3. Fit from each start by homotopy, `AGREE` starts side by side.
+4. Stop when `AGREE` starts share the best minimum, so that a stuck optimiser does not pass for missing physics.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.discrepancy.fit.homotopy import lay_out_under_observer, through_homotopy
-from haptid.discrepancy.fit.solution import Solution, start_vector
+from haptid.discrepancy.fit.homotopy import MANY, TOLERANCE, lay_out_under_observer, through_homotopy
+from haptid.discrepancy.fit.solution import Solution, solve, start_vector
 from haptid.discrepancy.study.study import Study
 from haptid.identification.optimise.starts import sobol_starts
+from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array
+from haptid.noise.correlation import Noise
 from haptid.support.errors import NumericalError
 from haptid.support.processes.threads import map_threads
 
@@ -67,8 +70,11 @@ def agreeing(costs: Sequence[float], rows: int) -> int:
     return sum(cost <= best + max(SAME, ALIKE * (best - rows)) for cost in costs)
 
 
-def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[str, float] | None = None) -> Base:
+def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
     """Fit the nominal model from several starts, under white noise.
+
+    The fit of the identification, where there is one, is the first of them: it is refined at the study's inner step,
+    bounds and noise, without the detour over the observer. As many starts agree on it as agreed there.
 
     Parameters
     ----------
@@ -78,8 +84,6 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
         Number of starts; fewer are used where `AGREE` of them share the best minimum.
     seed
         Seed of the Sobol starts.
-    values
-        Parameters by id of the first start; its first guesses where None.
 
     Returns
     -------
@@ -91,10 +95,17 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
     NumericalError
         If no start gives a finite simulation.
     """
-    first = start_vector(study.base, values or {})
-    scaling = lay_out_under_observer(study, ()).scaling
     found: list[Solution] = []
-    calls = 0
+    calls, agreed = 0, 0
+    if study.carried is not None:
+        refined = _refined(study, study.carried)
+        calls = refined.calls
+        if np.isfinite(refined.chi2):
+            found, agreed = [refined], len(study.carried.basins[0].starts)
+    if agreed >= AGREE:
+        return Base(solution=found[0], costs=(found[0].chi2,), reached=agreed, calls=calls)
+    first = start_vector(study.base, {})
+    scaling = lay_out_under_observer(study, ()).scaling
     for solution, used in _fits(study, sobol_starts(scaling, first, starts, seed)):
         calls += used
         if np.isfinite(solution.chi2):
@@ -107,6 +118,12 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
     costs = tuple(s.chi2 for s in found)
     best = min(found, key=lambda s: s.chi2)
     return Base(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
+
+
+def _refined(study: Study, carried: Fit) -> Solution:
+    """Fit the nominal model from the optimum and the initial states of a fit of the same runs."""
+    starts = [carried.x0[run.file] for run in study.fitted]
+    return solve(study, (), Noise(), carried.values, x0=starts, iterations=MANY, tolerance=TOLERANCE)
 
 
 def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int]]:

@@ -13,6 +13,7 @@ import numpy as np
 
 from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.simulators import Factory, TwoStep
+from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import device_of, equations_for
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -60,6 +61,8 @@ class Study:
         Largest number of catalogue effects that are begun on top of a model; None for no limit.
     effort
         Number of simulated runs after which the search tries no further combinations of effects.
+    carried
+        Fit of the fitted runs by the identification, which the nominal fit begins at; None where there is none.
     """
 
     joint: int
@@ -73,6 +76,7 @@ class Study:
     threads: int = 1
     most: int | None = None
     effort: int = EFFORT
+    carried: Fit | None = None
 
     @property
     def name(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -46,17 +47,46 @@ def inputs_digest(
     """
     digest = hashlib.sha256()
     # Neither the number of workers nor the progress bar changes a result: a run may be continued with others.
-    parts = options.but(workers=1, quiet=True), kind, campaign.device, campaign.parameter_overrides, repr(device)
-    digest.update(repr((parts, campaign.friction)).encode())
+    digest.update(repr((options.but(workers=1, quiet=True), kind)).encode())
     for configuration in configurations:
-        digest.update(repr((configuration.free_joints, configuration.posture)).encode())
-        for run in configuration.runs:
-            digest.update(repr((run.file, run.use, run.hold, run.score_from)).encode())
-            for array in (run.t, run.u, run.y, run.v, run.noise, run.resolution):
-                digest.update(b"" if array is None else array.tobytes())
+        digest.update(data_digest(campaign, device, configuration).encode())
+    return digest.hexdigest()[:16]
+
+
+def data_digest(campaign: Campaign, device: Device | None, configuration: Configuration) -> str:
+    """Compute a digest of what one configuration is fitted to: its runs, the device, the user's entries, and the code.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with parameter entries and friction laws.
+    device
+        Device of the campaign; None for a single joint.
+    configuration
+        Free joints, posture and runs.
+
+    Returns
+    -------
+    str
+        Sixteen hexadecimal digits of the SHA-256.
+    """
+    digest = hashlib.sha256(_code_digest())
+    digest.update(repr((campaign.device, campaign.parameter_overrides, repr(device), campaign.friction)).encode())
+    digest.update(repr((configuration.free_joints, configuration.posture)).encode())
+    for run in configuration.runs:
+        digest.update(repr((run.file, run.use, run.hold, run.score_from)).encode())
+        for array in (run.t, run.u, run.y, run.v, run.noise, run.resolution):
+            digest.update(b"" if array is None else array.tobytes())
+    return digest.hexdigest()[:16]
+
+
+@cache
+def _code_digest() -> bytes:
+    """Compute the digest of the source files of the packages in `CODE`."""
+    digest = hashlib.sha256()
     for path in sorted(_sources()):
         digest.update(path.read_bytes())
-    return digest.hexdigest()[:16]
+    return digest.digest()
 
 
 def _sources() -> list[Path]:

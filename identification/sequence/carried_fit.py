@@ -1,0 +1,65 @@
+"""The fit of a configuration that an earlier command made: results folder and configuration in, `Fit` out.
+
+Posterior and search for missing effects go on from the fit of ``python -m identification.run`` where its results lie in
+the same folder and come from the same data, the same parameter entries and the same code. Then they fit nothing again.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.result_json import fit_from_json
+from haptid.identification.sequence.resume import data_digest
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.model.equations.equations import Equations
+from haptid.support.errors import InputError
+
+FILE = "identification.json"
+"""Name of the results in the output folder."""
+
+
+def carried_fit(
+    campaign: Campaign, device: Device | None, configuration: Configuration, equations: Equations, out: Path
+) -> Fit | None:
+    """Read the fit of a configuration from the results of an earlier identification.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with parameter entries and friction laws.
+    device
+        Device of the campaign; None for a single joint.
+    configuration
+        Free joints, posture and runs.
+    equations
+        Equations of the configuration without the priors that the sequence of fits carries over.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    Fit or None
+        None where the folder has no results, where they belong to other data, entries or code, and where the fit was
+        not by free simulation: through an observer or in torque the optimum is another one.
+    """
+    try:
+        entries = read_identification(out / FILE)["configurations"]
+    except InputError:  # no results, or results that cannot be read: the caller fits
+        return None
+    digest = data_digest(campaign, device, configuration)
+    entry = next((entry for entry in entries if entry.get("data") == digest), None)
+    if entry is None or entry.get("outcome") == Outcome.TORQUE_SCORED.label or entry.get("observer_gain_per_s") != 0:
+        return None
+    try:
+        fit = fit_from_json(entry, equations)
+    except (KeyError, TypeError, ValueError, IndexError):  # written by another version, or changed by hand
+        return None
+    same = set(fit.free) == {q.id for q in equations.parameters if not q.fixed}
+    return fit if same and np.isfinite(fit.theta).all() else None

@@ -1,0 +1,82 @@
+"""The fit of the identification is carried on where, and only where, it belongs to the same data."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+from click.testing import CliRunner
+
+from haptid.discrepancy.fit.homotopy import TOLERANCE
+from haptid.discrepancy.fit.nominal_fit import fit_base
+from haptid.discrepancy.study.study import study_of
+from haptid.identification.run import main
+from haptid.identification.sequence.carried_fit import carried_fit
+from haptid.identification.sequence.configurations import configurations_of
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.measurement.checks.preparation import campaign_for_command
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """Results of the identification of joint 4 of the embedded campaign, and the campaign."""
+    out = tmp_path_factory.mktemp("identified")
+    options = ["--joints", "4", "--fmu", "none", "--workers", "1", "--no-export", "--quiet", "--out", str(out)]
+    result = CliRunner().invoke(main, options)
+    assert result.exit_code == 0, result.output
+    return out, campaign_for_command(None)
+
+
+def carried(campaign, out):
+    """Return the carried fit of joint 4, None where there is none."""
+    device = device_of(campaign)
+    configuration = configurations_of(campaign, device, (4,))[0]
+    equations = equations_for(campaign, device, (4,), configuration.posture)
+    return carried_fit(campaign, device, configuration, equations, out)
+
+
+def test_the_fit_is_read_as_it_was_written(identified):
+    out, campaign = identified
+    entry = json.loads((out / "identification.json").read_text())["configurations"][0]
+    assert carried(campaign, out).values == {id: one["value"] for id, one in entry["parameters"].items()}
+
+
+def test_nothing_is_carried_without_results(identified, tmp_path):
+    assert carried(identified[1], tmp_path) is None
+
+
+@pytest.mark.parametrize("change", ["a reading", "an entry of the user", "the use of a run"])
+def test_nothing_is_carried_to_other_data(identified, change):
+    out, campaign = identified
+    place = next(k for k, run in enumerate(campaign.runs) if run.free_joints == (4,))
+    run = campaign.runs[place]
+    if change == "an entry of the user":
+        other = replace(campaign, parameter_overrides={4: {"Fc": {"initial": 1e-3}}})
+    else:
+        moved = run.but(y=run.y + 1e-9) if change == "a reading" else run.but(use="excluded")
+        other = replace(campaign, runs=(*campaign.runs[:place], moved, *campaign.runs[place + 1 :]))
+    assert carried(other, out) is None
+
+
+@pytest.mark.parametrize(
+    "change", [{"outcome": "torque_scored"}, {"observer_gain_per_s": 5.0}, {"parameters": {}}, {"free": ["inertia"]}]
+)
+def test_a_fit_that_was_not_by_free_simulation_or_that_was_changed_is_not_carried(identified, tmp_path, change):
+    out, campaign = identified
+    data = json.loads((out / "identification.json").read_text())
+    data["configurations"][0] |= change
+    (tmp_path / "identification.json").write_text(json.dumps(data))
+    assert carried(campaign, tmp_path) is None
+
+
+def test_the_nominal_fit_ends_at_the_same_optimum_in_fewer_simulations(identified):
+    out, campaign = identified
+    study = study_of(campaign, 4, {})
+    alone = fit_base(study, starts=4)
+    begun = fit_base(replace(study, carried=carried(campaign, out)), starts=4)
+    assert begun.calls < alone.calls / 2
+    assert begun.solution.chi2 == pytest.approx(alone.solution.chi2, abs=0.1)
+    # Both fits end where a step promises less than `TOLERANCE`, so that they may lie apart by as much.
+    apart = alone.solution.blocks.jacobian @ (begun.solution.x - alone.solution.x)
+    assert apart @ apart < 4 * TOLERANCE
