@@ -46,15 +46,19 @@ def step_json(step: Step) -> dict[str, Any]:
         for q, v, s in zip(fit.equations.parameters, fit.theta, std, strict=True)
     }
     sigma = np.mean(np.concatenate([np.atleast_1d(s) for s in fit.sigma.values()]))
-    unit = "torque" if step.torque_scored else "position"
+    unit, compared = "torque" if step.torque_scored else "position", step.compared
     return {
         "free_joints": list(step.configuration.free_joints),
         "locked_positions_rad": list(step.configuration.posture),
         "scored": unit,
+        "residual": unit,
+        "why": _why(fit, step.torque_scored),
+        "floor": None,
+        "baseline": None if compared is None or compared.baseline is None else compared.baseline.as_json(),
         "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
         "observer_gain_per_s": fit.observer_gain,
         "parameters": parameters,
-        "runs": [_run_json(score, step.torque_scored) for score in fit.runs],
+        "runs": [_run_json(score, step) for score in fit.runs],
         "noise_rad": float(sigma),
         "cost": float(fit.cost),
         "outcome": fit.outcome.label,
@@ -90,7 +94,14 @@ def _profile_json(interval: Interval | None) -> dict[str, list[float | None]]:
     return {} if interval is None else {"profile_95": [interval.lower, interval.upper]}
 
 
-def _run_json(score: RunScore, torque_scored: bool) -> dict[str, Any]:
+def _why(fit: Fit, torque_scored: bool) -> str:
+    """Say in a sentence why this residual decides."""
+    if torque_scored or fit.observer_gain:
+        return fit.outcome.value
+    return "the recorded torque drives a free simulation, whose position is compared with the measured one"
+
+
+def _run_json(score: RunScore, step: Step) -> dict[str, Any]:
     result = {
         "file": score.file,
         "use": score.use,
@@ -99,8 +110,9 @@ def _run_json(score: RunScore, torque_scored: bool) -> dict[str, Any]:
         "nrmse": finite(score.nrmse),
         "rmse_per_joint": [finite(float(x)) for x in score.rmse],
         "initial_state": score.x0.tolist(),
+        "figures": None if step.compared is None else step.compared.as_json(score.file, score.use),
     }
-    if torque_scored:
+    if step.torque_scored:
         result |= {"scored": "torque", "rmse_Nm": result["rmse_rad"], "rmse_rad": None}
     return result
 

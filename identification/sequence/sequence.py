@@ -16,6 +16,9 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from haptid.identification.baseline.compared import Compared, compare
 from haptid.identification.fit.fit_runs import fit_runs
 from haptid.identification.links.consistency import Agreement, coefficients_agree, parameters_agree
 from haptid.identification.optimise.workers import Workers
@@ -97,6 +100,7 @@ class Sequence:
                 step = replace(step, agreements=_agreements(step, belief, one, done))
                 if one.coefficients:
                     belief = belief.update(one.coefficients, one.values, one.covariance)
+            step = replace(step, compared=self._compared(step))
             found |= joint_values(configuration.free_joints, step.fit.values)
             done.append(step)
             yield step
@@ -122,6 +126,13 @@ class Sequence:
         known = {id.removesuffix(f"_{joints[0]}"): value for id, value in found.items()} if single else found
         own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
         return carry_over(equations, belief, coefficients, own, stated)
+
+    def _compared(self, step: Step) -> Compared:
+        """Hold the fit against the plain model, both as simulators of position, whatever was scored."""
+        one = step.configuration
+        equations = equations_for(self.campaign, self.device, one.free_joints, one.posture)
+        theta = np.array([step.fit.values[q.id] for q in equations.parameters])
+        return compare(equations, theta, one.runs, self.device, one.posture)
 
     def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
         if kept is not None:

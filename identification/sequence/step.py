@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from haptid.identification.baseline.compared import Compared
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.configurations import Configuration
@@ -23,9 +24,12 @@ class Step:
         Whether the torque was fitted, with the measured motion as input.
     agreements
         Comparisons with earlier configurations.
+    compared
+        The plain model with the figures of both models; None where it was not asked for.
     """
 
     configuration: Configuration
     fit: Fit
     torque_scored: bool = False
     agreements: tuple[Agreement, ...] = ()
+    compared: Compared | None = None

@@ -1,0 +1,119 @@
+"""The field's plain model of a configuration: `Run`s in, `Baseline` out.
+
+Inertia, gravity, Coulomb and viscous friction and a constant torque are fitted to the torque of all fitted runs by
+weighted least squares of the inverse dynamic model (IDIM-LS), with motion and torque filtered alike. For coupled
+joints the rigid body is the regressor of the locked motion. No other fit is to do worse than this one of seconds.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from haptid.identification.baseline.filtered_motion import FilteredMotion, filter_run
+from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
+from haptid.identification.baseline.regressor import UNITS, Regressor
+from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
+from haptid.model.device.device import Device
+
+LEAST_ROWS = 50
+"""Fewest interior rows of all fitted runs together for which the plain model is fitted."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Baseline:
+    """The plain model with its estimates.
+
+    Parameters
+    ----------
+    regressor
+        Columns of the model.
+    estimate
+        Parameters, in the order of ``regressor.ids``, of the torque times ``gain``.
+    gain
+        Factor of each joint on the recorded torque, shape (n_joints,).
+    """
+
+    regressor: Regressor
+    estimate: LeastSquares
+    gain: Array
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by id."""
+        return dict(zip(self.regressor.ids, self.estimate.theta.tolist(), strict=True))
+
+    def of_joint(self, id: str, k: int) -> float:
+        """Return a parameter of the free joint at index k by its id without number."""
+        joints = self.regressor.joints
+        return self.values[id if len(joints) == 1 else f"{id}_{joints[k]}"]
+
+    @property
+    def offset(self) -> Array:
+        """Constant torque of every free joint as it was recorded [N m], shape (n_joints,)."""
+        return np.array([self.of_joint("offset", k) for k in range(len(self.regressor.joints))]) / self.gain
+
+    def torque(self, motion: FilteredMotion) -> Array:
+        """Predict the torque that a motion needs.
+
+        Parameters
+        ----------
+        motion
+            Filtered motion of the free joints.
+
+        Returns
+        -------
+        ndarray, shape (n, n_joints)
+            Recorded torque [N m], without the gain.
+        """
+        return np.asarray(self.regressor.columns(motion) @ self.estimate.theta / self.gain)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return ``baseline`` of identification.json; the std of what the rows do not determine is None."""
+        rows = zip(self.regressor.ids, self.estimate.theta, self.estimate.std, self.regressor.units, strict=True)
+        parameters: dict[str, dict[str, float | str | None]] = {
+            id: {"value": float(value), "std": float(std) if np.isfinite(std) else None, "unit": unit}
+            for id, value, std, unit in rows
+        }
+        # A single joint without gravity, such as a slide, has the other keys of the format as well, at 0.
+        if len(self.regressor.joints) == 1:
+            slides = [self.regressor.units[-1] == "N"]
+            for id, unit in UNITS.items():
+                parameters.setdefault(id, {"value": 0.0, "std": None, "unit": unit_for(unit, slides)})
+        return {"parameters": parameters}
+
+
+def fit_baseline(
+    runs: Sequence[Run], device: Device | None, posture: Sequence[float], gain: Sequence[float]
+) -> Baseline | None:
+    """Fit the plain model to the fitted runs of a configuration.
+
+    Parameters
+    ----------
+    runs
+        Runs of the configuration, whatever their use.
+    device
+        Device of the campaign; None for a single joint.
+    posture
+        Positions of the locked joints [rad], shape (n_q,).
+    gain
+        Factor of each free joint on the recorded torque.
+
+    Returns
+    -------
+    Baseline or None
+        None where the fitted runs have too few rows inside the reach of the filter.
+    """
+    fitted = [run for run in runs if run.use == "fit"]
+    regressor = Regressor.of(device, fitted[0].free_joints, posture, fitted[0].prismatic)
+    motions = [filter_run(run) for run in fitted]
+    columns = [regressor.columns(m)[m.interior] for m in motions]
+    torques = [(m.torque * np.asarray(gain))[m.interior] for m in motions]
+    if sum(tau.shape[0] for tau in torques) < max(LEAST_ROWS, 2 * len(regressor.ids)):
+        return None
+    estimate = weighted_least_squares(columns, torques, regressor.nonnegative)
+    return Baseline(regressor=regressor, estimate=estimate, gain=np.asarray(gain, dtype=np.float64))

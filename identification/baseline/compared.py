@@ -1,0 +1,118 @@
+"""Model and plain model on every run of a configuration: `Fit` and `Run`s in, `Compared` out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from haptid.identification.baseline.baseline import Baseline, fit_baseline
+from haptid.identification.baseline.figures import Figures, Model, figures_of
+from haptid.identification.baseline.filtered_motion import filter_run
+from haptid.identification.baseline.regressor import Regressor
+from haptid.identification.baseline.torque_along import TorqueAlong
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.values.run import Array, Run
+from haptid.model.device.device import Device
+from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import law_named
+
+PRESLIDING_OF_TRAVEL = 3e-4
+"""Displacement after which the plain model's Coulomb friction is at its level, over the travel of the joint [1]."""
+LEAST_FRICTION_OF_TORQUE = 1e-6
+"""Coulomb friction of the plain model over the largest torque, below which it is raised: no law divides by 0 [1]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Compared:
+    """The plain model of a configuration, and the figures of both models by run.
+
+    Parameters
+    ----------
+    baseline
+        Plain model; None where the rows are too few for it.
+    figures
+        Figures by (file, use) and by ``model`` or ``baseline``.
+    """
+
+    baseline: Baseline | None
+    figures: Mapping[tuple[str, str], Mapping[str, Figures]]
+
+    def as_json(self, file: str, use: str) -> dict[str, Any] | None:
+        """Return ``figures`` of a run; None where it has none."""
+        both = self.figures.get((file, use))
+        return None if both is None else {name: one.as_json() for name, one in both.items()}
+
+
+def compare(
+    equations: Equations, theta: Array, runs: Sequence[Run], device: Device | None, posture: Sequence[float]
+) -> Compared:
+    """Fit the plain model and compute the figures of both models on all runs that are not excluded.
+
+    Parameters
+    ----------
+    equations
+        Equations of the configuration, from torque to position.
+    theta
+        Fitted parameters in the order of ``equations.parameters``, shape (n_p,).
+    runs
+        Runs of the configuration.
+    device
+        Device of the campaign; None for a single joint.
+    posture
+        Positions of the locked joints [rad].
+
+    Returns
+    -------
+    Compared
+    """
+    used = [run for run in runs if run.use != "excluded"]
+    first = used[0]
+    regressor = Regressor.of(device, first.free_joints, posture, first.prismatic)
+    inverse = TorqueAlong.of(equations, regressor, first.prismatic)
+    simulator = KernelSimulator.of(equations)
+    joints = range(len(first.free_joints))
+    gain = np.array([inverse.value(theta, "Kp", k) for k in joints])
+    models = {"model": Model(simulator=simulator, inverse=inverse, theta=theta)}
+    baseline = fit_baseline(used, device, posture, gain.tolist())
+    if baseline is not None:
+        plain = plain_theta(baseline, equations, used)
+        models["baseline"] = Model(simulator=simulator, inverse=inverse, theta=plain, baseline=baseline)
+    figures: dict[tuple[str, str], dict[str, Figures]] = {}
+    for run in used:
+        motion = filter_run(run)
+        figures[run.file, run.use] = {name: figures_of(model, run, motion) for name, model in models.items()}
+    return Compared(baseline=baseline, figures=figures)
+
+
+def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:
+    """Write the plain model in the parameters of a friction law: no stiction, stiff presliding, no spring.
+
+    Parameters
+    ----------
+    baseline
+        Plain model; its constant torques are not among the parameters.
+    equations
+        Equations of the configuration.
+    runs
+        Runs whose travel and torque scale presliding and the least friction.
+
+    Returns
+    -------
+    ndarray, shape (n_p,)
+    """
+    known = baseline.values
+    single = len(baseline.regressor.joints) == 1
+    for k, j in enumerate(baseline.regressor.joints):
+        travel = max(float(np.ptp(run.y[:, k])) for run in runs)
+        torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
+        coulomb = max(baseline.of_joint("Fc", k), LEAST_FRICTION_OF_TORQUE * torque)
+        roles = law_named(equations.friction[k]).roles
+        values = {"Ks": 0.0, "epos": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0}
+        values |= {roles.viscous: baseline.of_joint("Fv", k), roles.coulomb: coulomb, roles.stiction: coulomb}
+        values[roles.stiffness] = coulomb / (PRESLIDING_OF_TRAVEL * travel)
+        # What the plain model itself states, such as gravity, goes before the zeros.
+        known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
+    return np.array([known.get(q.id, q.initial) for q in equations.parameters])

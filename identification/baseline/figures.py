@@ -1,0 +1,182 @@
+"""Figures of a model on a run: `Model` and `Run` in, `Figures` out, the same for every model.
+
+free       RMS of (measured − simulated) position of one free simulation from the measured start,
+torque     RMS of (measured − computed) torque along the measured motion, also relative to the torque's RMS,
+horizon    RMS of (measured − simulated) position of simulations of 0.1, 1 and 10 s, each from the measured state.
+
+The free simulation shows drift, the torque shows what the model explains of the effort, and the horizons lie between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from haptid.identification.baseline.baseline import Baseline
+from haptid.identification.baseline.filtered_motion import FilteredMotion, filter_run
+from haptid.identification.baseline.torque_along import TorqueAlong
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.simulators.protocol import initial_state
+from haptid.measurement.values.run import Array, Run
+
+HORIZONS_S = (0.1, 1.0, 10.0)
+"""Lengths of the simulations from the measured state [s]."""
+MOST_WINDOWS = 200
+"""Largest number of simulations for one horizon; they are spread over the run."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """Parameters with all that simulates and inverts them.
+
+    Parameters
+    ----------
+    simulator
+        Kernel of the configuration.
+    inverse
+        Inverse dynamics of the same equations, whose friction states the simulations begin with.
+    theta
+        Parameters, shape (n_p,).
+    baseline
+        The plain model that the parameters are those of, which has a constant torque beside them; None for a fit.
+    """
+
+    simulator: KernelSimulator
+    inverse: TorqueAlong
+    theta: Array
+    baseline: Baseline | None = None
+
+    def torque(self, motion: FilteredMotion) -> Array:
+        """Compute the recorded torque that a motion needs, shape (n, n_joints)."""
+        return self.baseline.torque(motion) if self.baseline else self.inverse.torque(self.theta, motion)
+
+    @property
+    def offset(self) -> Array:
+        """Constant torque that is subtracted from the recorded torque of a simulation, shape (n_joints,)."""
+        return self.baseline.offset if self.baseline else np.zeros(len(self.inverse.prismatic))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Figures:
+    """Figures of one model on one run; NaN where a simulation did not stay finite.
+
+    Parameters
+    ----------
+    free_rmse
+        [rad] or [m], shape (n_joints,).
+    torque_rmse
+        [N m] or [N], shape (n_joints,).
+    torque_error
+        The same over the RMS of the torque [1], shape (n_joints,).
+    horizon_rmse
+        [rad] or [m] by horizon, shape (n_joints,) each; horizons longer than the run are left out.
+    """
+
+    free_rmse: Array
+    torque_rmse: Array
+    torque_error: Array
+    horizon_rmse: Mapping[str, Array] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return ``figures.model`` or ``figures.baseline`` of a run: a number a joint, a list for several joints."""
+        return {
+            "free_rmse": _plain(self.free_rmse),
+            "torque_rmse": _plain(self.torque_rmse),
+            "torque_error": _plain(self.torque_error),
+            "horizon_rmse": {name: _plain(rmse) for name, rmse in self.horizon_rmse.items()},
+        }
+
+
+def _plain(values: Array) -> float | list[float | None] | None:
+    numbers = [float(x) if np.isfinite(x) else None for x in values]
+    return numbers[0] if len(numbers) == 1 else numbers
+
+
+def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> Figures:
+    """Compute the figures of a model on a run.
+
+    Parameters
+    ----------
+    model
+        Model of the run's configuration.
+    run
+        Run of any use; only its scored rows count.
+    motion
+        Its filtered motion; computed here where None.
+
+    Returns
+    -------
+    Figures
+    """
+    motion = filter_run(run) if motion is None else motion
+    error = (motion.torque - model.torque(motion))[motion.interior]
+    size = np.sqrt(np.mean(motion.torque[motion.interior] ** 2, axis=0))
+    torque_rmse = np.sqrt(np.mean(error**2, axis=0))
+    driven = run.but(u=run.u - model.offset)
+    states = _States(model, run, motion)
+    length = run.t[-1] - run.t[run.score_from]
+    horizons = {f"{h:g}": _horizon(model, driven, states, h) for h in HORIZONS_S if length > h}
+    return Figures(
+        free_rmse=_free(model, driven, states),
+        torque_rmse=torque_rmse,
+        torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
+        horizon_rmse=horizons,
+    )
+
+
+class _States:
+    """Measured states of a run: position and speed of the filtered motion, friction states driven by that speed."""
+
+    def __init__(self, model: Model, run: Run, motion: FilteredMotion) -> None:
+        self.model, self.run, self.motion = model, run, motion
+        self._row = 0
+        self._friction: list[Array | None] = [None] * len(run.free_joints)
+
+    def at(self, row: int) -> Array:
+        """Return the state at a row, shape (n_x,); rows must be asked for in ascending order."""
+        run, motion, n = self.run, self.motion, len(self.run.free_joints)
+        x = np.array(initial_state(self.model.simulator.equations, run))
+        if row == 0:
+            return x
+        x[:n] = [np.interp(run.t[row], motion.t, q) for q in motion.q.T]
+        x[n : 2 * n] = [np.interp(run.t[row], motion.t, v) for v in motion.v.T]
+        place = int(np.searchsorted(motion.t, run.t[row], side="right"))
+        if place > self._row + 1:
+            rows = slice(self._row, place)
+            for k in range(n):
+                _, self._friction[k] = self.model.inverse.friction_along(
+                    self.model.theta, motion, k, rows, self._friction[k]
+                )
+            self._row = place - 1
+        known = [state for state in self._friction if state is not None]
+        if known:
+            x[2 * n :] = np.concatenate(known)
+        return x
+
+
+def _free(model: Model, run: Run, states: _States) -> Array:
+    first = run.score_from
+    start = _States(model, run, states.motion).at(first)
+    y, _ = model.simulator.onward(model.theta, run, slice(first, run.t.size), start)
+    return _rms(run.y[first:] - y[:, : run.y.shape[1]])
+
+
+def _horizon(model: Model, run: Run, states: _States, horizon: float) -> Array:
+    """Return the RMS over all simulations of one length."""
+    t, first = run.t, run.score_from
+    spacing = max(horizon, (t[-1] - t[first]) / MOST_WINDOWS)
+    fresh = _States(model, run, states.motion)
+    errors = []
+    for begin in np.arange(t[first], t[-1] - horizon, spacing):
+        row = int(np.searchsorted(t, begin))
+        end = int(np.searchsorted(t, t[row] + horizon, side="right"))
+        y, _ = model.simulator.onward(model.theta, run, slice(row, end), fresh.at(row))
+        errors.append(run.y[row + 1 : end] - y[1:, : run.y.shape[1]])
+    return _rms(np.concatenate(errors)) if errors else np.full(run.y.shape[1], np.nan)
+
+
+def _rms(error: Array) -> Array:
+    return np.sqrt(np.mean(error**2, axis=0))

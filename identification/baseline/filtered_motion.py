@@ -1,0 +1,149 @@
+"""Motion and torque of a run through one zero-phase filter: `Run` in, `FilteredMotion` out.
+
+The inverse dynamic model is linear in its parameters, so that it holds for filtered signals where torque and regressor
+pass through the same filter (Gautier 1997). The filter is a Gaussian G of standard deviation w; G′∗y and G″∗y are the
+derivatives of the filtered position. White noise of standard deviation σ at rows Δt apart leaves in the acceleration
+
+    var(G″∗e) = 3·σ²·Δt/(8·√π·w⁵).
+
+Noise in a regressor biases least squares towards 0 by its share of the regressor's variance. Hence w is the smallest
+width at which the noise is at most `NOISE_SHARE_OF_ACCELERATION` of the variance of the acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import gaussian_filter1d
+
+from haptid.measurement.signals.noise import estimate_noise
+from haptid.measurement.signals.smoothing import dominant_period
+from haptid.measurement.values.run import Array, Run
+
+NOISE_SHARE_OF_ACCELERATION = 0.005
+"""Largest share of noise in the variance of the acceleration: as much as it biases the inertia [1]."""
+LEAST_WIDTH_IN_ROWS = 2.0
+"""Smallest standard deviation of the filter [rows]: below it the derivatives of the sampled Gaussian are not exact."""
+LARGEST_WIDTH_OF_PERIOD = 0.04
+"""Largest standard deviation of the filter over the motion's dominant period: it leaves 97 % of that motion."""
+GROWTH_OF_WIDTH = 1.25
+"""Ratio of successive widths that are tried."""
+REACH_IN_WIDTHS = 4.0
+"""Rows at either end that the filter has no full surroundings for, in standard deviations of the filter."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FilteredMotion:
+    """Filtered signals of one run on an even grid of its length.
+
+    Parameters
+    ----------
+    t
+        Time [s], shape (n,), evenly spaced from 0.
+    q, v, a
+        Position [rad], speed [rad/s] and acceleration [rad/s²] of the free joints, shape (n, n_joints) each.
+    torque
+        Torque [N m], shape (n, n_joints), at the same times.
+    width
+        Standard deviation of the filter [s].
+    interior
+        Rows whose surroundings the filter saw whole, and that are scored.
+    """
+
+    t: Array
+    q: Array
+    v: Array
+    a: Array
+    torque: Array
+    width: float
+    interior: slice
+
+    def through_filter(self, signal: Array) -> Array:
+        """Filter a signal of the unfiltered motion, such as sgn q̇, as motion and torque were filtered.
+
+        Parameters
+        ----------
+        signal
+            Values at ``t``, shape (n, …).
+
+        Returns
+        -------
+        ndarray
+            The same shape.
+        """
+        return _gaussian(signal, self.width / float(self.t[1]), 0)
+
+
+def filter_run(run: Run) -> FilteredMotion:
+    """Filter position and torque of a run by one Gaussian whose width the data choose.
+
+    Parameters
+    ----------
+    run
+        Run with the standard deviation of its readings.
+
+    Returns
+    -------
+    FilteredMotion
+        On as many even points as the run has rows.
+    """
+    n = run.t.size
+    t = np.linspace(0.0, float(run.t[-1]), n)
+    dt = float(t[1])
+    y = _columns(t, run.t, run.y)
+    width = max(_width(t, y[:, k], float(std)) for k, std in enumerate(_noise(run)))
+    rows = width / dt
+    edge = min(math.ceil(REACH_IN_WIDTHS * rows), (n - 1) // 4)
+    first = int(np.searchsorted(t, run.t[run.score_from]))
+    return FilteredMotion(
+        t=t,
+        q=_gaussian(y, rows, 0),
+        v=_gaussian(y, rows, 1) / dt,
+        a=_gaussian(y, rows, 2) / dt**2,
+        torque=_gaussian(_torque(run, t), rows, 0),
+        width=width,
+        interior=slice(max(first, edge), n - edge),
+    )
+
+
+def _noise(run: Run) -> Array:
+    """Return the standard deviation of the readings: the stated one, or that of neighbouring rows where it is larger.
+
+    A reading that was filtered or re-sampled before it was stored has less noise between neighbouring rows than it has.
+    """
+    seen = [estimate_noise(run.t, y) for y in run.y.T]
+    return np.maximum(np.nan_to_num(run.sensor_std), seen)
+
+
+def _torque(run: Run, t: Array) -> Array:
+    """Return the torque at the times t, each value in the middle of the time for which it was held."""
+    if run.hold == "linear":
+        return _columns(t, run.t, run.u)
+    middle = run.t + 0.5 * np.diff(run.t, append=2.0 * run.t[-1] - run.t[-2])
+    return _columns(t, middle, run.u)
+
+
+def _columns(t: Array, rows: Array, values: Array) -> Array:
+    return np.column_stack([np.interp(t, rows, column) for column in values.T])
+
+
+def _width(t: Array, y: Array, noise: float) -> float:
+    """Return the smallest width [s] at which noise is a small enough share of the acceleration's variance."""
+    dt = float(t[1])
+    least = LEAST_WIDTH_IN_ROWS * dt
+    most = max(LARGEST_WIDTH_OF_PERIOD * dominant_period(t, y), least)
+    width = least
+    while width < most:
+        acceleration = _gaussian(y, width / dt, 2) / dt**2
+        variance = 3.0 * noise**2 * dt / (8.0 * math.sqrt(math.pi) * width**5)
+        if variance <= NOISE_SHARE_OF_ACCELERATION * float(np.var(acceleration)):
+            return width
+        width *= GROWTH_OF_WIDTH
+    return most
+
+
+def _gaussian(signal: Array, rows: float, order: int) -> Array:
+    """Convolve with a derivative of the Gaussian; cut at 4σ, as by default, G″ would not have the sum 0."""
+    return np.asarray(gaussian_filter1d(signal, rows, order=order, axis=0, mode="nearest", truncate=8.0))

@@ -1,0 +1,148 @@
+"""Weighted least squares of torque equations: columns and torques of runs in, `LeastSquares` out.
+
+1. Solve all rows together, inertia and friction not negative; a column that its predecessors explain is left out.
+2. Weight every joint of every run by the RMS of its residual, and solve again.
+3. Give the parameters the covariance of blocks: with the residual's moments summed within blocks of several
+   correlation lengths, (WᵀW)⁻¹·Σ_b (W_bᵀe_b)(W_bᵀe_b)ᵀ·(WᵀW)⁻¹, so that what is systematic in the residual counts
+   (Liang and Zeger 1986).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+from scipy.optimize import lsq_linear
+
+from haptid.measurement.values.run import Array
+
+LEAST_NEW_PART = 1e-3
+"""Norm of a column's part that the earlier columns do not explain, over its own norm, below which it is dropped [1]."""
+BLOCK_IN_CORRELATION_LENGTHS = 5.0
+"""Length of a block, in correlation lengths of the residual."""
+LEAST_BLOCKS = 8
+"""Smallest number of blocks of a run."""
+REWEIGHTINGS = 3
+"""Number of solutions with weights."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LeastSquares:
+    """Estimate of a linear model.
+
+    Parameters
+    ----------
+    theta
+        Parameters, shape (n,); 0 where a column was left out, or where the data ask for a negative value.
+    covariance
+        Covariance of blocks, shape (n, n); NaN rows and columns of parameters that are 0 for one of these reasons.
+    """
+
+    theta: Array
+    covariance: Array
+
+    @property
+    def std(self) -> Array:
+        """Standard deviations, shape (n,); NaN where the covariance is."""
+        return np.sqrt(np.diag(self.covariance))
+
+
+def weighted_least_squares(columns: Sequence[Array], torques: Sequence[Array], nonnegative: Array) -> LeastSquares:
+    """Solve τ = W·θ over all runs, θ_k ≥ 0 where ``nonnegative``.
+
+    Parameters
+    ----------
+    columns
+        Per run, shape (n_t, n_joints, n).
+    torques
+        Per run, shape (n_t, n_joints).
+    nonnegative
+        Whether physics forbids a negative value, shape (n,).
+
+    Returns
+    -------
+    LeastSquares
+    """
+    kept = _independent(np.concatenate([W.reshape(-1, W.shape[2]) for W in columns]))
+    used = [W[:, :, kept] for W in columns]
+    weights = [np.ones(tau.shape[1]) for tau in torques]
+    theta = np.zeros(int(kept.sum()))
+    for _ in range(REWEIGHTINGS):
+        A = np.concatenate([(W * w[:, None]).reshape(-1, theta.size) for W, w in zip(used, weights, strict=True)])
+        b = np.concatenate([(tau * w).ravel() for tau, w in zip(torques, weights, strict=True)])
+        theta = _solve(A, b, nonnegative[kept])
+        residuals = [tau - W @ theta for W, tau in zip(used, torques, strict=True)]
+        weights = [1.0 / np.maximum(np.sqrt(np.mean(e**2, axis=0)), 1e-9 * _rms(b)) for e in residuals]
+    full, covariance = np.zeros(kept.size), np.full((kept.size, kept.size), np.nan)
+    full[kept] = theta
+    inside = ~nonnegative[kept] | (theta > 0)
+    places = np.flatnonzero(kept)[inside]
+    covariance[np.ix_(places, places)] = _block_covariance([W[:, :, inside] for W in used], residuals, weights)
+    return LeastSquares(theta=full, covariance=covariance)
+
+
+def _solve(A: Array, b: Array, nonnegative: Array) -> Array:
+    """Return the least-squares solution within its bounds, by the triangular factor of A with columns of unit size."""
+    size = np.linalg.norm(A, axis=0)
+    Q, R = np.linalg.qr(A / size)
+    lower = np.where(nonnegative, 0.0, -np.inf)
+    return np.asarray(lsq_linear(R, Q.T @ b, bounds=(lower, np.inf), method="bvls").x / size)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2))) or 1.0
+
+
+def _independent(A: Array) -> Array:
+    """Say which columns the earlier ones do not explain, shape (n,)."""
+    size = np.linalg.norm(A, axis=0)
+    R = qr(A / np.where(size > 0, size, 1.0), mode="r")[0]
+    return np.asarray((np.abs(np.diag(R)) > LEAST_NEW_PART) & (size > 0))
+
+
+def correlation_length(residual: Array) -> float:
+    """Return the integrated autocorrelation time of a residual.
+
+    Parameters
+    ----------
+    residual
+        Shape (n,).
+
+    Returns
+    -------
+    float
+        1 + 2·Σ ρ_k [rows], the sum ended at the first ρ_k below 0.
+    """
+    e = residual - residual.mean()
+    n = e.size
+    power = np.abs(np.fft.rfft(e, 2 * n)) ** 2
+    rho = np.fft.irfft(power)[:n]
+    if rho[0] <= 0:
+        return 1.0
+    rho = rho / rho[0]
+    below = np.flatnonzero(rho < 0)
+    return float(1.0 + 2.0 * rho[1 : below[0] if below.size else n].sum())
+
+
+def _block_covariance(columns: Sequence[Array], residuals: Sequence[Array], weights: Sequence[Array]) -> Array:
+    n = columns[0].shape[2]
+    normal, moments = np.zeros((n, n)), np.zeros((n, n))
+    blocks, scale = 0, np.zeros(n)
+    for W, _ in zip(columns, residuals, strict=True):
+        scale += np.sum(W**2, axis=(0, 1))
+    scale = np.sqrt(np.maximum(scale, np.finfo(float).tiny))
+    for W, e, w in zip(columns, residuals, weights, strict=True):
+        A, r = (W * w[:, None]) / scale, e * w
+        normal += np.einsum("tjk,tjl->kl", A, A)
+        longest = max(correlation_length(column) for column in r.T)
+        count = max(int(r.shape[0] / (BLOCK_IN_CORRELATION_LENGTHS * longest)), LEAST_BLOCKS)
+        for rows in np.array_split(np.arange(r.shape[0]), count):
+            moment = np.einsum("tjk,tj->k", A[rows], r[rows])
+            moments += np.outer(moment, moment)
+        blocks += count
+    inverse = np.linalg.inv(normal)
+    # As many blocks as there are, less the parameters that they determine.
+    freedom = blocks / max(blocks - n, 1)
+    return np.asarray(freedom * inverse @ moments @ inverse / np.outer(scale, scale))

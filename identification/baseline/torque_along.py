@@ -1,0 +1,141 @@
+"""Torque of a model along a measured motion: `Equations`, parameters and `FilteredMotion` in, torque out.
+
+    τ = (rigid body + Ks·(q − epos) + G∗friction(q̇))/Kp
+
+The rigid body and the spring are linear in filtered signals. Friction is not: its states follow the filtered speed, and
+its torque passes through the filter G as the measured torque did.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from haptid.identification.baseline.filtered_motion import FilteredMotion
+from haptid.identification.baseline.regressor import Regressor
+from haptid.identification.simulators.inverse_dynamics import torque_equations
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.compiled import CompiledKernel
+
+NOT_FRICTION = {"inertia": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0, "Ks": 0.0, "epos": 0.0, "Kp": 1.0}
+"""Values at which the torque equation of one joint holds friction alone."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueAlong:
+    """Inverse dynamics of a configuration.
+
+    Parameters
+    ----------
+    equations
+        Equations of the configuration.
+    regressor
+        Rigid-body columns of its free joints.
+    prismatic
+        Whether each free joint slides.
+    friction
+        Torque equation of each free joint alone, compiled.
+    """
+
+    equations: Equations
+    regressor: Regressor
+    prismatic: tuple[bool, ...]
+    friction: tuple[CompiledKernel, ...]
+
+    @classmethod
+    def of(cls, equations: Equations, regressor: Regressor, prismatic: Sequence[bool]) -> TorqueAlong:
+        """Compile the friction of every free joint.
+
+        Parameters
+        ----------
+        equations
+            Equations of the configuration.
+        regressor
+            Rigid-body columns of its free joints.
+        prismatic
+            Whether each free joint slides.
+
+        Returns
+        -------
+        TorqueAlong
+        """
+        # Joint 0 stands for every joint, so that all of one law share one compiled kernel.
+        alone = [
+            torque_equations(joint_equations(0, prismatic=slides, friction=law))
+            for law, slides in zip(equations.friction, prismatic, strict=True)
+        ]
+        return cls(
+            equations=equations,
+            regressor=regressor,
+            prismatic=tuple(prismatic),
+            friction=tuple(CompiledKernel.of(one) for one in alone),
+        )
+
+    def value(self, theta: Array, id: str, k: int) -> float:
+        """Return a parameter of the free joint at index k; 0 where the equations have none."""
+        full = id if len(self.prismatic) == 1 else f"{id}_{self.regressor.joints[k]}"
+        ids = [q.id for q in self.equations.parameters]
+        return float(theta[ids.index(full)]) if full in ids else 0.0
+
+    def torque(self, theta: Array, motion: FilteredMotion) -> Array:
+        """Compute the recorded torque that a motion needs.
+
+        Parameters
+        ----------
+        theta
+            Parameters in the order of ``equations.parameters``, shape (n_p,).
+        motion
+            Filtered motion of the free joints.
+
+        Returns
+        -------
+        ndarray, shape (n, n_joints)
+        """
+        ids = [q.id for q in self.equations.parameters]
+        rigid = self.regressor.ids[: self.regressor.n_rigid]
+        known = np.array([theta[ids.index(id)] if id in ids else 0.0 for id in rigid])
+        torque = self.regressor.rigid_columns(motion) @ known
+        for k, slides in enumerate(self.prismatic):
+            spring = self.value(theta, "Ks", k) * (motion.q[:, k] - self.value(theta, "epos", k))
+            constant = self.value(theta, "gravity_cos", k) if slides and "gravity_cos" not in rigid else 0.0
+            friction = self.friction_along(theta, motion, k, slice(None), None)[0]
+            torque[:, k] += spring + constant + motion.through_filter(friction)
+            torque[:, k] /= self.value(theta, "Kp", k)
+        return np.asarray(torque)
+
+    def friction_along(
+        self, theta: Array, motion: FilteredMotion, k: int, rows: slice, state: Array | None
+    ) -> tuple[Array, Array]:
+        """Compute the friction of one joint along a motion.
+
+        Parameters
+        ----------
+        theta
+            Parameters, shape (n_p,).
+        motion
+            Filtered motion.
+        k
+            Index of the joint among the free joints.
+        rows
+            Consecutive rows of the motion.
+        state
+            States of the friction law at the first of these rows; at rest where None.
+
+        Returns
+        -------
+        torque : ndarray, shape (n_rows,)
+            Friction torque, unfiltered.
+        last : ndarray
+            States of the friction law at the last row.
+        """
+        kernel = self.friction[k]
+        quantities = kernel.equations.parameters
+        values = [NOT_FRICTION.get(q.id, self.value(theta, q.id, k)) for q in quantities]
+        inputs = np.column_stack([motion.q[:, k], motion.v[:, k], motion.a[:, k]])[rows]
+        start = np.zeros(len(kernel.equations.states)) if state is None else state
+        y, last = kernel.simulate_through(motion.t[rows], inputs, np.array(values), start, linear=True)
+        return y[:, 0], last
