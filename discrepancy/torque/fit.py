@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from haptid.discrepancy.fit.solution import start_vector
-from haptid.discrepancy.fit.whitened import Whitened
+from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.optimise.starts import sobol_starts
+from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.errors import NumericalError
@@ -44,7 +45,7 @@ class TorqueFit:
     """
 
     effects: tuple[Effect, ...]
-    problem: Whitened
+    problem: Problem
     x: Array
     residual: tuple[Array, ...]
     jacobian: Array
@@ -135,7 +136,9 @@ def fit_model(
         If no start gives a finite torque.
     """
     simulator = study.simulator(effects)
-    problem = Whitened.under(simulator, study.runs, study.whiteners)
+    # Held-out rows have weight 0.
+    roots = tuple(seen.astype(float) for seen in study.seen)
+    problem = replace(Problem.of(simulator, study.runs, OPTIONS), roots=roots)
     first = start_vector(simulator.equations, start or {})
     found = [
         minimise(problem, problem.first(theta), iterations=ITERATIONS)
