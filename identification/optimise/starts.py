@@ -1,4 +1,4 @@
-"""Starts of a fit: `Scaling` and first guess in, parameter vectors out.
+"""Starts of a fit: `Parametrisation` and first guess in, parameter vectors out.
 
 The first guess comes first, then scrambled Sobol points around it (Sobol 1967; Owen 1998).
 """
@@ -8,14 +8,14 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm, qmc
 
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.measurement.values.run import Array
 
 FACTOR = 2.0
 """Logarithmic parameters start within this factor of the first guess, linear ones within their typical size."""
 
 
-def sobol_starts(scaling: Scaling, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
+def sobol_starts(scaling: Parametrisation, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
     """Draw the starts of a fit.
 
     Parameters

@@ -2,7 +2,7 @@
 
 A `Problem` maps the unknowns x to whitened residuals r and their Jacobian (`Blocks`); its cost is ‖r‖².
 
-x = (s, δ₁, …, δ_K): scaled parameters (`Scaling`), then the initial states of each run (`Start`).
+x = (s, δ₁, …, δ_K): scaled parameters (`Parametrisation`), then the initial states of each run (`Start`).
 r = (√λ·(y_meas − y_sim)/σ for every row, run and joint; velocity priors δ; parameter priors (p − mean)/std).
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from haptid.identification.problem.initial_states import Start, start_of
 from haptid.identification.problem.loss import pseudo_huber
 from haptid.identification.problem.options import FitOptions
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.problem.weights import time_weights
 from haptid.identification.simulators.protocol import Simulator, Trajectory
 from haptid.measurement.values.run import Array, Run
@@ -76,7 +76,7 @@ class Problem:
     """
 
     simulator: Simulator
-    scaling: Scaling
+    scaling: Parametrisation
     runs: tuple[Run, ...]
     starts: tuple[Start, ...]
     roots: tuple[Array, ...]
@@ -117,7 +117,7 @@ class Problem:
                 )
         return cls(
             simulator=simulator,
-            scaling=Scaling.of(equations),
+            scaling=Parametrisation.of(equations),
             runs=runs,
             starts=tuple(start_of(equations, run, free_velocity=options.free_velocity) for run in runs),
             roots=tuple(np.sqrt(time_weights(run, options.weights)) for run in runs),

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Combination
 from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import inverse, profiled
@@ -23,7 +23,7 @@ EDGE = 1e-4
 """Distance from a bound, as a share of the range, within which a parameter lies on it."""
 
 
-def known_sizes(scaling: Scaling, s: Array) -> Array:
+def known_sizes(scaling: Parametrisation, s: Array) -> Array:
     """Compute the scaled standard deviations up to which the free parameters are identified.
 
     Parameters
@@ -42,7 +42,7 @@ def known_sizes(scaling: Scaling, s: Array) -> Array:
     return KNOWN * np.where(scaling.log, 1.0, np.maximum(value, 1.0))
 
 
-def on_bound(scaling: Scaling, s: Array) -> Array:
+def on_bound(scaling: Parametrisation, s: Array) -> Array:
     """Find the free parameters at a bound.
 
     Parameters
@@ -62,7 +62,7 @@ def on_bound(scaling: Scaling, s: Array) -> Array:
     return np.asarray((s - lower <= reach) | (upper - s <= reach))
 
 
-def statuses(scaling: Scaling, s: Array, std: Array) -> dict[str, str]:
+def statuses(scaling: Parametrisation, s: Array, std: Array) -> dict[str, str]:
     """Judge whether every parameter is identifiable.
 
     Parameters
@@ -94,7 +94,9 @@ def statuses(scaling: Scaling, s: Array, std: Array) -> dict[str, str]:
     return result
 
 
-def combinations(scaling: Scaling, s: Array, information: Array, status: dict[str, str]) -> tuple[Combination, ...]:
+def combinations(
+    scaling: Parametrisation, s: Array, information: Array, status: dict[str, str]
+) -> tuple[Combination, ...]:
     """Find combinations that the data identify, of parameters that the data do not identify alone.
 
     Parameters
@@ -140,7 +142,7 @@ def combinations(scaling: Scaling, s: Array, information: Array, status: dict[st
     return tuple(found)
 
 
-def _members(scaling: Scaling, H: Array, status: dict[str, str]) -> list[int]:
+def _members(scaling: Parametrisation, H: Array, status: dict[str, str]) -> list[int]:
     """Return the unidentifiable parameters and those correlated with them above 0.95."""
     open_ones = [k for k, id in enumerate(scaling.ids) if status[id] in ("unidentifiable", "prior")]
     # H is singular where the data do not see a direction at all: the ridge keeps its correlations finite.

@@ -10,7 +10,7 @@ from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.optimise.workers import Here, Processes
 from haptid.identification.problem.options import FitOptions
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
@@ -178,7 +178,7 @@ def test_covariance_covers_white_and_correlated_noise(memory):
 
 
 def test_starts_are_the_guess_and_points_within_reach():
-    scaling = Scaling.of(equations())
+    scaling = Parametrisation.of(equations())
     starts = sobol_starts(scaling, scaling.initial, 8, 3)
     assert len(starts) == 8
     np.testing.assert_array_equal(starts[0], scaling.initial)
