@@ -92,10 +92,10 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
         If no start gives a finite simulation.
     """
     first = start_vector(study.base, values or {})
-    scaling = lay_out_under_observer(study, ()).scaling
+    parametrisation = lay_out_under_observer(study, ()).parametrisation
     found: list[Solution] = []
     calls = 0
-    for solution, used in _fits(study, sobol_starts(scaling, first, starts, seed)):
+    for solution, used in _fits(study, sobol_starts(parametrisation, first, starts, seed)):
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)

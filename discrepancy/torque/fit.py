@@ -81,14 +81,14 @@ class TorqueFit:
     def std(self) -> dict[str, float]:
         """Standard errors of parameters by id, scaled by the residual's RMS and autocorrelation time; 0 where fixed."""
         n = self.problem.n_parameters
-        J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.scaling.slope(self.theta))
+        J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.parametrisation.slope(self.theta))
         inverse, size = scaled_covariance(J)
         # The residual under position control is larger than the noise and correlated, so the errors grow by both.
         scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
         errors = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)) / size
         ids = [q.id for q in self.problem.simulator.equations.parameters]
         found = dict.fromkeys(ids, 0.0)
-        return found | {ids[k]: float(e) for k, e in zip(self.problem.scaling.free, errors, strict=True)}
+        return found | {ids[k]: float(e) for k, e in zip(self.problem.parametrisation.free, errors, strict=True)}
 
 
 def rms(values: Array) -> float:
@@ -142,7 +142,7 @@ def fit_model(
     first = start_vector(simulator.equations, start or {})
     found = [
         minimise(problem, problem.first(theta), iterations=ITERATIONS)
-        for theta in sobol_starts(problem.scaling, first, starts, seed)
+        for theta in sobol_starts(problem.parametrisation, first, starts, seed)
     ]
     best = min(found, key=lambda d: d.cost)
     if not np.isfinite(best.cost):

@@ -121,12 +121,12 @@ def feasible(problem: Problem, x: Array) -> Array:
         x with its parameters at least 1e-6 of the range from finite bounds, and moved along the gradient of each
         ordering that is not met by 1e-3.
     """
-    lower, upper = problem.scaling.bounds
+    lower, upper = problem.parametrisation.bounds
     n = problem.n_parameters
     inside = x.copy()
     room = np.where(np.isfinite(upper - lower), 1e-6 * (upper - lower), 0.0)
     inside[:n] = np.clip(x[:n], lower + room, upper - room)
-    order, limit = problem.scaling.orderings()
+    order, limit = problem.parametrisation.orderings()
     for row, bound in zip(order, limit, strict=True):
         short = bound + 1e-3 - row @ inside[:n]
         if short > 0:

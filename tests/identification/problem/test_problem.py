@@ -29,33 +29,38 @@ def true_x(p: Problem):
 
 @settings(deadline=None)
 @given(st.lists(st.floats(-3, 3), min_size=9, max_size=9))
-def test_scaling_goes_there_and_back(shift):
-    scaling = Parametrisation.of(equations())
-    s = np.clip(scaling.scaled(scaling.initial) + np.array(shift), *scaling.bounds)
-    np.testing.assert_allclose(scaling.scaled(scaling.physical(s)), s, atol=1e-12)
+def test_coordinates_go_there_and_back(shift):
+    parametrisation = Parametrisation.of(equations())
+    s = np.clip(parametrisation.scaled(parametrisation.initial) + np.array(shift), *parametrisation.bounds)
+    np.testing.assert_allclose(parametrisation.scaled(parametrisation.physical(s)), s, atol=1e-12)
 
 
 def test_fixed_parameters_keep_their_value():
-    scaling = Parametrisation.of(equations())
-    assert "Kp" not in scaling.ids
-    assert scaling.physical(np.zeros(len(scaling.free)))[[q.id for q in equations().parameters].index("Kp")] == 1.0
+    parametrisation = Parametrisation.of(equations())
+    assert "Kp" not in parametrisation.ids
+    assert (
+        parametrisation.physical(np.zeros(len(parametrisation.free)))[
+            [q.id for q in equations().parameters].index("Kp")
+        ]
+        == 1.0
+    )
 
 
 def test_rounding_takes_no_parameter_beyond_its_bounds():
-    scaling = Parametrisation.of(equations())
-    k = scaling.ids.index("Ks")
-    s = np.zeros(len(scaling.free))
-    s[k] = scaling.bounds[0][k] * (1 + 1e-12) - 1e-12
-    theta = scaling.physical(s)
+    parametrisation = Parametrisation.of(equations())
+    k = parametrisation.ids.index("Ks")
+    s = np.zeros(len(parametrisation.free))
+    s[k] = parametrisation.bounds[0][k] * (1 + 1e-12) - 1e-12
+    theta = parametrisation.physical(s)
     for quantity, value in zip(equations().parameters, theta, strict=True):
         assert quantity.fixed or quantity.lower <= value <= quantity.upper
 
 
 def test_ordering_is_stiction_above_coulomb():
-    scaling = Parametrisation.of(equations())
-    A, b = scaling.orderings()
-    s = scaling.scaled(scaling.initial)
-    theta = scaling.initial
+    parametrisation = Parametrisation.of(equations())
+    A, b = parametrisation.orderings()
+    s = parametrisation.scaled(parametrisation.initial)
+    theta = parametrisation.initial
     place = [q.id for q in equations().parameters].index
     assert (A @ s - b)[0] == pytest.approx(np.log(theta[place("Fs")] / theta[place("Fc")]))
 
