@@ -95,7 +95,7 @@ def _rows(fit: Solution) -> list[slice]:
 
 def _with_own_places(fit: Solution, Q: Array) -> Array:
     """Extend Q by the directions of a run-specific place for every discontinuity; return an orthonormal basis."""
-    ids = fit.problem.scaling.ids
+    ids = fit.problem.parametrisation.ids
     jumps = [ids.index(effect.parameters[0].id) for effect in fit.effects if effect.threshold]
     if not jumps:
         return Q

@@ -121,9 +121,9 @@ def count_informed_parameters(solution: Solution) -> int:
     own = {q.id for e in solution.effects for q in e.parameters}
     amplitudes = {q.id for e in solution.effects for q in e.parameters[: e.amplitudes]}
     std = scaled_std(solution)
-    lower, upper = solution.problem.scaling.bounds
+    lower, upper = solution.problem.parametrisation.bounds
     count = 0
-    for i, id in enumerate(solution.problem.scaling.ids):
+    for i, id in enumerate(solution.problem.parametrisation.ids):
         # An amplitude always counts. A shape that the data leave open adds no freedom to the fit, so BIC must not
         # charge for it.
         if id in amplitudes:
@@ -424,11 +424,11 @@ def significance(solution: Solution) -> tuple[float, bool]:
     while other parameters carry the effect: an elastic tendon without slack, a compliance of 0.3 ± 2 whose pole makes a
     delay of a lag.
     """
-    ids = solution.problem.scaling.ids
+    ids = solution.problem.parametrisation.ids
     J = solution.blocks.jacobian
     covariance, size = scaled_covariance(J)
-    zero = solution.problem.scaling.scaled(np.zeros(solution.theta.size))
-    lower, upper = solution.problem.scaling.bounds
+    zero = solution.problem.parametrisation.scaled(np.zeros(solution.theta.size))
+    lower, upper = solution.problem.parametrisation.bounds
     wald, at_bound = np.inf, False
     for effect in solution.effects:
         at = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]

@@ -18,9 +18,8 @@ import numpy as np
 
 from haptid.discrepancy.detect.localise import Map, Region, maps, regions
 from haptid.discrepancy.torque.fit import rms
-from haptid.discrepancy.torque.inverse_dynamics import readable
 from haptid.discrepancy.torque.search import TorqueSearch, search_torque
-from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.discrepancy.torque.study import TorqueStudy, readable
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance

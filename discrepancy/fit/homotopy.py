@@ -13,18 +13,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from haptid.discrepancy.fit.solution import Solution, solve, start_vector
-from haptid.discrepancy.fit.whitened import Whitened
+from haptid.discrepancy.fit.whitened import OPTIONS, Whitened
 from haptid.discrepancy.study.study import Study
-from haptid.identification.optimise.homotopy import feasible
-from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.identification.optimise.homotopy import feasible, follow_gains
+from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal
 from haptid.noise.correlation import Noise, Whitener
 
-GAINS = (60.0, 20.0, 6.0, 2.0, 0.0)
-"""Observer gains of the homotopy, in the order in which they are used [1/s]."""
+GAINS = OPTIONS.gains
+"""Observer gains of the homotopy, in the order in which they are used [1/s]: those of identification."""
 FEW, MANY, LOOSE = 25, 80, 1.0
 """Largest number of simulations under one gain and of the last fit, and the tolerance under each gain in squares over
 the noise."""
@@ -65,26 +65,20 @@ class Guided:
     ----------
     problem
         Problem with weak priors.
-    x
-        Point that was reached, in scaled unknowns, shape (n,).
-    cost
-        ‖r(x)‖² under the last gain.
+    reached
+        Minimum under the last gain, with the simulations of all runs so far.
     level
         Number of gains of `GAINS` that the fit has passed.
-    calls
-        Number of simulations of all runs so far.
     """
 
     problem: Whitened
-    x: Array
-    cost: float = np.inf
+    reached: Descent
     level: int = 0
-    calls: int = 0
 
     @property
     def values(self) -> dict[str, float]:
-        """Parameters at x by id."""
-        pairs = zip(self.problem.simulator.equations.parameters, self.problem.theta(self.x), strict=True)
+        """Parameters that were reached, by id."""
+        pairs = zip(self.problem.simulator.equations.parameters, self.problem.theta(self.reached.x), strict=True)
         return {q.id: float(p) for q, p in pairs}
 
     def down_to(self, level: int, most: int = FEW, tolerance: float = LOOSE) -> Guided:
@@ -104,11 +98,12 @@ class Guided:
         Guided
             Fit at that level, with its simulations added.
         """
-        x, cost, calls = self.x, self.cost, self.calls
-        for gain in GAINS[self.level : level]:
-            found = minimise(self.problem, x, gain, iterations=most, tolerance=tolerance)
-            x, cost, calls = found.x, found.cost, calls + found.calls
-        return replace(self, x=x, cost=cost, level=level, calls=calls)
+
+        def minimise_level(x: Array, gain: float, _: int) -> Descent:
+            return minimise(self.problem, x, gain, iterations=most, tolerance=tolerance)
+
+        reached = follow_gains(self.reached, GAINS[self.level : level], minimise_level)
+        return replace(self, reached=reached, level=level)
 
 
 def start_under_observer(study: Study, effects: Sequence[Effect], values: Mapping[str, float]) -> Guided:
@@ -130,7 +125,7 @@ def start_under_observer(study: Study, effects: Sequence[Effect], values: Mappin
     """
     problem = lay_out_under_observer(study, effects)
     start = start_vector(problem.simulator.equations, values)
-    return Guided(problem=problem, x=feasible(problem, problem.first(start)))
+    return Guided(problem=problem, reached=Descent.at(feasible(problem, problem.first(start))))
 
 
 def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided:
@@ -150,7 +145,8 @@ def at_fine(study: Study, effects: Sequence[Effect], sketched: Guided) -> Guided
     Guided
         The same point in a problem at the new step, with 0 simulations.
     """
-    return replace(sketched, problem=lay_out_under_observer(study, effects), calls=0)
+    reached = replace(sketched.reached, calls=0)
+    return replace(sketched, problem=lay_out_under_observer(study, effects), reached=reached)
 
 
 def release_observer(study: Study, effects: Sequence[Effect], begun: Guided, tolerance: float) -> tuple[Solution, int]:
@@ -173,9 +169,9 @@ def release_observer(study: Study, effects: Sequence[Effect], begun: Guided, tol
         Optimum, and the number of simulations of all runs beyond those of ``begun``.
     """
     low = begun.down_to(len(GAINS))
-    x0 = low.problem.x0(low.x)
+    x0 = low.problem.x0(low.reached.x)
     solution = solve(study, effects, Noise(), low.values, x0=x0, iterations=MANY, tolerance=tolerance)
-    return solution, low.calls - begun.calls + solution.calls
+    return solution, low.reached.calls - begun.reached.calls + solution.calls
 
 
 def through_homotopy(

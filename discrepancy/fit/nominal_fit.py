@@ -105,8 +105,8 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
     if agreed >= AGREE:
         return Base(solution=found[0], costs=(found[0].chi2,), reached=agreed, calls=calls)
     first = start_vector(study.base, {})
-    scaling = lay_out_under_observer(study, ()).scaling
-    for solution, used in _fits(study, sobol_starts(scaling, first, starts, seed)):
+    parametrisation = lay_out_under_observer(study, ()).parametrisation
+    for solution, used in _fits(study, sobol_starts(parametrisation, first, starts, seed)):
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)

@@ -139,7 +139,7 @@ def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
         True if −2 ln L rises too little or too much on either side.
     """
     problem = solution.problem
-    lower, upper = problem.scaling.bounds
+    lower, upper = problem.parametrisation.bounds
     for x in (solution.x - valley, solution.x + valley):
         inside = x[: problem.n_parameters]
         if np.any((inside < lower) | (inside > upper)) or _as_curved(deviance(study, solution, x), solution):
@@ -159,7 +159,7 @@ def _as_curved(there: float, solution: Solution) -> bool:
 def _again(study: Study, solution: Solution, move: Array) -> Solution:
     """Fit from x̂ + ``move``, clipped to the bounds."""
     problem, x = solution.problem, solution.x + move
-    x[: problem.n_parameters] = np.clip(x[: problem.n_parameters], *problem.scaling.bounds)
+    x[: problem.n_parameters] = np.clip(x[: problem.n_parameters], *problem.parametrisation.bounds)
     values = {q.id: float(p) for q, p in zip(solution.equations.parameters, problem.theta(x), strict=True)}
     return solve(study, solution.effects, solution.noise, values, x0=problem.x0(x), iterations=AGAIN, tolerance=CLOSE)
 
@@ -181,11 +181,11 @@ def _physical(solution: Solution, C: Array) -> Array:
     problem = solution.problem
     result = np.zeros(solution.theta.size)
     scaled = np.sqrt(np.diag(C))[: problem.n_parameters]
-    result[list(problem.scaling.free)] = problem.scaling.slope(solution.theta) * scaled
+    result[list(problem.parametrisation.free)] = problem.parametrisation.slope(solution.theta) * scaled
     return result
 
 
 def _of_effects(solution: Solution) -> list[int]:
     """Places of the effects' free parameters among the scaled unknowns."""
     ids = {q.id for e in solution.effects for q in e.parameters}
-    return [k for k, id in enumerate(solution.problem.scaling.ids) if id in ids]
+    return [k for k, id in enumerate(solution.problem.parametrisation.ids) if id in ids]

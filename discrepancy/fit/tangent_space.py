@@ -28,7 +28,7 @@ def movable(solution: Solution) -> NDArray[np.bool_]:
     ndarray of bool
         True for initial states and for parameters away from their bounds, shape (n,).
     """
-    lower, upper = solution.problem.scaling.bounds
+    lower, upper = solution.problem.parametrisation.bounds
     n = solution.problem.n_parameters
     s = solution.x[:n]
     # Unbounded parameters get the width 1, since the bounds are in scaled units.
@@ -54,7 +54,7 @@ def tangent_space(solution: Solution, without: Collection[str] = ()) -> Array:
         Orthonormal basis of the whitened Jacobian's columns, shape (n_r, k), rows of the priors included.
     """
     free = movable(solution)
-    moves = [id not in without for id in solution.problem.scaling.ids]
+    moves = [id not in without for id in solution.problem.parametrisation.ids]
     free[: solution.problem.n_parameters] &= np.array(moves, dtype=bool)
     J = solution.blocks.jacobian[:, free]
     # With columns of length 1, the threshold on R below measures angles between columns and not the units of

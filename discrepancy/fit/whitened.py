@@ -55,7 +55,7 @@ class Whitened(Problem):
             Problem that weights every row once.
         """
         plain = Problem.of(simulator, runs, OPTIONS)
-        names = ("simulator", "scaling", "runs", "starts", "roots", "options")
+        names = ("simulator", "parametrisation", "runs", "starts", "roots", "options")
         return cls(**{name: getattr(plain, name) for name in names}, whiteners=whiteners, threads=threads)
 
     def blocks(self, x: Array, gain: float = 0.0, *, jacobian: bool = True) -> Blocks:

@@ -402,7 +402,7 @@ class Searcher:
         begun = self.mapped(partial(_sketched, self.side_by_side(SKETCH)), chosen, starts)
         sieved = self.mapped(partial(_sieved, rough), best_first(begun)[:PROMISING])
         done = self.mapped(partial(_released, rough), best_first(sieved)[:AHEAD])
-        calls = sum(low.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
+        calls = sum(low.reached.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
         self.simulations += calls * len(self.study.fitted)
         return self.ranked(s for s, _ in done)
 
@@ -524,8 +524,8 @@ def _released(study: Study, tried: Tried) -> tuple[Solution, int]:
 def best_first(found: Sequence[Tried]) -> list[Tried]:
     """Return the guided fit of least cost for every last effect, least cost first."""
     # Sorted by falling cost, the last fit of each effect that enters the dict is its cheapest.
-    best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].cost)}
-    return sorted(best.values(), key=lambda pair: pair[1].cost)
+    best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].reached.cost)}
+    return sorted(best.values(), key=lambda pair: pair[1].reached.cost)
 
 
 def effect_parameters(solution: Solution) -> int:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from haptid.discrepancy.fit.solution import start_vector
-from haptid.discrepancy.fit.whitened import Whitened
+from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.optimise.starts import sobol_starts
+from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.errors import NumericalError
@@ -44,7 +45,7 @@ class TorqueFit:
     """
 
     effects: tuple[Effect, ...]
-    problem: Whitened
+    problem: Problem
     x: Array
     residual: tuple[Array, ...]
     jacobian: Array
@@ -80,14 +81,14 @@ class TorqueFit:
     def std(self) -> dict[str, float]:
         """Standard errors of parameters by id, scaled by the residual's RMS and autocorrelation time; 0 where fixed."""
         n = self.problem.n_parameters
-        J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.scaling.slope(self.theta))
+        J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.parametrisation.slope(self.theta))
         inverse, size = scaled_covariance(J)
         # The residual under position control is larger than the noise and correlated, so the errors grow by both.
         scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
         errors = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)) / size
         ids = [q.id for q in self.problem.simulator.equations.parameters]
         found = dict.fromkeys(ids, 0.0)
-        return found | {ids[k]: float(e) for k, e in zip(self.problem.scaling.free, errors, strict=True)}
+        return found | {ids[k]: float(e) for k, e in zip(self.problem.parametrisation.free, errors, strict=True)}
 
 
 def rms(values: Array) -> float:
@@ -135,11 +136,13 @@ def fit_model(
         If no start gives a finite torque.
     """
     simulator = study.simulator(effects)
-    problem = Whitened.under(simulator, study.runs, study.whiteners)
+    # Held-out rows have weight 0.
+    roots = tuple(seen.astype(float) for seen in study.seen)
+    problem = replace(Problem.of(simulator, study.runs, OPTIONS), roots=roots)
     first = start_vector(simulator.equations, start or {})
     found = [
         minimise(problem, problem.first(theta), iterations=ITERATIONS)
-        for theta in sobol_starts(problem.scaling, first, starts, seed)
+        for theta in sobol_starts(problem.parametrisation, first, starts, seed)
     ]
     best = min(found, key=lambda d: d.cost)
     if not np.isfinite(best.cost):

@@ -12,41 +12,21 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from haptid.discrepancy.torque.inverse_dynamics import inverse_equations
 from haptid.identification.sequence.equations_for import device_of, equations_for
-from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, measured_motion, torque_run
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, invertible, measured_motion, torque_run
 from haptid.measurement.values.campaign import Campaign
-from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
-from haptid.model.kernel.compiled import CompiledKernel
-from haptid.noise.correlation import Whitener
 
 STRETCHES, HELD_OUT = 48, 3
 """Number of stretches into which a run is divided, and number of stretches of which the last one is held out."""
 STEP = 2.5e-3
 """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
 Mask = NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Masked(Whitener):
-    """Whitener of white noise that sets held-out rows to zero.
-
-    Parameters
-    ----------
-    seen
-        Whether each row is fitted, shape (n_t,).
-    """
-
-    seen: Mask
-
-    def __call__(self, x: Array) -> Array:
-        """Return x, of shape (n_t, 1) or (n_t, 1, k), with zeros in held-out rows."""
-        return np.where(self.seen.reshape(-1, *(1,) * (x.ndim - 1)), x, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,11 +54,6 @@ class TorqueStudy:
     prismatic: bool
 
     @property
-    def whiteners(self) -> tuple[Masked, ...]:
-        """One whitener for every run."""
-        return tuple(Masked(seen=seen) for seen in self.seen)
-
-    @property
     def repeats(self) -> bool:
         """Whether positions are passed more than twice; otherwise effects over time and over position look alike."""
         turns = 0
@@ -102,7 +77,7 @@ class TorqueStudy:
         Parameters
         ----------
         effects
-            Effects in SI units that are `inverse_dynamics.readable`.
+            Effects in SI units that are `readable`.
 
         Returns
         -------
@@ -114,11 +89,7 @@ class TorqueStudy:
         ValueError
             If the equations cannot be read from motion to torque.
         """
-        inverse = inverse_equations(self.equations(effects))
-        if inverse is None:
-            msg = f"{[e.key for e in effects]} cannot be read from motion to torque"
-            raise ValueError(msg)
-        return TorqueSimulator(inverse, CompiledKernel.of(inverse, step=STEP))
+        return TorqueSimulator.of(self.equations(effects), step=STEP)
 
     def scales(self, values: Mapping[str, float]) -> Scales:
         """Return the joint's scales over its runs, at fitted parameters ``values`` by id."""
@@ -168,3 +139,37 @@ def alternating(rows: int) -> Mask:
     """Return which rows are fitted, shape (rows,): all but those of every third stretch."""
     stretch = np.arange(rows) * STRETCHES // rows
     return np.asarray(stretch % HELD_OUT != HELD_OUT - 1)
+
+
+def readable(entries: Mapping[str, Effect], base: Equations, *, prismatic: bool) -> dict[str, Effect]:
+    """Return the catalogue effects whose equations can be read from motion to torque.
+
+    Parameters
+    ----------
+    entries
+        Catalogue effects by key.
+    base
+        Equations of the nominal model.
+    prismatic
+        Whether the joint is prismatic.
+
+    Returns
+    -------
+    dict
+        Effects by key.
+    """
+    joint, law = base.joints[0], law_named(base.friction[0])
+    kept = {}
+    for key, effect in entries.items():
+        # These sides act on the path of the torque or of the reading; leaving them out first saves building their
+        # equations.
+        if effect.random or effect.side in ("output", "time", "input"):
+            continue
+        if effect.friction_slots - law.slots:
+            continue
+        extended = joint_equations(
+            joint, parameters=base.parameters, effects=[effect], prismatic=prismatic, friction=law.id
+        )
+        if invertible(extended):
+            kept[key] = effect
+    return kept

@@ -216,9 +216,9 @@ def covariance_of(solution: Solution, place: Sequence[int]) -> Array:
         Covariance in the parameters' units, shape (n, n), for noise as large as the noise model says.
     """
     inverse, size = scaled_covariance(solution.blocks.jacobian)
-    scaling = solution.problem.scaling
-    at = [scaling.free.index(i) for i in place]
-    unit = scaling.slope(solution.theta)[at] / size[at]
+    parametrisation = solution.problem.parametrisation
+    at = [parametrisation.free.index(i) for i in place]
+    unit = parametrisation.slope(solution.theta)[at] / size[at]
     return np.asarray(inverse[np.ix_(at, at)] * np.outer(unit, unit))
 
 

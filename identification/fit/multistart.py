@@ -78,8 +78,8 @@ def fit(
 def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, workers: Workers) -> Fit:
     begun = time.perf_counter()
     problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
-    first = problem.scaling.initial if options.start is None else np.array(options.start)
-    starts = sobol_starts(problem.scaling, first, options.starts, options.seed)
+    first = problem.parametrisation.initial if options.start is None else np.array(options.start)
+    starts = sobol_starts(problem.parametrisation, first, options.starts, options.seed)
     descents = workers.until(descend_from, [(problem, theta) for theta in starts], lambda done: _more(problem, done))
     basins = sort_into_basins(problem, descents)
     if not basins:
@@ -126,12 +126,12 @@ def _result(
     descents: Sequence[Descent],
     begun: float,
 ) -> Fit:
-    n, scaling, s = problem.n_parameters, problem.scaling, best.x[: problem.n_parameters]
+    n, parametrisation, s = problem.n_parameters, problem.parametrisation, best.x[: problem.n_parameters]
     theta, bent = problem.theta(best.x), curvature(problem, best.x)
-    slope = scaling.slope(theta)
+    slope = parametrisation.slope(theta)
     # Divided by the residual's excess over the noise and by its correlation time, as `Fit.information` promises.
     data = profiled(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
-    status = statuses(scaling, s, np.sqrt(np.diag(bent.covariance)[:n]))
+    status = statuses(parametrisation, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
     scores = _scores(problem, theta, runs, x0, fitted)
@@ -146,9 +146,9 @@ def _result(
     excited = any(np.any(np.ptp(run.u, axis=0) > 0) for run in problem.runs)
     outcome = with_cause(outcome, over_motion=_over_motion(problem.runs, scores), excited=excited)
     return Fit(
-        equations=scaling.equations,
+        equations=parametrisation.equations,
         theta=theta,
-        free=scaling.ids,
+        free=parametrisation.ids,
         covariance=_physical(bent, n, slope),
         information=data / np.outer(slope, slope),
         cost=best.cost / problem.weight,
@@ -161,8 +161,10 @@ def _result(
         simulations=sum(d.calls for d in descents) * len(problem.runs),
         wall_s=time.perf_counter() - begun,
         statuses=status,
-        combinations=combinations(scaling, s, data, status),
-        warnings=excitation_warnings(scaling.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]),
+        combinations=combinations(parametrisation, s, data, status),
+        warnings=excitation_warnings(
+            parametrisation.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]
+        ),
         runs=scores,
         notes=tuple(dict.fromkeys(note for run in runs if run.use != "excluded" for note in run.notes)),
         profiles=profiles(problem, best.x, bent) if problem.options.profile else {},

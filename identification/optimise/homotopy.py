@@ -1,7 +1,8 @@
 """Output-injection homotopy: `Problem` and first unknowns in, `Descent` out.
 
 A free simulation of LuGre friction has false minima next to the true one. Pulled towards the measured position with
-gain L [1/s], the simulation stays near the data, the cost has fewer minima, and the minimum moves continuously with L.
+gain L [1/s], the simulation stays near the data, the cost has fewer minima, and the minimum moves continuously with L
+(`follow_gains`). A fit (`descend`) goes these steps:
 
 1. Move the first unknowns inside bounds and orderings (`feasible`).
 2. Minimise at every observer gain of the options, in their order, each level from the minimum of the level
@@ -11,6 +12,7 @@ gain L [1/s], the simulation stays near the data, the cost has fewer minima, and
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -29,6 +31,34 @@ LEAST_DAMPING = 1e-3
 """Smallest λ [1] that is added to SLSQP's first Hessian."""
 
 
+def follow_gains(
+    start: Descent, gains: Sequence[float], minimise_at: Callable[[Array, float, int], Descent]
+) -> Descent:
+    """Follow a minimum through observer gains, each minimisation from the minimum under the gain before.
+
+    Parameters
+    ----------
+    start
+        First unknowns, with the simulations so far.
+    gains
+        Observer gains L [1/s] in the order in which they are used.
+    minimise_at
+        Function of unknowns (n,), gain and the number of the gain in ``gains`` that minimises under this gain.
+
+    Returns
+    -------
+    Descent
+        Minimum under the last gain, ``start`` where there is no gain; ``calls`` counts those of ``start`` and of all
+        gains.
+    """
+    reached = start
+    for number, gain in enumerate(gains):
+        before = reached.calls
+        reached = minimise_at(reached.x, gain, number)
+        reached = replace(reached, calls=before + reached.calls)
+    return reached
+
+
 def descend(problem: Problem, x: Array) -> Descent:
     """Follow the minimum from the first observer gain to the last and polish it.
 
@@ -44,21 +74,23 @@ def descend(problem: Problem, x: Array) -> Descent:
     Descent
         Minimum at the last gain and the model's own inner step; ``calls`` counts all levels.
     """
-    gains, calls = problem.options.gains, 0
-    x = feasible(problem, x)
+    gains = problem.options.gains
     coarse = problem
-    for number, gain in enumerate(gains):
+
+    def minimise_level(x: Array, gain: float, number: int) -> Descent:
+        nonlocal coarse
         # The inner step is chosen far from the minimum and again near it, where a smaller residual asks for more.
         if number in {0, len(gains) - 1}:
             coarse = coarsen(problem, x, gain)
-        level = _level(coarse, x, number)
-        x, calls = level.x, calls + level.calls
+        return _level(coarse, x, number)
+
+    near = follow_gains(Descent.at(feasible(problem, x)), gains, minimise_level)
     # Levenberg–Marquardt knows bounds and orderings only: under the passivity constraint SLSQP polishes.
     if problem.options.passive:
-        exact = slsqp(problem, x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
-        return replace(exact, calls=calls + exact.calls)
-    polish = minimise(problem, x, gains[-1], iterations=MANY, tolerance=0.0, relative=POLISHED, damping=1e-9)
-    return replace(polish, calls=calls + polish.calls)
+        exact = slsqp(problem, near.x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
+        return replace(exact, calls=near.calls + exact.calls)
+    polish = minimise(problem, near.x, gains[-1], iterations=MANY, tolerance=0.0, relative=POLISHED, damping=1e-9)
+    return replace(polish, calls=near.calls + polish.calls)
 
 
 def _level(problem: Problem, x: Array, number: int) -> Descent:
@@ -89,12 +121,12 @@ def feasible(problem: Problem, x: Array) -> Array:
         x with its parameters at least 1e-6 of the range from finite bounds, and moved along the gradient of each
         ordering that is not met by 1e-3.
     """
-    lower, upper = problem.scaling.bounds
+    lower, upper = problem.parametrisation.bounds
     n = problem.n_parameters
     inside = x.copy()
     room = np.where(np.isfinite(upper - lower), 1e-6 * (upper - lower), 0.0)
     inside[:n] = np.clip(x[:n], lower + room, upper - room)
-    order, limit = problem.scaling.orderings()
+    order, limit = problem.parametrisation.orderings()
     for row, bound in zip(order, limit, strict=True):
         short = bound + 1e-3 - row @ inside[:n]
         if short > 0:

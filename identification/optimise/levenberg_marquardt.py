@@ -56,6 +56,11 @@ class Descent:
     calls: int
     converged: bool
 
+    @classmethod
+    def at(cls, x: Array) -> Descent:
+        """Return a descent that begins at the unknowns x (n,): no simulation yet, the cost infinite."""
+        return cls(x=x, cost=float("inf"), calls=0, converged=False)
+
 
 def minimise(
     problem: Problem,

@@ -1,4 +1,4 @@
-"""Starts of a fit: `Scaling` and first guess in, parameter vectors out.
+"""Starts of a fit: `Parametrisation` and first guess in, parameter vectors out.
 
 The first guess comes first, then scrambled Sobol points around it (Sobol 1967; Owen 1998).
 """
@@ -8,19 +8,19 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm, qmc
 
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.measurement.values.run import Array
 
 FACTOR = 2.0
 """Logarithmic parameters start within this factor of the first guess, linear ones within their typical size."""
 
 
-def sobol_starts(scaling: Scaling, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
+def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
     """Draw the starts of a fit.
 
     Parameters
     ----------
-    scaling
+    parametrisation
         Free parameters with their scales, bounds and priors.
     theta
         First start, shape (n_p,).
@@ -36,21 +36,21 @@ def sobol_starts(scaling: Scaling, theta: Array, count: int, seed: int) -> tuple
         a parameter with a prior is normal around ``theta`` with the prior's standard deviation, within two of them.
         All are clipped to the bounds. ``theta`` alone where no parameter is free.
     """
-    n = len(scaling.free)
+    n = len(parametrisation.free)
     if count < 2 or n == 0:
         return (theta,)
     # Sobol points are balanced in powers of two: the next power is drawn, and the first points are taken.
     drawn = qmc.Sobol(n, scramble=True, rng=np.random.default_rng([seed, 17])).random_base2(
         int(np.ceil(np.log2(count)))
     )
-    centre, slope = scaling.scaled(theta), scaling.slope(theta)
-    lower, upper = scaling.bounds
+    centre, slope = parametrisation.scaled(theta), parametrisation.slope(theta)
+    lower, upper = parametrisation.bounds
     starts = [theta]
     for point in drawn[: count - 1]:
-        s = centre + np.where(scaling.log, np.log(FACTOR), 1.0) * (2.0 * point - 1.0)
-        for k, q in enumerate(scaling.quantities):
+        s = centre + np.where(parametrisation.log, np.log(FACTOR), 1.0) * (2.0 * point - 1.0)
+        for k, q in enumerate(parametrisation.quantities):
             if q.prior is not None:
                 shift = float(np.clip(norm.ppf(np.clip(point[k], 1e-3, 1 - 1e-3)), -2.0, 2.0))
                 s[k] = centre[k] + shift * q.prior.std / slope[k]
-        starts.append(scaling.physical(np.clip(s, lower, upper)))
+        starts.append(parametrisation.physical(np.clip(s, lower, upper)))
     return tuple(starts)

@@ -1,8 +1,9 @@
-"""Scaled parameters: `Equations` in, `Scaling` out, which converts between physical and scaled parameters.
+"""Coordinates of the free parameters: `Equations` in, `Parametrisation` out, for fits, search and sampler.
 
-s = ln p for a quantity of scale ``log``, s = (p − p₀)/w otherwise, with p₀ the first guess and w the prior's standard
-deviation, a quarter of the range, or the size of the first guess, in this order of preference. Optimisers move s,
-equations take p.
+s = ln p where a parameter moves in its logarithm, s = (p − p₀)/w otherwise. Optimisers and walkers move s, equations
+take p. A fit takes the logarithm of quantities of scale ``log`` only, and for the others p₀ the first guess and w the
+prior's standard deviation, a quarter of the range, or the size of the first guess, in this order of preference. The
+sampler takes the logarithm of every positive quantity, and the others as they are.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
@@ -18,6 +20,8 @@ from haptid.model.equations.quantity import Quantity
 
 WIDEST = 1e6
 """Width of a linear range, over the first guess, above which the range is not used as the size of the quantity."""
+SMALLEST = 1e-9
+"""Lower bound of a logarithm, over the first guess, where the bound of the quantity is 0 and has no logarithm."""
 
 
 def linear_unit(quantity: Quantity) -> float:
@@ -41,20 +45,27 @@ def linear_unit(quantity: Quantity) -> float:
     return span / 4.0 if math.isfinite(span) and span <= WIDEST * size else size
 
 
+def positive(quantity: Quantity) -> bool:
+    """Whether a quantity is positive over its whole range, so that it can move in its logarithm."""
+    return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scaling:
-    """The free parameters of some equations in scaled form.
+class Parametrisation:
+    """Map between the free parameters p of some equations and their coordinates s.
 
     Parameters
     ----------
     equations
         Equations that the parameters belong to.
     free
-        Indices of the parameters that are fitted, ascending, shape (n_free,).
+        Indices of the parameters that move, ascending, shape (n_free,).
     log
-        Whether a free parameter is scaled by its logarithm, shape (n_free,).
+        Whether a free parameter moves in its logarithm, shape (n_free,).
     centre, unit
-        p₀ and w of the parameters of linear scale (0 and 1 of the logarithms), shape (n_free,).
+        p₀ and w of the other parameters (0 and 1 of the logarithms), shape (n_free,).
+    lower, upper
+        Bounds of p, shape (n_free,); infinite where a parameter has none, above 0 where it moves in its logarithm.
     """
 
     equations: Equations
@@ -62,28 +73,38 @@ class Scaling:
     log: tuple[bool, ...]
     centre: Array
     unit: Array
+    lower: Array
+    upper: Array
 
     @classmethod
-    def of(cls, equations: Equations) -> Scaling:
-        """Scale every parameter that is not fixed.
+    def of(cls, equations: Equations, *, every_positive_in_log: bool = False) -> Parametrisation:
+        """Give every parameter that is not fixed a coordinate.
 
         Parameters
         ----------
         equations
             Equations with bounds, priors and first guesses.
+        every_positive_in_log
+            Whether every positive quantity moves in its logarithm and the others as they are (p₀ = 0, w = 1), as the
+            sampler needs it; else only quantities of scale ``log`` do, and the others are centred and scaled.
 
         Returns
         -------
-        Scaling
+        Parametrisation
         """
         free = tuple(i for i, q in enumerate(equations.parameters) if not q.fixed)
-        chosen = [equations.parameters[i] for i in free]
+        quantities = [equations.parameters[i] for i in free]
+        log = tuple(positive(q) if every_positive_in_log else q.scale == "log" for q in quantities)
+        plain = np.array(log, dtype=bool) | every_positive_in_log
+        floor = [q.lower if q.lower > 0 else SMALLEST * q.initial for q in quantities]
         return cls(
             equations=equations,
             free=free,
-            log=tuple(q.scale == "log" for q in chosen),
-            centre=np.array([0.0 if q.scale == "log" else q.initial for q in chosen]),
-            unit=np.array([1.0 if q.scale == "log" else linear_unit(q) for q in chosen]),
+            log=log,
+            centre=np.where(plain, 0.0, [q.initial for q in quantities]),
+            unit=np.where(plain, 1.0, [linear_unit(q) for q in quantities]),
+            lower=np.where(log, floor, [q.lower for q in quantities]),
+            upper=np.array([q.upper for q in quantities]),
         )
 
     @property
@@ -101,67 +122,115 @@ class Scaling:
         """All first guesses, shape (n_p,)."""
         return np.array([q.initial for q in self.equations.parameters])
 
-    def scaled(self, theta: Array) -> Array:
-        """Convert physical into scaled parameters.
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of s, shape (n_free,) each; infinite where a parameter has none."""
+        return self.coordinates(self.lower), self.coordinates(self.upper)
+
+    def values(self, s: Array) -> Array:
+        """Convert coordinates into free parameters.
 
         Parameters
         ----------
-        theta
-            All parameters in their units, shape (n_p,).
+        s
+            Coordinates, shape (…, n_free).
 
         Returns
         -------
-        ndarray, shape (n_free,)
+        ndarray, shape (…, n_free)
+            p in physical units, clipped to the bounds.
+        """
+        # exp overflows far outside the bounds, where the clipped value stands.
+        with np.errstate(over="ignore"):
+            p = np.where(self.log, np.exp(s), self.centre + self.unit * s)
+        # exp(ln p) may miss a bound by rounding: no parameter leaves its bounds.
+        return np.clip(p, self.lower, self.upper)
+
+    def coordinates(self, p: Array) -> Array:
+        """Convert free parameters into coordinates, the inverse of `values`.
+
+        Parameters
+        ----------
+        p
+            Free parameters in their units, shape (…, n_free).
+
+        Returns
+        -------
+        ndarray, shape (…, n_free)
             s; −∞ for a logarithm of 0.
         """
-        p = np.asarray(theta, dtype=np.float64)[list(self.free)]
         # Both branches of `where` are evaluated: a linear parameter of 0 or below would warn in the logarithm.
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.log, np.log(p), (p - self.centre) / self.unit)
 
     def physical(self, s: Array) -> Array:
-        """Convert scaled into physical parameters.
+        """Convert coordinates into full parameter sets.
 
         Parameters
         ----------
         s
-            Scaled parameters, shape (n_free,).
+            Coordinates, shape (…, n_free).
 
         Returns
         -------
-        ndarray, shape (n_p,)
-            θ in physical units, clipped to the bounds; the fixed parameters keep their first guesses.
+        ndarray, shape (…, n_p)
+            θ in physical units, within the bounds; the fixed parameters keep their first guesses.
         """
-        theta = self.initial
-        with np.errstate(over="ignore"):
-            moved = np.where(self.log, np.exp(s), self.centre + self.unit * s)
-        lower, upper = np.array([(q.lower, q.upper) for q in self.quantities]).reshape(-1, 2).T
-        # exp(ln p) may miss a bound by rounding: no parameter leaves its bounds.
-        theta[list(self.free)] = np.clip(moved, lower, upper)
+        theta = np.tile(self.initial, (*s.shape[:-1], 1))
+        theta[..., list(self.free)] = self.values(s)
         return theta
 
-    def slope(self, theta: Array) -> Array:
-        """Differentiate the physical by the scaled parameters.
+    def scaled(self, theta: Array) -> Array:
+        """Convert full parameter sets into coordinates.
 
         Parameters
         ----------
         theta
-            All parameters in their units, shape (n_p,).
+            All parameters in their units, shape (…, n_p).
 
         Returns
         -------
-        ndarray, shape (n_free,)
+        ndarray, shape (…, n_free)
+            s; −∞ for a logarithm of 0.
+        """
+        return self.coordinates(np.asarray(theta, dtype=np.float64)[..., list(self.free)])
+
+    def slope(self, theta: Array) -> Array:
+        """Differentiate the free parameters by their coordinates.
+
+        Parameters
+        ----------
+        theta
+            All parameters in their units, shape (…, n_p).
+
+        Returns
+        -------
+        ndarray, shape (…, n_free)
             dp/ds: p for a logarithm, w otherwise.
         """
-        return np.where(self.log, theta[list(self.free)], self.unit)
+        return np.where(self.log, theta[..., list(self.free)], self.unit)
 
-    @property
-    def bounds(self) -> tuple[Array, Array]:
-        """Lower and upper bounds of s, shape (n_free,) each; infinite where a parameter has none."""
-        lower, upper = self.initial, self.initial
-        for i, q in zip(self.free, self.quantities, strict=True):
-            lower[i], upper[i] = q.lower, q.upper
-        return self.scaled(lower), self.scaled(upper)
+    def log_slope(self, s: Array) -> Array:
+        """Return ln(dp/ds) of coordinates s (…, n_free), shape (…, n_free); its sum is the log-volume of the map."""
+        return np.where(self.log, s, np.log(self.unit))
+
+    def ordered(self, theta: Array) -> NDArray[np.bool_]:
+        """Say which parameter sets meet all orderings.
+
+        Parameters
+        ----------
+        theta
+            All parameters in their units, shape (…, n_p).
+
+        Returns
+        -------
+        ndarray of bool, shape (…,)
+        """
+        place = {q.id: i for i, q in enumerate(self.equations.parameters)}
+        held = np.ones(theta.shape[:-1], dtype=bool)
+        for above, below in self.equations.orderings:
+            held &= theta[..., place[above]] >= theta[..., place[below]]
+        return held
 
     def orderings(self) -> tuple[Array, Array]:
         """Write the orderings of pairs of parameters as linear inequalities A·s ≥ b.
@@ -178,18 +247,19 @@ class Scaling:
         Two parameters of linear scale keep p_a ≥ p_b as it stands, two logarithms keep ln p_a ≥ ln p_b.
         """
         rows, limits = [], []
-        for above, below in self.equations.orderings:
+        for pair in self.equations.orderings:
             row, limit = np.zeros(len(self.free)), 0.0
-            for id, sign in ((above, 1.0), (below, -1.0)):
-                quantity = self.equations.parameter(id)
-                # A fixed parameter is a constant: it moves to the right-hand side.
-                if quantity.fixed:
-                    limit -= sign * (math.log(quantity.initial) if quantity.scale == "log" else quantity.initial)
-                    continue
-                k = self.ids.index(id)
-                row[k] = sign * self.unit[k]
-                limit -= sign * self.centre[k]
-            if row.any():
+            moving = [self.ids.index(id) for id in pair if id in self.ids]
+            for id, sign in zip(pair, (1.0, -1.0), strict=True):
+                if id in self.ids:
+                    k = self.ids.index(id)
+                    row[k] = sign * self.unit[k]
+                    limit -= sign * self.centre[k]
+                else:
+                    # A fixed parameter is a constant: it moves to the right-hand side, in the coordinate of the other.
+                    value = self.equations.parameter(id).initial
+                    limit -= sign * (math.log(value) if any(self.log[k] for k in moving) else value)
+            if moving:
                 rows.append(row)
                 limits.append(limit)
         return np.array(rows).reshape(len(limits), len(self.free)), np.array(limits)

@@ -80,14 +80,16 @@ def passivity(problem: Problem, point: Callable[[Array], Array], tangent: Callab
     dict
         Inequality constraint with value and Jacobian as functions of w.
     """
-    scaling, n = problem.scaling, problem.n_parameters
+    parametrisation, n = problem.parametrisation, problem.n_parameters
 
     def value(w: Array) -> Array:
-        return margin(scaling.equations, problem.theta(point(w)))[0]
+        return margin(parametrisation.equations, problem.theta(point(w)))[0]
 
     def jacobian(w: Array) -> Array:
         theta = problem.theta(point(w))
-        columns = margin(scaling.equations, theta)[1][:, list(scaling.free)] * scaling.slope(theta)
+        columns = margin(parametrisation.equations, theta)[1][:, list(parametrisation.free)] * parametrisation.slope(
+            theta
+        )
         return np.pad(columns, ((0, 0), (0, problem.size - n))) @ tangent(w)
 
     return {"type": "ineq", "fun": value, "jac": jacobian}

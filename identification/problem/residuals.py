@@ -2,7 +2,7 @@
 
 A `Problem` maps the unknowns x to whitened residuals r and their Jacobian (`Blocks`); its cost is ‖r‖².
 
-x = (s, δ₁, …, δ_K): scaled parameters (`Scaling`), then the initial states of each run (`Start`).
+x = (s, δ₁, …, δ_K): scaled parameters (`Parametrisation`), then the initial states of each run (`Start`).
 r = (√λ·(y_meas − y_sim)/σ for every row, run and joint; velocity priors δ; parameter priors (p − mean)/std).
 """
 
@@ -16,7 +16,7 @@ import numpy as np
 from haptid.identification.problem.initial_states import Start, start_of
 from haptid.identification.problem.loss import pseudo_huber
 from haptid.identification.problem.options import FitOptions
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.problem.weights import time_weights
 from haptid.identification.simulators.protocol import Simulator, Trajectory
 from haptid.measurement.values.run import Array, Run
@@ -63,7 +63,7 @@ class Problem:
     ----------
     simulator
         Model that simulates the runs.
-    scaling
+    parametrisation
         Free parameters of the simulator's equations and their scales.
     runs
         Runs whose residuals count.
@@ -76,7 +76,7 @@ class Problem:
     """
 
     simulator: Simulator
-    scaling: Scaling
+    parametrisation: Parametrisation
     runs: tuple[Run, ...]
     starts: tuple[Start, ...]
     roots: tuple[Array, ...]
@@ -117,7 +117,7 @@ class Problem:
                 )
         return cls(
             simulator=simulator,
-            scaling=Scaling.of(equations),
+            parametrisation=Parametrisation.of(equations),
             runs=runs,
             starts=tuple(start_of(equations, run, free_velocity=options.free_velocity) for run in runs),
             roots=tuple(np.sqrt(time_weights(run, options.weights)) for run in runs),
@@ -127,7 +127,7 @@ class Problem:
     @property
     def n_parameters(self) -> int:
         """Number of scaled parameters."""
-        return len(self.scaling.free)
+        return len(self.parametrisation.free)
 
     @property
     def size(self) -> int:
@@ -146,7 +146,7 @@ class Problem:
 
     def theta(self, x: Array) -> Array:
         """Return the physical parameters θ (n_p,) of the unknowns x (n,)."""
-        return self.scaling.physical(x[: self.n_parameters])
+        return self.parametrisation.physical(x[: self.n_parameters])
 
     def x0(self, x: Array) -> tuple[Array, ...]:
         """Return the initial state of every run, shape (n_x,) each, of the unknowns x (n,)."""
@@ -155,7 +155,7 @@ class Problem:
     def first(self, theta: Array) -> Array:
         """Return the unknowns x (n,) at the parameters theta (n_p,), with every run started at δ = 0."""
         x = np.zeros(self.size)
-        x[: self.n_parameters] = self.scaling.scaled(theta)
+        x[: self.n_parameters] = self.parametrisation.scaled(theta)
         return x
 
     def constraints(self) -> tuple[Array, Array]:
@@ -168,9 +168,9 @@ class Problem:
         b : ndarray, shape (n_c,)
             Limits.
         """
-        lower, upper = self.scaling.bounds
+        lower, upper = self.parametrisation.bounds
         eye = np.eye(self.n_parameters)
-        order, limit = self.scaling.orderings()
+        order, limit = self.parametrisation.orderings()
         keep_lower, keep_upper = np.isfinite(lower), np.isfinite(upper)
         A = np.concatenate([eye[keep_lower], -eye[keep_upper], order])
         b = np.concatenate([lower[keep_lower], -upper[keep_upper], limit])
@@ -193,7 +193,7 @@ class Problem:
         Blocks
         """
         theta = self.theta(x)
-        slope = self.scaling.slope(theta)
+        slope = self.parametrisation.slope(theta)
         rows, jacobians = [], []
         simulated = self._trajectories(x, theta, gain, sensitivities=jacobian)
         for run, start, root, part, y in zip(self.runs, self.starts, self.roots, self.slices(), simulated, strict=True):
@@ -208,7 +208,7 @@ class Problem:
                 J = np.zeros((*r.shape, self.size))
                 ny = r.shape[1]
                 factor = (-scale * outer)[..., None]
-                J[..., : self.n_parameters] = factor * (y.dy_dtheta[:, :ny, list(self.scaling.free)] * slope)
+                J[..., : self.n_parameters] = factor * (y.dy_dtheta[:, :ny, list(self.parametrisation.free)] * slope)
                 J[..., part] = factor * (y.dy_dx0[:, :ny, list(start.states)] * start.unit)
                 jacobians.append(J)
         prior, prior_jacobian = self._priors(x, theta, slope)
@@ -230,7 +230,7 @@ class Problem:
     def _priors(self, x: Array, theta: Array, slope: Array) -> tuple[Array, Array]:
         """Return residuals (p − mean)/std of parameters and δ of initial states with a prior, and their Jacobian."""
         residuals, rows = [], []
-        for k, (i, q) in enumerate(zip(self.scaling.free, self.scaling.quantities, strict=True)):
+        for k, (i, q) in enumerate(zip(self.parametrisation.free, self.parametrisation.quantities, strict=True)):
             if self.options.priors and q.prior is not None:
                 row = np.zeros(self.size)
                 row[k] = slope[k] / q.prior.std

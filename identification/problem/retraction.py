@@ -79,13 +79,18 @@ class Retraction:
         -------
         Retraction
         """
-        scaling = problem.scaling
-        place = {id: k for k, id in enumerate(scaling.ids) if not scaling.log[k]}
+        parametrisation = problem.parametrisation
+        place = {id: k for k, id in enumerate(parametrisation.ids) if not parametrisation.log[k]}
         springs = []
         for id, k in place.items():
             e = place.get("epos" + id.removeprefix("Ks"))
             if id.startswith("Ks") and e is not None:
-                scales = scaling.centre[k], scaling.unit[k], scaling.centre[e], scaling.unit[e]
+                scales = (
+                    parametrisation.centre[k],
+                    parametrisation.unit[k],
+                    parametrisation.centre[e],
+                    parametrisation.unit[e],
+                )
                 names = ("stiffness_centre", "stiffness_unit", "position_centre", "position_unit")
                 springs.append(Spring(stiffness=k, position=e, **dict(zip(names, map(float, scales), strict=True))))
         return cls(problem=problem, springs=tuple(springs))

@@ -1,10 +1,12 @@
 """Inverse dynamics of one joint, for runs recorded under position control: measured motion in, torque out.
 
 The torque of a position controller holds the joint at the controller's reference, so that a simulation from this torque
-drifts. The same equation is therefore solved for the torque, with the states of the friction law driven by the
-measured speed:
+drifts. The same equation, q̈ = f₀ + f₁·τ, is therefore solved for the torque, with the states of friction law and
+effects driven by the measured position and speed:
 
-    τ = (M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + friction)/Kp
+    τ = (q̈ − f₀)/f₁, which is (M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + friction)/Kp of a joint without effects.
+
+Effects on the path of the torque or of the reading cannot be inverted in this way.
 
 1. `torque_equations` turns the equation of motion of a joint into the torque equation.
 2. `torque_run` exchanges torque and position of a run, so that the residual is a torque.
@@ -17,17 +19,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import sympy as sp
 
 from haptid.identification.simulators.protocol import Trajectory
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.signals.smoothing import smooth
 from haptid.measurement.values.run import Array, Run
-from haptid.model.effects.effect import q, v
 from haptid.model.equations.equations import Equations, Input, Output
 from haptid.model.friction.registry import law_named
-from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.kernel.generate import DEFAULT_STEP
 
 WIDTH_S = 0.02
 """Standard deviation of the Gaussian that smooths the measured motion [s]."""
@@ -39,52 +41,78 @@ def torque_equations(equations: Equations) -> Equations:
     Parameters
     ----------
     equations
-        Equations of a single joint; their parameters keep bounds, priors and first guesses.
+        Equations of a single joint, with effects or without; their parameters keep bounds, priors and first guesses.
 
     Returns
     -------
     Equations
-        Inputs: position q, speed v, acceleration a. States: those of the friction law. Output: torque τ [N m], or
-        force [N] of a prismatic joint.
+        Inputs: position q, speed v, acceleration a. States: those of friction law and effects. Output: torque τ [N m],
+        or force [N] of a prismatic joint.
+
+    Raises
+    ------
+    ValueError
+        Where the equations are not `invertible`.
     """
-    law = law_named(equations.friction[0])
-    base = joint_equations(
-        equations.joints[0], parameters=equations.parameters, prismatic=_slides(equations), friction=law.id
-    )
-    p = {x.id: x.symbol for x in equations.parameters}
-    a = Input(id="a", unit="rad/s^2", description="measured acceleration")
-    acceleration = base.rhs[1]
-    tau = base.inputs[0].symbol
-    sizes = law.nominal({x.id: x.initial for x in equations.parameters})
-    # Kp·τ stands alone in M·v̇ = Kp·τ − load: solving the equation for τ needs no more than its value at τ = 0.
-    load = -(acceleration.subs(tau, 0) * p["inertia"]).expand()
+    if not invertible(equations):
+        msg = f"{equations.name} cannot be read from motion to torque"
+        raise ValueError(msg)
+    free, slope = _acceleration(equations)
+    position, speed = equations.states[:2]
+    a = Input(id="a", unit=f"{position.unit}/s^2", description="measured acceleration")
+    sizes = law_named(equations.friction[0]).nominal({x.id: x.initial for x in equations.parameters})
+    first_effect = 2 + len(sizes)
+    of_friction = zip(equations.states[2:first_effect], sizes, strict=True)
     return replace(
-        base,
-        name=f"{base.name}_torque",
-        title=f"{base.title}, from measured motion to torque",
+        equations,
+        name=f"{equations.name}_torque",
+        title=f"{equations.title}, from measured motion to torque",
         joints=(),
-        states=tuple(replace(s, nominal=n) for s, n in zip(base.states[2:], sizes, strict=True)),
+        states=(*(replace(s, nominal=max(n, 1e-12)) for s, n in of_friction), *equations.states[first_effect:]),
         inputs=(
-            Input(id=q.name, unit=base.states[0].unit, description="measured position"),
-            Input(id=v.name, unit=base.states[1].unit, description="measured speed"),
+            Input(id=position.id, unit=position.unit, description="measured position"),
+            Input(id=speed.id, unit=speed.unit, description="measured speed"),
             a,
         ),
         outputs=(
             Output(
                 id="torque",
-                unit=base.inputs[0].unit,
+                unit=equations.inputs[0].unit,
                 description="torque that the measured motion needs",
-                expression=(p["inertia"] * a.symbol + load) / p["Kp"],
+                expression=(a.symbol - free) / slope,
             ),
         ),
-        rhs=base.rhs[2:],
-        rates=base.rates[2:],
-        definitions=(),
+        rhs=equations.rhs[2:],
+        rates=equations.rates[2:],
     )
 
 
-def _slides(equations: Equations) -> bool:
-    return equations.states[0].unit == "m"
+def invertible(equations: Equations) -> bool:
+    """Whether the equations of one joint can be read from motion to torque.
+
+    Parameters
+    ----------
+    equations
+        Equations from torque to position.
+
+    Returns
+    -------
+    bool
+        Whether the output is the position, the acceleration is linear in the torque, and no other state depends on it.
+    """
+    tau = equations.inputs[0].symbol
+    # The slope f₁ of an acceleration that is linear in τ is free of τ.
+    slope = _acceleration(equations)[1]
+    others = (*equations.rhs[2:], *equations.rates[2:], slope)
+    reads_position = equations.outputs[0].expression == equations.states[0].symbol
+    return reads_position and not any(sp.sympify(e).has(tau) for e in others)
+
+
+def _acceleration(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
+    """Return the acceleration without torque f₀ and the slope f₁ of the acceleration over the torque."""
+    tau = equations.inputs[0].symbol
+    acceleration = sp.sympify(equations.rhs[1])
+    return acceleration.subs(tau, 0), sp.diff(acceleration, tau)
 
 
 def torque_run(run: Run) -> Run:
@@ -131,24 +159,31 @@ class TorqueSimulator:
     kernel: CompiledKernel
 
     @classmethod
-    def of(cls, joint: Equations) -> TorqueSimulator:
+    def of(cls, joint: Equations, *, step: float = DEFAULT_STEP) -> TorqueSimulator:
         """Compile the torque equation of a joint.
 
         Parameters
         ----------
         joint
-            Equations of motion of a single joint.
+            Equations of motion of a single joint, with effects or without.
+        step
+            Inner step [s].
 
         Returns
         -------
         TorqueSimulator
+
+        Raises
+        ------
+        ValueError
+            Where the equations are not `invertible`.
         """
-        return cls.of_torque(torque_equations(joint))
+        return cls.of_torque(torque_equations(joint), step=step)
 
     @classmethod
-    def of_torque(cls, equations: Equations) -> TorqueSimulator:
-        """Compile a torque equation that `torque_equations` returned."""
-        return cls(equations, CompiledKernel.of(equations))
+    def of_torque(cls, equations: Equations, *, step: float = DEFAULT_STEP) -> TorqueSimulator:
+        """Compile a torque equation that `torque_equations` returned, with an inner step [s]."""
+        return cls(equations, CompiledKernel.of(equations, step=step))
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False

@@ -96,7 +96,7 @@ def flat_information(problem: Problem) -> Array:
     ndarray, shape (n,)
         12/width² in scaled unknowns; about 0 (1e-12 to 1e-11) for initial states and for parameters without bounds.
     """
-    lower, upper = problem.scaling.bounds
+    lower, upper = problem.parametrisation.bounds
     result = np.full(problem.size, 1e-12)
     width = np.where(np.isfinite(upper - lower), upper - lower, 1e6)
     result[: problem.n_parameters] = 12.0 / np.maximum(width, 1e-12) ** 2

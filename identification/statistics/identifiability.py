@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Combination
 from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import inverse, profiled
@@ -23,12 +23,12 @@ EDGE = 1e-4
 """Distance from a bound, as a share of the range, within which a parameter lies on it."""
 
 
-def known_sizes(scaling: Scaling, s: Array) -> Array:
+def known_sizes(parametrisation: Parametrisation, s: Array) -> Array:
     """Compute the scaled standard deviations up to which the free parameters are identified.
 
     Parameters
     ----------
-    scaling
+    parametrisation
         Free parameters with their scales.
     s
         Scaled estimates, shape (n_free,).
@@ -38,16 +38,16 @@ def known_sizes(scaling: Scaling, s: Array) -> Array:
     ndarray, shape (n_free,)
         Half of 1 for a logarithm; half of max(|p|/w, 1) otherwise.
     """
-    value = np.abs(scaling.physical(s)[list(scaling.free)]) / scaling.unit
-    return KNOWN * np.where(scaling.log, 1.0, np.maximum(value, 1.0))
+    value = np.abs(parametrisation.physical(s)[list(parametrisation.free)]) / parametrisation.unit
+    return KNOWN * np.where(parametrisation.log, 1.0, np.maximum(value, 1.0))
 
 
-def on_bound(scaling: Scaling, s: Array) -> Array:
+def on_bound(parametrisation: Parametrisation, s: Array) -> Array:
     """Find the free parameters at a bound.
 
     Parameters
     ----------
-    scaling
+    parametrisation
         Free parameters with their bounds.
     s
         Scaled estimates, shape (n_free,).
@@ -57,17 +57,17 @@ def on_bound(scaling: Scaling, s: Array) -> Array:
     ndarray of bool, shape (n_free,)
         Whether the distance from a bound is at most `EDGE` of the range.
     """
-    lower, upper = scaling.bounds
+    lower, upper = parametrisation.bounds
     reach = EDGE * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
     return np.asarray((s - lower <= reach) | (upper - s <= reach))
 
 
-def statuses(scaling: Scaling, s: Array, std: Array) -> dict[str, str]:
+def statuses(parametrisation: Parametrisation, s: Array, std: Array) -> dict[str, str]:
     """Judge whether every parameter is identifiable.
 
     Parameters
     ----------
-    scaling
+    parametrisation
         Free parameters with their scales, bounds and priors.
     s
         Scaled estimates, shape (n_free,).
@@ -79,11 +79,11 @@ def statuses(scaling: Scaling, s: Array, std: Array) -> dict[str, str]:
     dict
         ``fixed``, ``at_bound``, ``prior``, ``unidentifiable`` or ``identified`` by id.
     """
-    result = {q.id: "fixed" for q in scaling.equations.parameters if q.fixed}
-    sizes, edge = known_sizes(scaling, s), on_bound(scaling, s)
-    theta = scaling.physical(s)
-    slope = scaling.slope(theta)
-    for k, q in enumerate(scaling.quantities):
+    result = {q.id: "fixed" for q in parametrisation.equations.parameters if q.fixed}
+    sizes, edge = known_sizes(parametrisation, s), on_bound(parametrisation, s)
+    theta = parametrisation.physical(s)
+    slope = parametrisation.slope(theta)
+    for k, q in enumerate(parametrisation.quantities):
         # The bound comes first: a standard deviation says nothing of a parameter that its bound holds.
         if edge[k]:
             result[q.id] = "at_bound"
@@ -94,12 +94,14 @@ def statuses(scaling: Scaling, s: Array, std: Array) -> dict[str, str]:
     return result
 
 
-def combinations(scaling: Scaling, s: Array, information: Array, status: dict[str, str]) -> tuple[Combination, ...]:
+def combinations(
+    parametrisation: Parametrisation, s: Array, information: Array, status: dict[str, str]
+) -> tuple[Combination, ...]:
     """Find combinations that the data identify, of parameters that the data do not identify alone.
 
     Parameters
     ----------
-    scaling
+    parametrisation
         Free parameters with their scales.
     s
         Scaled estimates, shape (n_free,).
@@ -120,29 +122,29 @@ def combinations(scaling: Scaling, s: Array, information: Array, status: dict[st
        is a direction whose standard deviation is below the size that `known_sizes` asks for.
     3. Each such eigenvector of two to `LONGEST` components above `SMALL` is a combination.
     """
-    sizes = known_sizes(scaling, s)
+    sizes = known_sizes(parametrisation, s)
     H = information * np.outer(sizes, sizes)
-    members = _members(scaling, H, status)
+    members = _members(parametrisation, H, status)
     if len(members) < 2:
         return ()
     values, vectors = np.linalg.eigh(profiled(H, members))
-    theta = scaling.physical(s)[list(scaling.free)]
-    slope = scaling.slope(scaling.physical(s))
+    theta = parametrisation.physical(s)[list(parametrisation.free)]
+    slope = parametrisation.slope(parametrisation.physical(s))
     found = []
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
         keep = np.abs(vector) > SMALL
         if value > 1.0 and 1 < int(keep.sum()) <= LONGEST:
             row = vector / (sizes * slope)[members]
             lead = row[int(np.argmax(np.abs(vector)))]
-            chosen = {scaling.ids[m]: float(c / lead) for m, c, k in zip(members, row, keep, strict=True) if k}
-            total = float(sum(c * theta[scaling.ids.index(id)] for id, c in chosen.items()))
+            chosen = {parametrisation.ids[m]: float(c / lead) for m, c, k in zip(members, row, keep, strict=True) if k}
+            total = float(sum(c * theta[parametrisation.ids.index(id)] for id, c in chosen.items()))
             found.append(Combination(coefficients=chosen, value=total, std=float(1.0 / np.sqrt(value) / abs(lead))))
     return tuple(found)
 
 
-def _members(scaling: Scaling, H: Array, status: dict[str, str]) -> list[int]:
+def _members(parametrisation: Parametrisation, H: Array, status: dict[str, str]) -> list[int]:
     """Return the unidentifiable parameters and those correlated with them above 0.95."""
-    open_ones = [k for k, id in enumerate(scaling.ids) if status[id] in ("unidentifiable", "prior")]
+    open_ones = [k for k, id in enumerate(parametrisation.ids) if status[id] in ("unidentifiable", "prior")]
     # H is singular where the data do not see a direction at all: the ridge keeps its correlations finite.
     covariance = inverse(H + 1e-9 * np.eye(len(H)))
     scale = np.sqrt(np.diag(covariance))

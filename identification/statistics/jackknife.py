@@ -63,18 +63,20 @@ def with_jackknife(
     """
     problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
     x = _unknowns(problem, fit)
-    scaling, n = problem.scaling, problem.n_parameters
-    slope = scaling.slope(fit.theta)
+    parametrisation, n = problem.parametrisation, problem.n_parameters
+    slope = parametrisation.slope(fit.theta)
     std = np.sqrt(np.maximum(np.diag(fit.covariance), 0.0)) / slope
     wide = np.maximum(std, jackknife_std(problem, x, workers or Here())[:n])
     # Scaling by the growth keeps the correlations of the sandwich; a parameter without deviation stays without.
     grown = np.where(std > 0, wide / np.where(std > 0, std, 1.0), 1.0)
-    status = statuses(scaling, x[:n], wide)
+    status = statuses(parametrisation, x[:n], wide)
     return fit.but(
         covariance=fit.covariance * np.outer(grown, grown),
         information=fit.information / np.outer(grown, grown),
         statuses=status,
-        combinations=combinations(scaling, x[:n], fit.information * np.outer(slope / grown, slope / grown), status),
+        combinations=combinations(
+            parametrisation, x[:n], fit.information * np.outer(slope / grown, slope / grown), status
+        ),
     )
 
 

@@ -55,7 +55,7 @@ def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]
     plain = np.linalg.inv(bent.hessian + np.diag(1e-12 * np.diag(bent.hessian) + 1e-300))
     walk = _Walk(problem=problem, x=x, cost=cost_of(problem.blocks(x)))
     made = {}
-    for k, id in enumerate(problem.scaling.ids):
+    for k, id in enumerate(problem.parametrisation.ids):
         width, direction = float(np.sqrt(max(bent.covariance[k, k], 1e-300))), plain[:, k] / plain[k, k]
         target = LEVEL * bent.covariance[k, k] / plain[k, k]
         ends = [walk.end(k, direction, sign * width, float(target)) for sign in (-1.0, 1.0)]
@@ -90,7 +90,7 @@ class _Walk:
         float or None
             Value in the parameter's unit; None where no end is found.
         """
-        low, high = (float(b[k]) for b in self.problem.scaling.bounds)
+        low, high = (float(b[k]) for b in self.problem.parametrisation.bounds)
         room = (high if width > 0 else low) - float(self.x[k])
         distance, at, start = np.sqrt(LEVEL) * width, 0.0, self.x
         for _ in range(TRIALS):
@@ -100,7 +100,7 @@ class _Walk:
                 return None
             share = float(np.sqrt(max(cost - self.cost, 0.0) / target))
             if abs(share - 1.0) < CLOSE:
-                return float(self.problem.theta(moved)[self.problem.scaling.free[k]])
+                return float(self.problem.theta(moved)[self.problem.parametrisation.free[k]])
             if share < 1.0 and abs(distance) >= abs(room):
                 return None
             start, at = moved, distance
@@ -160,7 +160,7 @@ def _halve_step(problem: Problem, x: Array, step: Array, cost: float) -> tuple[A
 
 def _within(problem: Problem, x: Array, k: int) -> Array:
     """Move all parameters but the one at ``k`` into their bounds."""
-    low, high = problem.scaling.bounds
+    low, high = problem.parametrisation.bounds
     n, kept = problem.n_parameters, x[k]
     moved = x.copy()
     moved[:n] = np.clip(x[:n], low, high)

@@ -124,7 +124,7 @@ def rank_one_set(design: Design, number: int, seed: int) -> Outcome:
     """Draw the data set ``number``, sample its posterior, rank its truth."""
     rng = np.random.default_rng([seed, number])
     hyper = design.model.hyper(noise_width=NOISE_KNOWN, travel=0.5)
-    coordinates = Coordinates(equations=design.equations, hyper=hyper)
+    coordinates = Coordinates.of(design.equations, hyper=hyper)
     truth = coordinates.draw(rng, 1)[0]
     runs = synthetic_runs(design, truth, coordinates, rng)
     if not all(np.isfinite(run.y).all() for run in runs):

@@ -65,7 +65,7 @@ def make_run(
 
 def make_density(model: NoiseModel, runs: tuple[Run, ...], equations: Equations) -> Density:
     """Density linearised at the truth."""
-    coordinates = Coordinates(equations=equations, hyper=model.hyper(noise_width=0.05, travel=0.4))
+    coordinates = Coordinates.of(equations, hyper=model.hyper(noise_width=0.05, travel=0.4))
     density = Density(
         coordinates=coordinates, model=model, terms=tuple(prepare(equations, run) for run in runs),
         forward=KernelForward(equations=equations, step=2.5e-3),

@@ -1,6 +1,6 @@
 """Coordinates η in which the sampler moves: equations and noise model in, η with its prior density out.
 
-η holds the logarithms of positive quantities and the values of the others.
+η joins the `Parametrisation` of the equations, every positive quantity in its logarithm, and the noise model.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
@@ -17,7 +18,7 @@ from haptid.noise.hyper import Hyper
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Coordinates:
-    """η = (free parameters of the equations, then the noise model's): log x where ``scale`` is ``log``, else x.
+    """η = (coordinates of the free parameters, then the logarithms of the noise model's parameters).
 
     The prior of a parameter is its normal prior cut at the bounds, or flat between the bounds: in log x where ``scale``
     is ``log``, else in x. Positive quantities move in log x whatever their prior is flat in. Where amplitudes scatter,
@@ -26,27 +27,48 @@ class Coordinates:
 
     Parameters
     ----------
-    equations
-        Equations whose free parameters are sampled.
+    parametrisation
+        Free parameters of the equations, every positive one in its logarithm.
     hyper
         Parameters of the noise model, which follow those of the equations in η.
     widen
         Factor on the standard deviation of every normal prior and on the width of every noise parameter's prior [1].
     """
 
-    equations: Equations
+    parametrisation: Parametrisation
     hyper: tuple[Hyper, ...]
     widen: float = 1.0
+
+    @classmethod
+    def of(cls, equations: Equations, hyper: tuple[Hyper, ...], *, widen: float = 1.0) -> Coordinates:
+        """Return the coordinates of equations and noise model.
+
+        Parameters
+        ----------
+        equations
+            Equations whose free parameters are sampled.
+        hyper
+            Parameters of the noise model.
+        widen
+            Factor on the widths of the priors [1].
+        """
+        parametrisation = Parametrisation.of(equations, every_positive_in_log=True)
+        return cls(parametrisation=parametrisation, hyper=hyper, widen=widen)
+
+    @property
+    def equations(self) -> Equations:
+        """Equations whose free parameters are sampled."""
+        return self.parametrisation.equations
 
     @property
     def free(self) -> tuple[Quantity, ...]:
         """The parameters that are sampled."""
-        return tuple(q for q in self.equations.parameters if not q.fixed)
+        return self.parametrisation.quantities
 
     @property
     def names(self) -> tuple[str, ...]:
         """Ids in the order of η."""
-        return (*(q.id for q in self.free), *(h.id for h in self.hyper))
+        return (*self.parametrisation.ids, *(h.id for h in self.hyper))
 
     @property
     def units(self) -> tuple[str, ...]:
@@ -56,15 +78,12 @@ class Coordinates:
     @property
     def logarithmic(self) -> tuple[bool, ...]:
         """Whether each coordinate is a logarithm, in the order of η."""
-        return (*(positive(q) for q in self.free), *(True for _ in self.hyper))
+        return (*self.parametrisation.log, *(True for _ in self.hyper))
 
     @property
     def size(self) -> int:
         """Number of coordinates."""
-        return len(self.names)
-
-    def _positions(self) -> list[int]:
-        return [i for i, q in enumerate(self.equations.parameters) if not q.fixed]
+        return len(self.parametrisation.free) + len(self.hyper)
 
     def bounds(self) -> tuple[Array, Array]:
         """Return the bounds of η.
@@ -74,10 +93,9 @@ class Coordinates:
         lower, upper : ndarray, shape (n,) each
             Those of a noise parameter are e⁻²⁵ and e⁵: its prior, not they, is to limit it.
         """
-        pairs = [(np.log(_floor(q)), np.log(q.upper)) if positive(q) else (q.lower, q.upper) for q in self.free]
-        pairs += [(-25.0, 5.0)] * len(self.hyper)
-        lower, upper = np.array(pairs, dtype=np.float64).reshape(-1, 2).T
-        return lower, upper
+        lower, upper = self.parametrisation.bounds
+        rest = np.ones(len(self.hyper))
+        return np.concatenate([lower, -25.0 * rest]), np.concatenate([upper, 5.0 * rest])
 
     def values(self, eta: Array) -> Array:
         """Return the untransformed values of η.
@@ -90,10 +108,11 @@ class Coordinates:
         Returns
         -------
         ndarray, shape (…, n)
-            Parameters and noise parameters, in the units of `units`.
+            Parameters, clipped to their bounds, and noise parameters, in the units of `units`.
         """
+        parameters, hyper = self._parts(eta)
         # exp overflows beyond 709: a trial far outside the bounds still has a finite value.
-        return np.where(self.logarithmic, np.exp(np.clip(eta, -700, 700)), eta)
+        return np.concatenate([self.parametrisation.values(parameters), np.exp(np.clip(hyper, -700, 700))], axis=-1)
 
     def inverse(self, values: Array) -> Array:
         """Return η of untransformed values, the inverse of `values`.
@@ -107,8 +126,8 @@ class Coordinates:
         -------
         ndarray, shape (…, n)
         """
-        flags = np.array(self.logarithmic)
-        return np.where(flags, np.log(np.where(flags, values, 1.0)), values)
+        parameters, hyper = self._parts(values)
+        return np.concatenate([self.parametrisation.coordinates(parameters), np.log(hyper)], axis=-1)
 
     def thetas(self, eta: Array) -> Array:
         """Return the full parameter sets of the equations, fixed parameters at their initial values.
@@ -121,12 +140,9 @@ class Coordinates:
         Returns
         -------
         ndarray, shape (…, n_p)
-            θ in the order of ``equations.parameters``.
+            θ in the order of ``equations.parameters``, within the bounds.
         """
-        base = np.array([q.initial for q in self.equations.parameters])
-        out = np.broadcast_to(base, (*eta.shape[:-1], base.size)).copy()
-        out[..., self._positions()] = self.values(eta)[..., : len(self.free)]
-        return out
+        return self.parametrisation.physical(self._parts(eta)[0])
 
     def eta(self, theta: Array, hyper: Array | None = None) -> Array:
         """Return η of a full parameter set, which is clipped to its bounds first.
@@ -143,14 +159,14 @@ class Coordinates:
         ndarray, shape (n,)
         """
         start = np.array([h.start for h in self.hyper]) if hyper is None else hyper
-        lowest = np.array([_floor(q) if positive(q) else q.lower for q in self.free])
-        inside = np.clip(np.asarray(theta)[self._positions()], lowest, [q.upper for q in self.free])
+        free = np.asarray(theta)[list(self.parametrisation.free)]
+        inside = np.clip(free, self.parametrisation.lower, self.parametrisation.upper)
         return self.inverse(np.concatenate([inside, start]))
 
-    def slopes(self, eta: Array) -> Array:
-        """Return dθ/dη of the free parameters at η (n,), shape (n_free,): the value itself of a logarithm, else 1."""
-        n = len(self.free)
-        return np.where(self.logarithmic[:n], self.values(eta)[:n], 1.0)
+    def _parts(self, x: Array) -> tuple[Array, Array]:
+        """Divide an array (…, n) into what belongs to the equations and to the noise model."""
+        n = len(self.parametrisation.free)
+        return x[..., :n], x[..., n:]
 
     def log_prior(self, eta: Array) -> Array:
         """Return the log prior density of η up to a constant.
@@ -166,19 +182,17 @@ class Coordinates:
             −inf outside the bounds and where an ordering is violated.
         """
         lower, upper = self.bounds()
-        total = np.where(np.all((eta >= lower) & (eta <= upper), axis=-1), 0.0, -np.inf)
-        theta = self.thetas(eta)
-        ids = [q.id for q in self.equations.parameters]
-        for greater, smaller in self.equations.orderings:
-            if greater in ids and smaller in ids:
-                total = np.where(theta[..., ids.index(greater)] >= theta[..., ids.index(smaller)], total, -np.inf)
-        for i, quantity in enumerate(self.free):
+        theta, own = self.thetas(eta), self._parts(eta)[0]
+        inside = np.all((eta >= lower) & (eta <= upper), axis=-1) & self.parametrisation.ordered(theta)
+        total = np.where(inside, 0.0, -np.inf)
+        log_slope = self.parametrisation.log_slope(own)
+        for i, (place, quantity) in enumerate(zip(self.parametrisation.free, self.free, strict=True)):
             if quantity.prior is not None:
-                value = theta[..., ids.index(quantity.id)]
-                total = total - 0.5 * ((value - quantity.prior.mean) / (self.widen * quantity.prior.std)) ** 2
-            # A prior in x, sampled in log x, takes the factor dx/d(log x) = x; its logarithm is the coordinate itself.
-            if positive(quantity) and (quantity.prior is not None or quantity.scale != "log"):
-                total = total + eta[..., i]
+                deviation = (theta[..., place] - quantity.prior.mean) / (self.widen * quantity.prior.std)
+                total = total - 0.5 * deviation**2
+            # A prior in x takes the factor dx/dη; a prior flat in log x is flat in its coordinate.
+            if quantity.prior is not None or quantity.scale != "log":
+                total = total + log_slope[..., i]
         for i, h in enumerate(self.hyper):
             total = total + h.prior.widened(self.widen).log_density(eta[..., len(self.free) + i])
         return np.asarray(total)
@@ -200,31 +214,25 @@ class Coordinates:
         kept = np.empty((0, self.size))
         while len(kept) < size:
             # Four times the number that is wanted, because some draws are rejected.
-            columns = [_draw_quantity(q, self.widen, rng, 4 * size) for q in self.free]
+            columns = [
+                _draw_quantity(q, log, self.widen, rng, 4 * size)
+                for q, log in zip(self.free, self.parametrisation.log, strict=True)
+            ]
             columns += [h.prior.widened(self.widen).draw(rng, 4 * size) for h in self.hyper]
             drawn = np.stack(columns, axis=1)
             kept = np.concatenate([kept, drawn[np.isfinite(self.log_prior(drawn))]])
         return kept[:size]
 
 
-def positive(quantity: Quantity) -> bool:
-    """Whether a quantity is positive over its whole range, so that the sampler moves in its logarithm."""
-    return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
-
-
-def _floor(quantity: Quantity) -> float:
-    """Return the lower bound, or a billionth of the first guess where the bound is 0 and has no logarithm."""
-    return quantity.lower if quantity.lower > 0 else 1e-9 * quantity.initial
-
-
-def _draw_quantity(quantity: Quantity, widen: float, rng: np.random.Generator, size: int) -> Array:
+def _draw_quantity(quantity: Quantity, log: bool, widen: float, rng: np.random.Generator, size: int) -> Array:
+    """Draw the coordinate of a parameter, a logarithm where ``log``, from its prior without bounds, shape (size,)."""
     if quantity.prior is not None:
         value = quantity.prior.mean + widen * quantity.prior.std * rng.standard_normal(size)
     elif quantity.scale == "log":
         return rng.uniform(np.log(quantity.lower), np.log(quantity.upper), size)
     else:
         value = rng.uniform(quantity.lower, quantity.upper, size)
-    return np.log(np.maximum(value, 1e-300)) if positive(quantity) else value
+    return np.log(np.maximum(value, 1e-300)) if log else value
 
 
 def prior_words(quantity: Quantity) -> str:

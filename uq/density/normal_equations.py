@@ -107,8 +107,8 @@ def _full_gram(density: Density, simulator: Simulator, terms: Terms, eta: Array)
     fresh = linearise(terms, trajectory)
     y, slopes = trajectory.y[:, 0], trajectory.dy_dtheta
     assert slopes is not None  # linearise refuses a trajectory without sensitivities
-    free = [i for i, q in enumerate(coordinates.equations.parameters) if not q.fixed]
-    jacobian = slopes[:, 0, free] * coordinates.slopes(eta)
+    parametrisation = coordinates.parametrisation
+    jacobian = slopes[:, 0, list(parametrisation.free)] * parametrisation.slope(theta)
     residual = terms.data - y - terms.start_shift @ fresh.fixed[: len(terms.states)]
     rest = equilibrium(coordinates.equations, theta[None], float(terms.data.mean()))[0]
     columns = dense_columns(fresh, model, residual, y - rest)

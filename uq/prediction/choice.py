@@ -73,7 +73,7 @@ class Problem:
         equations = self.simulator.equations
         hyper = model.hyper(noise_width=self.noise_width, travel=self.travel)
         return Density(
-            coordinates=Coordinates(equations=equations, hyper=hyper, widen=self.widen),
+            coordinates=Coordinates.of(equations, hyper=hyper, widen=self.widen),
             model=model,
             terms=tuple(prepare(equations, run) for run in self.fitted),
             forward=self.forward,

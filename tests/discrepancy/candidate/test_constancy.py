@@ -87,6 +87,6 @@ def test_every_run_may_have_its_own_place_of_a_jump_but_no_other_parameter(tmp_p
         return _p(replace(fit, blocks=replace(fit.blocks, rows=rows)))
 
     noise = [np.random.default_rng(k).standard_normal(r.shape) for k, r in enumerate(fit.blocks.rows)]
-    own = fit.blocks.jacobians[0][..., fit.problem.scaling.ids.index(id)]
+    own = fit.blocks.jacobians[0][..., fit.problem.parametrisation.ids.index(id)]
     assert p_of(0.0 * own) > LACK
     assert (p_of(20.0 * own / np.linalg.norm(own)) < LACK) == told

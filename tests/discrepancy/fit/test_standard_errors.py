@@ -90,7 +90,7 @@ def test_a_ridge_that_bends_is_smooth(tmp_path: Path):
     hidden = {"cogging": 2e-4, "cogging_number": 3.0, "cogging_phase": 0.4}
     start = {"cogging_sin": 2e-4 * np.cos(0.4), "cogging_cos": 2e-4 * np.sin(0.4), "cogging_number": 3.0}
     study, solution = fitted(tmp_path, "cogging", hidden, start)
-    C, k = covariance(solution), solution.problem.scaling.ids.index("cogging_number")
+    C, k = covariance(solution), solution.problem.parametrisation.ids.index("cogging_number")
     valley = C[:, k] / np.sqrt(C[k, k])
     assert deviance(study, solution, solution.x + valley) + 2.0 * solution.log_likelihood > 3.0
     assert not rough(study, solution, k, valley)
@@ -102,16 +102,16 @@ def test_a_ridge_that_bends_is_smooth(tmp_path: Path):
 def test_of_a_stop_that_no_run_reaches_no_more_is_known_than_its_bounds(tmp_path: Path):
     _, solution = fitted(tmp_path, "cubic_spring", {"spring_cubic": 0.02}, {"k3": 0.02})
     J = solution.blocks.jacobian.copy()
-    k = solution.problem.scaling.ids.index("k3")
+    k = solution.problem.parametrisation.ids.index("k3")
     J[:, k] = 0.0
     unseen = SimpleNamespace(
         blocks=SimpleNamespace(jacobian=J), problem=solution.problem, x=solution.x, theta=solution.theta
     )
     (spring,) = solution.effects
     width = spring.parameters[0].upper - spring.parameters[0].lower
-    assert np.sqrt(covariance(unseen)[k, k]) * solution.problem.scaling.slope(solution.theta)[k] == pytest.approx(
-        width / np.sqrt(12.0)
-    )
+    assert np.sqrt(covariance(unseen)[k, k]) * solution.problem.parametrisation.slope(solution.theta)[
+        k
+    ] == pytest.approx(width / np.sqrt(12.0))
 
 
 def test_a_lag_of_a_fifth_of_the_inner_step_is_told_from_a_finer_one(tmp_path: Path):

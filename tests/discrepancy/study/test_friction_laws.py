@@ -12,7 +12,8 @@ from click.testing import CliRunner
 
 from haptid.discrepancy.run import main
 from haptid.discrepancy.study.study import study_of
-from haptid.discrepancy.torque.inverse_dynamics import inverse_equations, readable
+from haptid.discrepancy.torque.study import readable
+from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.effect import Effect, parameter, v
 from haptid.model.effects.registry import catalogue
@@ -60,8 +61,7 @@ def test_swept_joints_are_read_from_motion_to_torque(law: str):
     found = readable(catalogue(), base, prismatic=False)
     assert "cubic_spring" in found
     assert ("friction_lag" in found) == (law == "maxwell_slip")
-    inverse = inverse_equations(base)
-    assert inverse is not None
+    inverse = torque_equations(base)
     assert len(inverse.states) == len(base.states) - 2
     assert all(np.isfinite(s.nominal) and s.nominal > 0 for s in inverse.states)
 

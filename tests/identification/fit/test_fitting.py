@@ -10,7 +10,7 @@ from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.optimise.workers import Here, Processes
 from haptid.identification.problem.options import FitOptions
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
@@ -169,7 +169,7 @@ def test_covariance_covers_white_and_correlated_noise(memory):
         problem = Problem.of(line, (line_run(noise),), FitOptions(weights=(1.0, 1.0)))
         blocks = problem.blocks(np.zeros(problem.size))
         x = -np.linalg.lstsq(blocks.jacobian, blocks.residual, rcond=None)[0]
-        std = np.sqrt(np.diag(curvature(problem, x).covariance))[:2] * problem.scaling.unit
+        std = np.sqrt(np.diag(curvature(problem, x).covariance))[:2] * problem.parametrisation.unit
         value = problem.theta(x)
         drawn.append((value[1] - 2.0) / std[1])
         hits.append(abs(value[1] - 2.0) < 1.96 * std[1])
@@ -178,14 +178,14 @@ def test_covariance_covers_white_and_correlated_noise(memory):
 
 
 def test_starts_are_the_guess_and_points_within_reach():
-    scaling = Scaling.of(equations())
-    starts = sobol_starts(scaling, scaling.initial, 8, 3)
+    parametrisation = Parametrisation.of(equations())
+    starts = sobol_starts(parametrisation, parametrisation.initial, 8, 3)
     assert len(starts) == 8
-    np.testing.assert_array_equal(starts[0], scaling.initial)
-    again = sobol_starts(scaling, scaling.initial, 8, 3)
+    np.testing.assert_array_equal(starts[0], parametrisation.initial)
+    again = sobol_starts(parametrisation, parametrisation.initial, 8, 3)
     assert all(np.array_equal(a, b) for a, b in zip(starts, again, strict=True))
     k = [q.id for q in equations().parameters].index("sigma0")
-    assert all(0.49 < s[k] / scaling.initial[k] < 2.01 for s in starts)
+    assert all(0.49 < s[k] / parametrisation.initial[k] < 2.01 for s in starts)
 
 
 def test_score_profiles_the_start_of_an_unseen_run(fitted):

@@ -38,7 +38,7 @@ def test_steps_go_from_one_per_row_to_the_models_own(problem):
 def test_fmu_takes_the_step_of_the_kernel(problem, kind):
     kernel, run = problem.simulator, problem.runs[0]
     fmu = FmuSimulator.of(identification_fmu(kernel.equations, kind=kind), kernel.equations)
-    theta = problem.theta(problem.first(problem.scaling.initial))
+    theta = problem.theta(problem.first(problem.parametrisation.initial))
     own = kernel.simulate(theta, run, sensitivities=True)
     for step in (DEFAULT_STEP, 2.5e-3, 1.0):
         here = kernel.with_step(step).simulate(theta, run, gain=6.0, sensitivities=True)
@@ -55,7 +55,7 @@ def test_observed_passes_the_step_on(problem):
 
 
 def test_stiff_friction_gets_a_finer_step(problem):
-    x = problem.first(problem.scaling.initial)
+    x = problem.first(problem.parametrisation.initial)
     calm = coarsen(problem, x, 20.0).simulator.step
     run = problem.runs[0]
     rough = problem.options.but(gains=(0.0,))
@@ -67,7 +67,7 @@ def test_stiff_friction_gets_a_finer_step(problem):
 
 
 def test_minimum_is_that_of_the_models_own_step(problem):
-    x = problem.first(problem.scaling.initial)
+    x = problem.first(problem.parametrisation.initial)
     found = descend(problem, x)
     coarse = at_inner_step(problem, steps_of(problem)[0])
     blocks = problem.blocks(found.x)

@@ -42,8 +42,10 @@ def _of(residual: Callable[[Array], Array], jacobian: Callable[[Array], Array], 
         rows, none = residual(x)[:, None], np.zeros((0, x.size))
         return Blocks(rows=(rows,), jacobians=(J[:, None],), prior=np.zeros(0), prior_jacobian=none)
 
-    scaling = SimpleNamespace(ids=(), log=())
-    return SimpleNamespace(blocks=blocks, scaling=scaling, constraints=lambda: (np.zeros((0, 2)), np.zeros(0)))
+    parametrisation = SimpleNamespace(ids=(), log=())
+    return SimpleNamespace(
+        blocks=blocks, parametrisation=parametrisation, constraints=lambda: (np.zeros((0, 2)), np.zeros(0))
+    )
 
 
 def test_along_a_valley_where_damped_steps_promise_little_the_minimum_is_reached():

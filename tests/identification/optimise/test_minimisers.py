@@ -65,7 +65,9 @@ def test_homotopy_reaches_truth_and_noise(method):
 def test_methods_agree_on_the_minimum():
     p = problem()
     x = guess(p)
-    x[: p.n_parameters] = p.scaling.scaled(np.array([TRUE.get(q.id, q.initial) for q in equations().parameters]))
+    x[: p.n_parameters] = p.parametrisation.scaled(
+        np.array([TRUE.get(q.id, q.initial) for q in equations().parameters])
+    )
     a = minimise(p, x, iterations=60, tolerance=0.0, relative=1e-10)
     b = slsqp(p, x, iterations=120, tolerance=1e-10)
     assert b.cost == pytest.approx(a.cost, rel=1e-5)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from haptid.identification.problem.loss import pseudo_huber
 from haptid.identification.problem.options import FitOptions
-from haptid.identification.problem.parametrisation import Scaling
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.problem.weights import time_weights
 from haptid.model.equations.quantity import Normal
@@ -29,35 +29,70 @@ def true_x(p: Problem):
 
 @settings(deadline=None)
 @given(st.lists(st.floats(-3, 3), min_size=9, max_size=9))
-def test_scaling_goes_there_and_back(shift):
-    scaling = Scaling.of(equations())
-    s = np.clip(scaling.scaled(scaling.initial) + np.array(shift), *scaling.bounds)
-    np.testing.assert_allclose(scaling.scaled(scaling.physical(s)), s, atol=1e-12)
+def test_coordinates_go_there_and_back(shift):
+    parametrisation = Parametrisation.of(equations())
+    s = np.clip(parametrisation.scaled(parametrisation.initial) + np.array(shift), *parametrisation.bounds)
+    np.testing.assert_allclose(parametrisation.scaled(parametrisation.physical(s)), s, atol=1e-12)
 
 
 def test_fixed_parameters_keep_their_value():
-    scaling = Scaling.of(equations())
-    assert "Kp" not in scaling.ids
-    assert scaling.physical(np.zeros(len(scaling.free)))[[q.id for q in equations().parameters].index("Kp")] == 1.0
+    parametrisation = Parametrisation.of(equations())
+    assert "Kp" not in parametrisation.ids
+    assert (
+        parametrisation.physical(np.zeros(len(parametrisation.free)))[
+            [q.id for q in equations().parameters].index("Kp")
+        ]
+        == 1.0
+    )
 
 
 def test_rounding_takes_no_parameter_beyond_its_bounds():
-    scaling = Scaling.of(equations())
-    k = scaling.ids.index("Ks")
-    s = np.zeros(len(scaling.free))
-    s[k] = scaling.bounds[0][k] * (1 + 1e-12) - 1e-12
-    theta = scaling.physical(s)
+    parametrisation = Parametrisation.of(equations())
+    k = parametrisation.ids.index("Ks")
+    s = np.zeros(len(parametrisation.free))
+    s[k] = parametrisation.bounds[0][k] * (1 + 1e-12) - 1e-12
+    theta = parametrisation.physical(s)
     for quantity, value in zip(equations().parameters, theta, strict=True):
         assert quantity.fixed or quantity.lower <= value <= quantity.upper
 
 
 def test_ordering_is_stiction_above_coulomb():
-    scaling = Scaling.of(equations())
-    A, b = scaling.orderings()
-    s = scaling.scaled(scaling.initial)
-    theta = scaling.initial
+    parametrisation = Parametrisation.of(equations())
+    A, b = parametrisation.orderings()
+    s = parametrisation.scaled(parametrisation.initial)
+    theta = parametrisation.initial
     place = [q.id for q in equations().parameters].index
     assert (A @ s - b)[0] == pytest.approx(np.log(theta[place("Fs")] / theta[place("Fc")]))
+
+
+@pytest.mark.parametrize("every_positive_in_log", [False, True])
+def test_many_sets_are_converted_at_once_and_the_slope_is_the_derivative(every_positive_in_log):
+    p = Parametrisation.of(equations(), every_positive_in_log=every_positive_in_log)
+    s = p.scaled(p.initial) + 0.01 * np.random.default_rng(0).standard_normal((2, 3, len(p.free)))
+    theta = p.physical(s)
+    assert theta.shape == (2, 3, p.initial.size)
+    np.testing.assert_array_equal(theta[1, 2], p.physical(s[1, 2]))
+    np.testing.assert_allclose(p.scaled(theta), s, atol=1e-12)
+    difference = (p.values(s + 1e-6) - p.values(s - 1e-6)) / 2e-6
+    np.testing.assert_allclose(p.slope(theta), difference, rtol=1e-6)
+    np.testing.assert_allclose(p.log_slope(s), np.log(difference), atol=1e-6)
+
+
+def test_the_sampler_takes_every_positive_parameter_in_its_logarithm_also_from_zero():
+    from_zero = equations().with_parameters({"Ks": {"lower": 0.0}})
+    p = Parametrisation.of(from_zero, every_positive_in_log=True)
+    k = p.ids.index("Ks")
+    assert not Parametrisation.of(from_zero).log[k]
+    assert p.log[k]
+    assert np.isfinite(p.bounds[0][k])
+
+
+def test_sets_that_violate_an_ordering_are_told():
+    p = Parametrisation.of(equations())
+    place = [q.id for q in equations().parameters].index
+    sets = np.tile(p.initial, (2, 1))
+    sets[1, place("Fc")] = 1.1 * sets[1, place("Fs")]
+    assert p.ordered(sets).tolist() == [True, False]
 
 
 @pytest.mark.parametrize("gain", [0.0, 20.0])

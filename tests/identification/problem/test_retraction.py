@@ -19,7 +19,7 @@ def retraction() -> Retraction:
 def start(retraction):
     problem = retraction.problem
     x = problem.first(np.array([q.initial for q in equations().parameters]))
-    x[problem.scaling.ids.index("epos")] = 0.4
+    x[problem.parametrisation.ids.index("epos")] = 0.4
     return x
 
 
@@ -32,7 +32,7 @@ def test_offset_torque_moves_linearly(retraction):
     x = start(retraction)
     d = np.zeros(x.size)
     for id, step in (("Ks", 0.3), ("epos", -0.2)):
-        d[retraction.problem.scaling.ids.index(id)] = step
+        d[retraction.problem.parametrisation.ids.index(id)] = step
     moves = [offset(retraction, retraction.move(x, share * d)) for share in (0.0, 0.5, 1.0)]
     assert moves[1] - moves[0] == pytest.approx(moves[2] - moves[1], rel=1e-9)
     assert moves[1] != pytest.approx(moves[0], rel=1e-3)
@@ -51,13 +51,13 @@ def test_slope_is_the_derivative_of_the_move(retraction):
 def test_no_allowed_step_leaves_the_bounds(retraction):
     x, rng = start(retraction), np.random.default_rng(1)
     A, slack = retraction.constraints(x)
-    lower, upper = retraction.problem.scaling.bounds
+    lower, upper = retraction.problem.parametrisation.bounds
     allowed = 0
     for _ in range(400):
         d = rng.standard_normal(x.size) * rng.uniform(0, 3)
         inside = bool(np.all(A @ d >= slack))
         y = retraction.move(x, d)[: lower.size]
-        order, limit = retraction.problem.scaling.orderings()
+        order, limit = retraction.problem.parametrisation.orderings()
         obeys = bool(np.all(y >= lower - 1e-9) and np.all(y <= upper + 1e-9) and np.all(order @ y >= limit - 1e-9))
         assert obeys or not inside
         allowed += inside

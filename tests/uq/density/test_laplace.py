@@ -113,7 +113,7 @@ def test_priors_in_coordinates_are_the_declared_ones():
     from tests.uq.uq_cases import make_equations  # noqa: PLC0415 # a changed copy of the shared case
 
     equations = make_equations().with_parameters(quantities)
-    coordinates = Coordinates(equations=equations, hyper=())
+    coordinates = Coordinates.of(equations, hyper=())
     eta = np.tile(coordinates.eta(np.array([q.initial for q in equations.parameters])), (2, 1))
     i = coordinates.names.index("Ks")
     eta[1, i] += 0.3
@@ -154,7 +154,7 @@ def test_infer_end_to_end_covers_the_truth(equations, runs):
 
 
 def test_a_fit_at_a_bound_has_coordinates_inside_it(equations):
-    coordinates = Coordinates(equations=equations, hyper=())
+    coordinates = Coordinates.of(equations, hyper=())
     theta = np.array([q.initial for q in equations.parameters])
     ids = [q.id for q in equations.parameters]
     theta[ids.index("Ks")] = -7e-15
