@@ -22,7 +22,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.noise.correlation import Noise, Path, Scatter
-from haptid.support.linear_algebra import column_sizes, scaled_covariance, symmetric_inverse
+from haptid.support.linear_algebra import inverse, scaled_covariance, symmetric_inverse
 
 FIRST, MORE, FULL = 6, 25, 60
 """Largest number of simulations of all runs: of a first try, of its continuation, and of the fit to the end."""
@@ -131,27 +131,6 @@ def count_informed_parameters(solution: Solution) -> int:
         elif id in own:
             count += std[i] < INFORMED * min(1.0, float(upper[i] - lower[i]))
     return count + len(solution.noise.scatters) + 2 * (not solution.noise.colour.white)
-
-
-def scaled_std(solution: Solution) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
-    """Return the standard errors of the scaled free parameters.
-
-    Parameters
-    ----------
-    solution
-        Fitted model.
-
-    Returns
-    -------
-    ndarray
-        Standard errors in scaled units, shape (n_parameters,); very large where the data say nothing.
-    """
-    J = solution.blocks.jacobian
-    size = column_sizes(J)
-    values, vectors = np.linalg.eigh((J / size).T @ (J / size))
-    # The floor on the eigenvalues keeps rounding from turning an undetermined direction into a negative variance.
-    inverse = (vectors**2) @ (1.0 / np.maximum(values, 1e-14))
-    return np.asarray((np.sqrt(inverse) / size)[: solution.problem.n_parameters])
 
 
 def start_values(effect: Effect, point: Point, amplitude: Sequence[float]) -> dict[str, float]:

@@ -18,7 +18,7 @@ from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.discrepancy.study.study import Study
 from haptid.identification.simulators.protocol import initial_state
-from haptid.measurement.values.run import Array
+from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 
 SHARE = 0.03
@@ -147,12 +147,21 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
     theta = np.array([_parameters(simulator, solution, neutral | values) for values in sets])
     stacked = []
     for run, x0 in zip(study.fitted, solution.x0, strict=True):
-        start = np.array(initial_state(simulator.equations, run))
-        # Of a joint alone, the states of the new effect come last: they keep their own start values.
-        start[: x0.size] = x0
-        y = simulator.simulate_many(theta, run, x0=start) / run.sensor_std
+        y = simulator.simulate_many(theta, run, x0=_start(simulator, solution, run, x0)) / run.sensor_std
         stacked.append((y[1:] - y[0]).reshape(len(sets) - 1, -1).T / share)
     return grid, np.concatenate(stacked)
+
+
+def _start(simulator: TwoStep, solution: Solution, run: Run, x0: Array) -> Array:
+    """Return the fitted initial state x0 (n_x,) with the start values of the new effect's states in their places.
+
+    States are found by their id: effects stand in the order of the torque path and of the joints, so that the states
+    of a new effect may come before those of an earlier one.
+    """
+    fitted = dict(zip([s.id for s in solution.equations.states], x0, strict=True))
+    equations = simulator.equations
+    own = initial_state(equations, run)
+    return np.array([fitted.get(s.id, start) for s, start in zip(equations.states, own, strict=True)])
 
 
 def _parameters(simulator: TwoStep, solution: Solution, extra: dict[str, float]) -> list[float]:

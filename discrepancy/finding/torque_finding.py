@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from haptid.discrepancy.detect.localise import Map, Region, maps, regions
+from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.torque.fit import rms
 from haptid.discrepancy.torque.search import TorqueSearch, search_torque
 from haptid.discrepancy.torque.study import TorqueStudy, readable
@@ -32,29 +33,6 @@ BINS = 10
 """Number of bins of position over which the residual torque is averaged."""
 NOISE = 1.1
 """RMS over the noise up to which the torque of held-out rows counts as explained."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TorqueGap:
-    """RMS of measured − modelled torque.
-
-    Parameters
-    ----------
-    before, after
-        RMS of the nominal and of the final model [N m].
-    noise
-        RMS of the torque's own white noise [N m].
-    """
-
-    before: float
-    after: float
-    noise: float
-
-    @property
-    def closed(self) -> float | None:
-        """Share of the excess RMS that is removed, (before − after)/(before − noise); None without excess."""
-        gap = self.before - self.noise
-        return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -100,7 +78,7 @@ class TorqueFinding:
     """
 
     search: TorqueSearch
-    gaps: dict[str, TorqueGap]
+    gaps: dict[str, Gap]
     regions: tuple[Region, ...]
     maps: tuple[Map, ...]
     remaining: Remaining
@@ -188,8 +166,8 @@ def find_torque(
     return TorqueFinding(
         search=found,
         gaps={
-            "fit": TorqueGap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
-            "validate": TorqueGap(before=rms(base.unseen), after=rms(final.unseen), noise=noise),
+            "fit": Gap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
+            "validate": Gap(before=rms(base.unseen), after=rms(final.unseen), noise=noise),
         },
         regions=regions(energy),
         maps=energy,

@@ -2,21 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from haptid.fmu_build.description.dependencies import Dependencies
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.description.units import BASE, parse_unit
 from haptid.fmu_build.description.variables import Variable
+from haptid.fmu_build.description.xml_parts import add_definitions, add_unknown, attributes_of, root_of, xml_bytes
 from haptid.model.equations.fmu_names import SENSITIVITY_SWITCH
-from haptid.support.errors import one_line
-
-LOG_CATEGORIES = (("logStatusError", "Values and calls that are refused, with what was expected"),)
-TOOL = "haptid 0.1"
-LICENCE = "BSD-3-Clause"
 
 
 def model_description(interface: Interface, *, guid: str, python: bool, text: str) -> bytes:
@@ -38,26 +31,17 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
     bytes
         Indented XML in UTF-8.
     """
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=interface.identifier,
-        guid=guid,
-        description=one_line(text),
-        license=LICENCE,
-        generationTool=TOOL,
-        variableNamingConvention="structured",
-        numberOfEventIndicators="0",
-    )
+    root = root_of(interface, {"guid": guid}, version="2.0", text=text)
+    root.set("numberOfEventIndicators", "0")
     _kinds(root, interface, python)
-    unit_definitions(root, {v.unit for v in interface.variables if v.unit})
-    categories = SubElement(root, "LogCategories")
-    for name, meaning in LOG_CATEGORIES:
-        SubElement(categories, "Category", name=name, description=meaning)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize=number(interface.kernel.step))
-    variables = SubElement(root, "ModelVariables")
+    variables = add_definitions(root, interface)
+    # FMI 2.0 refers to a variable by its place among ModelVariables, from 1
+    index = {v.reference: i for i, v in enumerate(interface.variables, start=1)}
     for variable in interface.variables:
-        _scalar(variables, variable, interface)
+        general, real = attributes_of(variable)
+        if variable.derivative_of is not None:
+            real["derivative"] = str(index[variable.derivative_of])
+        SubElement(SubElement(variables, "ScalarVariable", general), "Real", real)
     if interface.identification:
         switch = SubElement(
             variables,
@@ -70,14 +54,8 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
             description="whether the sensitivities are computed",
         )
         SubElement(switch, "Boolean", start="false")
-    _structure(root, interface)
-    ElementTree.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
-
-
-def number(value: float) -> str:
-    """Return the shortest text that reads back as ``value``."""
-    return repr(float(value))
+    _structure(SubElement(root, "ModelStructure"), interface, index)
+    return xml_bytes(root)
 
 
 def _kinds(root: Element, interface: Interface, python: bool) -> None:
@@ -109,90 +87,20 @@ def _kinds(root: Element, interface: Interface, python: bool) -> None:
         SubElement(SubElement(together, "SourceFiles"), "File", name="all.c")
 
 
-def unit_definitions(root: Element, names: Iterable[str]) -> None:
-    """Append ``UnitDefinitions``, which FMI 2.0 and 3.0 write alike, to an element.
-
-    Parameters
-    ----------
-    root
-        Element that gets the definitions.
-    names
-        Units as `parse_unit` reads them; each is written with SI exponents, factor and display unit.
-
-    Raises
-    ------
-    ValueError
-        Where a unit is unknown.
-    """
-    definitions = SubElement(root, "UnitDefinitions")
-    for name in sorted(names):
-        unit = parse_unit(name)
-        node = SubElement(definitions, "Unit", name=name)
-        exponents = dict(unit.exponents)
-        attributes = {base: str(exponents[base]) for base in BASE if base in exponents}
-        if unit.factor != 1.0:
-            attributes["factor"] = number(unit.factor)
-        SubElement(node, "BaseUnit", attributes)
-        if unit.display:
-            SubElement(node, "DisplayUnit", name=unit.display[0], factor=number(unit.display[1]))
-
-
-def _scalar(parent: Element, v: Variable, interface: Interface) -> None:
-    attributes = {
-        "name": v.name,
-        "valueReference": str(v.reference),
-        "description": one_line(v.description),
-        "causality": v.causality,
-        "variability": v.variability,
-    }
-    if v.initial:
-        attributes["initial"] = v.initial
-    node = SubElement(parent, "ScalarVariable", attributes)
-    real = {"unit": v.unit} if v.unit else {}
-    display = parse_unit(v.unit).display if v.unit else None
-    if display:
-        real["displayUnit"] = display[0]
-    for key, value in (("min", v.minimum), ("max", v.maximum)):
-        if math.isfinite(value):
-            real[key] = number(value)
-    real["nominal"] = number(v.nominal)
-    if v.start is not None:
-        real["start"] = number(v.start)
-    if v.derivative_of is not None:
-        real["derivative"] = str(_index(interface, v.derivative_of))
-    SubElement(node, "Real", real)
-
-
-def _index(interface: Interface, reference: int) -> int:
-    """Return the place of a variable among ``ModelVariables`` from 1, by which FMI 2.0 refers to it."""
-    return next(i for i, v in enumerate(interface.variables, start=1) if v.reference == reference)
-
-
-def _structure(root: Element, interface: Interface) -> None:
-    structure = SubElement(root, "ModelStructure")
-    index = {v.reference: i for i, v in enumerate(interface.variables, start=1)}
+def _structure(structure: Element, interface: Interface, index: dict[int, int]) -> None:
     uses = Dependencies(interface)
     outputs, derivatives = interface.of_role("output"), interface.of_role("derivative")
     sensitivities = interface.of_role("sensitivity")
-    for name, rows in (("Outputs", (*outputs, *sensitivities)), ("Derivatives", derivatives)):
-        if rows:
-            _unknowns(SubElement(structure, name), rows, index, uses, parameters=False)
+
+    def add(name: str, rows: Iterable[Variable], *, parameters: bool = False) -> None:
+        parent = SubElement(structure, name)
+        for v in sorted(rows, key=lambda v: index[v.reference]):
+            known = (index[r] for r in uses.of(v, parameters=parameters) if r in index)
+            add_unknown(parent, "Unknown", {"index": index[v.reference]}, known)
+
+    if outputs or sensitivities:
+        add("Outputs", (*outputs, *sensitivities))
+    if derivatives:
+        add("Derivatives", derivatives)
     if outputs or derivatives:
-        _unknowns(
-            SubElement(structure, "InitialUnknowns"),
-            (*outputs, *derivatives, *sensitivities),
-            index,
-            uses,
-            parameters=True,
-        )
-
-
-def _unknowns(
-    parent: Element, rows: Iterable[Variable], index: dict[int, int], uses: Dependencies, *, parameters: bool
-) -> None:
-    for v in sorted(rows, key=lambda v: index[v.reference]):
-        known = sorted(index[r] for r in uses.of(v, parameters=parameters) if r in index)
-        attributes = {"index": str(index[v.reference]), "dependencies": " ".join(map(str, known))}
-        if known:
-            attributes["dependenciesKind"] = " ".join(["dependent"] * len(known))
-        SubElement(parent, "Unknown", attributes)
+        add("InitialUnknowns", (*outputs, *derivatives, *sensitivities), parameters=True)

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from haptid.fmu_build.description.dependencies import Dependencies
-from haptid.fmu_build.description.fmi2_xml import LICENCE, LOG_CATEGORIES, TOOL, number, unit_definitions
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.description.units import parse_unit
 from haptid.fmu_build.description.variables import Variable
+from haptid.fmu_build.description.xml_parts import add_definitions, add_unknown, attributes_of, root_of, xml_bytes
 
 INDEPENDENT, INDEPENDENT_UNIT = "time", "s"
 
@@ -33,29 +30,17 @@ def model_description3(interface: Interface, *, token: str, text: str) -> bytes:
     bytes
         Indented XML in UTF-8.
     """
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=interface.identifier,
-        instantiationToken=token,
-        description=text,
-        license=LICENCE,
-        generationTool=TOOL,
-        variableNamingConvention="structured",
-    )
+    root = root_of(interface, {"instantiationToken": token}, version="3.0", text=text)
     _kinds(root, interface)
-    unit_definitions(root, {v.unit for v in interface.variables if v.unit} | {INDEPENDENT_UNIT})
-    categories = SubElement(root, "LogCategories")
-    for name, meaning in LOG_CATEGORIES:
-        SubElement(categories, "Category", name=name, description=meaning)
-    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize=number(interface.kernel.step))
-    variables = SubElement(root, "ModelVariables")
+    variables = add_definitions(root, interface, {INDEPENDENT_UNIT})
     _independent(variables, interface)
     for variable in interface.variables:
-        SubElement(variables, "Float64", _attributes(variable))
+        general, real = attributes_of(variable)
+        if variable.derivative_of is not None:
+            real["derivative"] = str(variable.derivative_of)
+        SubElement(variables, "Float64", general | real)
     _structure(SubElement(root, "ModelStructure"), interface)
-    ElementTree.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)
 
 
 def build_description(identifier: str) -> bytes:
@@ -64,8 +49,7 @@ def build_description(identifier: str) -> bytes:
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     sources = SubElement(configuration, "SourceFileSet", language="C99")
     SubElement(sources, "SourceFile", name="all.c")
-    ElementTree.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)
 
 
 def _kinds(root: Element, interface: Interface) -> None:
@@ -94,38 +78,14 @@ def _independent(parent: Element, interface: Interface) -> None:
     )
 
 
-def _attributes(v: Variable) -> dict[str, str]:
-    attributes = {
-        "name": v.name,
-        "valueReference": str(v.reference),
-        "description": v.description,
-        "causality": v.causality,
-        "variability": v.variability,
-        "initial": v.initial,
-        "unit": v.unit,
-    }
-    display = parse_unit(v.unit).display if v.unit else None
-    if display:
-        attributes["displayUnit"] = display[0]
-    numbers = {"min": v.minimum, "max": v.maximum, "nominal": v.nominal, "start": v.start}
-    attributes |= {key: number(x) for key, x in numbers.items() if x is not None and math.isfinite(x)}
-    if v.derivative_of is not None:
-        attributes["derivative"] = str(v.derivative_of)
-    return {key: value for key, value in attributes.items() if value}
-
-
 def _structure(structure: Element, interface: Interface) -> None:
     uses = Dependencies(interface)
     outputs, derivatives = interface.of_role("output"), interface.of_role("derivative")
-    _unknowns(structure, "Output", outputs, uses, parameters=False)
-    _unknowns(structure, "ContinuousStateDerivative", derivatives, uses, parameters=False)
-    _unknowns(structure, "InitialUnknown", (*outputs, *derivatives), uses, parameters=True)
 
+    def add(tag: str, rows: Iterable[Variable], *, parameters: bool = False) -> None:
+        for v in rows:
+            add_unknown(structure, tag, {"valueReference": v.reference}, uses.of(v, parameters=parameters))
 
-def _unknowns(parent: Element, tag: str, rows: Iterable[Variable], uses: Dependencies, *, parameters: bool) -> None:
-    for v in rows:
-        known = sorted(uses.of(v, parameters=parameters))
-        attributes = {"valueReference": str(v.reference), "dependencies": " ".join(map(str, known))}
-        if known:
-            attributes["dependenciesKind"] = " ".join(["dependent"] * len(known))
-        SubElement(parent, tag, attributes)
+    add("Output", outputs)
+    add("ContinuousStateDerivative", derivatives)
+    add("InitialUnknown", (*outputs, *derivatives), parameters=True)

@@ -109,8 +109,10 @@ class Interface:
         """
         e = self.equations
         used: set[sp.Symbol] = {u.symbol for u in e.inputs}
-        # Outputs may use inputs through a definition.
-        used |= {s for s, f in e.definitions if f.free_symbols & used}
+        # Outputs may use inputs through definitions, and these use earlier ones: one pass in order finds every chain.
+        for symbol, formula in e.definitions:
+            if formula.free_symbols & used:
+                used.add(symbol)
         through = any(sp.sympify(o.expression).free_symbols & used for o in e.outputs)
         return 0 if through else self.offsets["x"]
 

@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import fmpy
 
+from haptid.fmu_build.description.xml_parts import xml_bytes
 from haptid.fmu_build.exchange.archive import pack
 from haptid.fmu_build.exchange.ssv import SSC, SSV, ssv_bytes
 from haptid.support.files.files import write_bytes
@@ -91,9 +92,7 @@ def write_ssp(
             endConnector=c.to_variable,
         )
     SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(stop_time))
-    ElementTree.indent(root)
-    text = b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
-    return write_bytes(path, pack({"SystemStructure.ssd": text, **files}))
+    return write_bytes(path, pack({"SystemStructure.ssd": xml_bytes(root), **files}))
 
 
 def _units(fmu: Path) -> dict[str, str]:

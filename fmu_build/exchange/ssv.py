@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from haptid.fmu_build.description.units import parse_unit
+from haptid.fmu_build.description.xml_parts import xml_bytes
 from haptid.support.files.files import write_bytes
 
 SSV = "http://ssp-standard.org/SSP1/SystemStructureParameterValues"
@@ -51,8 +52,7 @@ def ssv_bytes(
         unit = parse_unit(text)
         node = SubElement(definitions, f"{{{SSC}}}Unit", name=text)
         SubElement(node, f"{{{SSC}}}BaseUnit", {base: str(n) for base, n in unit.exponents})
-    ElementTree.indent(root)
-    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+    return xml_bytes(root)
 
 
 def write_ssv(

@@ -5,6 +5,8 @@ One C source, the kernel and the FMI functions around it, is compiled for every 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 from haptid.fmu_build.description.fmi2_xml import model_description
 from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
@@ -14,6 +16,8 @@ from haptid.fmu_build.native.mach_o import universal
 from haptid.fmu_build.native.platforms import Platform
 
 PARTS = ("fmi2_instance.c", "fmi2_state.c", "fmi2_co_simulation.c", "fmi2_model_exchange.c")
+SOURCE = "sources/all.c"
+"""Name of the C source within the archive."""
 
 
 def native_source(
@@ -54,6 +58,26 @@ def native_source(
     )
 
 
+def identified_files(describe: Callable[[str], bytes], write: Callable[[str], str]) -> tuple[dict[str, bytes], str]:
+    """Return the files of an FMU that hold its identity, and the identity.
+
+    Parameters
+    ----------
+    describe, write
+        Model description and C source from the identity.
+
+    Returns
+    -------
+    files
+        Content by name within the archive.
+    identity
+        GUID of their content.
+    """
+    # The identity stands in the files that it identifies, so it is computed of the same files without it.
+    identity = guid_of(describe(""), write(""))
+    return {"modelDescription.xml": describe(identity), SOURCE: write(identity).encode()}, identity
+
+
 def native_files(interface: Interface, *, platforms: tuple[Platform, ...], text: str) -> tuple[dict[str, bytes], str]:
     """Build the native FMU in FMI 2.0.
 
@@ -73,14 +97,11 @@ def native_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     guid
         Identity of the FMU.
     """
-    # The GUID stands in the files that it identifies, so it is computed of the same files without it.
-    guid = guid_of(model_description(interface, guid="", python=False, text=text), native_source(interface, ""))
-    source = native_source(interface, guid)
-    files = {
-        "modelDescription.xml": model_description(interface, guid=guid, python=False, text=text),
-        "sources/all.c": source.encode(),
-    }
-    built = bare_libraries(source, platforms)
+    files, guid = identified_files(
+        lambda guid: model_description(interface, guid=guid, python=False, text=text),
+        lambda guid: native_source(interface, guid),
+    )
+    built = bare_libraries(files[SOURCE].decode(), platforms)
     for p in platforms:
         for folder in p.fmi2:
             files[f"binaries/{folder}/{interface.identifier}{p.suffix}"] = built[p.python]

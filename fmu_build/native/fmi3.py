@@ -10,10 +10,9 @@ from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 from haptid.fmu_build.description.fmi3_xml import build_description, model_description3
-from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.native.c_source import bare_library
-from haptid.fmu_build.native.fmi2 import PARTS, native_source
+from haptid.fmu_build.native.fmi2 import PARTS, SOURCE, identified_files, native_source
 from haptid.fmu_build.native.platforms import Platform
 
 PARTS3 = (
@@ -53,14 +52,12 @@ def native_files3(interface: Interface, *, platforms: tuple[Platform, ...], text
     token
         Instantiation token, the identity of the FMU.
     """
-    # The token stands in the files that it identifies, so it is computed of the same files without it.
-    token = guid_of(model_description3(interface, token="", text=text), native_source3(interface, ""))
-    source = native_source3(interface, token)
-    files = {
-        "modelDescription.xml": model_description3(interface, token=token, text=text),
-        "sources/all.c": source.encode(),
-        "sources/buildDescription.xml": build_description(interface.identifier),
-    }
+    files, token = identified_files(
+        lambda token: model_description3(interface, token=token, text=text),
+        lambda token: native_source3(interface, token),
+    )
+    files["sources/buildDescription.xml"] = build_description(interface.identifier)
+    source = files[SOURCE].decode()
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         built = pool.map(lambda p: bare_library(source, p.triple, flags=_FLAGS[p.suffix]), platforms)
         for p, path in zip(platforms, built, strict=True):

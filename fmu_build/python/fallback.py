@@ -14,7 +14,7 @@ from haptid.fmu_build.description.interface import Interface, block_offsets
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.generate import Kernel, coupling
 from haptid.model.kernel.printing import PythonPrinter, slopes
-from haptid.model.kernel.text import symbol_names
+from haptid.model.kernel.text import select_definitions, symbol_names
 
 
 def module_text(name: str) -> str:
@@ -63,14 +63,8 @@ def _function(e: Equations, name: str, expressions: Sequence[sp.Expr], *, wide: 
     """Return ``def name(t, X, u, p)`` that returns the list of the expressions; X has columns where ``wide``."""
     state, argument = ("X[{}][0]", "X") if wide else ("x[{}]", "x")
     printer = PythonPrinter(symbol_names(e, state))
-    used: set[sp.Symbol] = set().union(*(x.free_symbols for x in expressions), set())
-    lines = []
-    # Backwards, as a definition uses earlier ones only: one pass finds all that the expressions need.
-    for symbol, formula in reversed(e.definitions):
-        if symbol in used:
-            used |= formula.free_symbols
-            lines.append(f"    {symbol.name} = {printer.doprint(formula)}")
-    lines.reverse()
+    needed = select_definitions(e.definitions, expressions)
+    lines = [f"    {symbol.name} = {printer.doprint(formula)}" for symbol, formula in needed]
     common, reduced = sp.cse(list(expressions), symbols=sp.numbered_symbols("e_"), order="none")
     lines += [f"    {s.name} = {printer.doprint(f)}" for s, f in common]
     lines.append(f"    return [{', '.join(printer.doprint(f) for f in reduced)}]")

@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import sympy as sp
 
-from haptid.model.friction.law import USE_OF_BRISTLE, Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
-from haptid.model.friction.shared import BRISTLE, BRISTLE_SHARE, COULOMB, STIFFNESS, VISCOUS
+from haptid.model.friction.law import USE_OF_BRISTLE, Friction, FrictionLaw, Levels, Roles, Symbols, Values
+from haptid.model.friction.shared import BRISTLE, COULOMB, STIFFNESS, VISCOUS, guess_presliding
 
 
 def dahl(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
@@ -38,10 +38,6 @@ def dahl(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
     return Friction(force=force, rhs=(v - rate * z,), rates=(rate,))
 
 
-def _guess(s: Sliding) -> dict[str, float]:
-    return {"sigma0": s.coulomb / (BRISTLE_SHARE * s.travel), "sigma2": s.viscous, "Fc": s.coulomb}
-
-
 def _length(p: Values) -> float:
     return p["Fc"] / p["sigma0"]
 
@@ -56,7 +52,7 @@ LAW = FrictionLaw(
     damping=lambda p: p["sigma2"],
     roles=Roles(stiffness="sigma0", coulomb="Fc", stiction="Fc", viscous="sigma2"),
     slots=frozenset({"friction_level", "coulomb_level", "viscous_level", USE_OF_BRISTLE}),
-    guess=_guess,
+    guess=guess_presliding,
     nominal=lambda p: (_length(p),),
     presliding_length=_length,
     without_presliding=("sigma0",),

@@ -26,12 +26,12 @@ from haptid.model.friction.law import (
 )
 from haptid.model.friction.shared import (
     BRISTLE,
-    BRISTLE_SHARE,
     COULOMB,
     STICTION,
     STIFFNESS,
     STRIBECK_VELOCITY,
     VISCOUS,
+    guess_stribeck,
     stribeck,
 )
 
@@ -76,15 +76,8 @@ def _guess(s: Sliding) -> dict[str, float]:
 
     σ1 = 2·ζ·√(σ0·M) with ζ = 1/8.
     """
-    stiffness = s.coulomb / (BRISTLE_SHARE * s.travel)
-    return {
-        "sigma0": stiffness,
-        "sigma1": 0.25 * math.sqrt(stiffness * s.inertia),
-        "sigma2": s.viscous,
-        "vs": 0.1 * s.speed,
-        "Fs": 1.2 * s.coulomb,
-        "Fc": s.coulomb,
-    }
+    first = guess_stribeck(s)
+    return first | {"sigma1": 0.25 * math.sqrt(first["sigma0"] * s.inertia)}
 
 
 def _nominal(p: Values) -> tuple[float, ...]:

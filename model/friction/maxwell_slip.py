@@ -26,12 +26,12 @@ from haptid.model.equations.equations import State
 from haptid.model.equations.joint_parameters import Row
 from haptid.model.friction.law import SLOTS, Friction, FrictionLaw, Levels, Roles, Sliding, Symbols, Values
 from haptid.model.friction.shared import (
-    BRISTLE_SHARE,
     COULOMB,
     STICTION,
     STIFFNESS,
     STRIBECK_VELOCITY,
     VISCOUS,
+    guess_stribeck,
     stribeck,
 )
 
@@ -127,15 +127,7 @@ def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
 
 
 def _guess(s: Sliding) -> dict[str, float]:
-    return {
-        "sigma0": s.coulomb / (BRISTLE_SHARE * s.travel),
-        "spread": SPREAD.initial,
-        "C": FOLLOWS * s.coulomb,
-        "sigma2": s.viscous,
-        "vs": 0.1 * s.speed,
-        "Fs": 1.2 * s.coulomb,
-        "Fc": s.coulomb,
-    }
+    return guess_stribeck(s) | {"spread": SPREAD.initial, "C": FOLLOWS * s.coulomb}
 
 
 def _nominal(p: Values) -> tuple[float, ...]:

@@ -6,7 +6,7 @@ import sympy as sp
 
 from haptid.model.equations.equations import State
 from haptid.model.equations.joint_parameters import Row
-from haptid.model.friction.law import Levels, Symbols
+from haptid.model.friction.law import Levels, Sliding, Symbols
 
 STIFFNESS = Row(
     id="sigma0",
@@ -84,3 +84,24 @@ def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
     coulomb, stiction = p["Fc"] * a.coulomb * a.kinetic, p["Fs"] * a.coulomb
     seen = v if a.stribeck_velocity is None else a.stribeck_velocity
     return a.friction * (coulomb + (stiction - coulomb) * sp.exp(-((seen / p["vs"]) ** 2)))
+
+
+def guess_presliding(s: Sliding) -> dict[str, float]:
+    """Guess what every law with presliding has.
+
+    Parameters
+    ----------
+    s
+        Estimates from the data of a joint.
+
+    Returns
+    -------
+    dict
+        ``sigma0`` = Fc/(`BRISTLE_SHARE`·travel), ``sigma2`` and ``Fc`` of gross sliding, by id.
+    """
+    return {"sigma0": s.coulomb / (BRISTLE_SHARE * s.travel), "sigma2": s.viscous, "Fc": s.coulomb}
+
+
+def guess_stribeck(s: Sliding) -> dict[str, float]:
+    """Guess `guess_presliding` and a Stribeck curve: stiction 20 % above Fc, ``vs`` a tenth of the largest speed."""
+    return guess_presliding(s) | {"vs": 0.1 * s.speed, "Fs": 1.2 * s.coulomb}

@@ -6,10 +6,12 @@ import zipfile
 
 import fmpy
 import pytest
+import sympy as sp
 from fmpy.validation import validate_fmu
 
-from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu, interface_for
 from haptid.fmu_build.native.platforms import PLATFORMS, this_platform
+from haptid.model.equations.equations import Equations, Input, Output, State
 from tests.fmu_build.fmu_cases import FOLDER, KINDS, NAMES, equations, fmu
 
 
@@ -134,3 +136,22 @@ def test_native_binaries_for_every_platform(tmp_path):
         "binaries/aarch64-darwin/joint4.dylib": b"\xcf\xfa\xed\xfe",
     }
     assert found["binaries/win64/joint4.dll"].startswith(b"MZ")
+
+
+@pytest.mark.parametrize(("input_used", "reference"), [(True, 0), (False, 2)])
+def test_setting_an_input_makes_outputs_stale_where_definitions_of_definitions_use_it(input_used: bool, reference: int):
+    x, u, first, second = sp.symbols("x u first second", real=True)
+    e = Equations(
+        name="chain",
+        title="chain",
+        joints=(),
+        states=(State(id="x", unit="1", description="state"),),
+        inputs=(Input(id="u", unit="1", description="input"),),
+        outputs=(Output(id="y", unit="1", description="output", expression=2 * second),),
+        parameters=(),
+        definitions=((first, 3 * u if input_used else 3 * x), (second, first + 1)),
+        rhs=(-x,),
+        rates=(sp.S.One,),
+        mass_matrix=(),
+    )
+    assert interface_for(e, kind="native").stale_from == reference

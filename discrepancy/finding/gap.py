@@ -1,0 +1,48 @@
+"""The gap between data and model: RMS before and after the named effects in, share of the excess removed out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gap:
+    """RMS of measured − simulated over some runs, before and after the named effects.
+
+    Parameters
+    ----------
+    before, after
+        RMS of the nominal and of the best model [rad], [m] for a prismatic joint; [N m] where the torque is scored.
+    noise
+        RMS of the sensor noise in the same unit.
+    beside
+        Where amplitudes scatter: RMS of the whitened residuals before and after, which is 1 for noise and scatter
+        alone. No model could remove the part that scatter causes.
+    """
+
+    before: float
+    after: float
+    noise: float
+    beside: tuple[float, float] | None = None
+
+    @property
+    def closed(self) -> float | None:
+        """Share of the excess RMS that is removed, (before − after)/(before − noise); None without excess."""
+        gap = self.before - self.noise
+        # A share of an excess within a few per cent of the noise would be a quotient of estimation errors.
+        return None if gap < 0.05 * self.noise else (self.before - self.after) / gap
+
+    @property
+    def closed_beside_scatter(self) -> float | None:
+        """Same share beside the scatter, (before − after)/(before − 1) of ``beside``; `closed` without scatter."""
+        if self.beside is None:
+            return self.closed
+        before, after = self.beside
+        return None if before < 1.05 else (before - after) / (before - 1.0)
+
+    def as_json(self) -> dict[str, float | None]:
+        """Return the fields of INTERFACES, and the share beside the scatter."""
+        return {
+            "before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed,
+            "closed_beside_scatter": self.closed_beside_scatter,
+        }  # fmt: skip

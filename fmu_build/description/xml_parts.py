@@ -1,0 +1,159 @@
+"""What the model descriptions of FMI 2.0 and 3.0 have in common: `Interface` in, XML elements and bytes out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element, SubElement
+
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.description.units import BASE, parse_unit
+from haptid.fmu_build.description.variables import Variable
+from haptid.support.errors import one_line
+
+LOG_CATEGORIES = (("logStatusError", "Values and calls that are refused, with what was expected"),)
+TOOL = "haptid 0.1"
+LICENCE = "BSD-3-Clause"
+
+
+def xml_bytes(root: Element) -> bytes:
+    """Return the document of an element: indented XML in UTF-8."""
+    ElementTree.indent(root)
+    return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+
+
+def root_of(interface: Interface, identity: dict[str, str], *, version: str, text: str) -> Element:
+    """Return the root of a model description with its attributes.
+
+    Parameters
+    ----------
+    interface
+        Interface of the FMU.
+    identity
+        The attribute that holds the FMU's identity.
+    version
+        Version of FMI.
+    text
+        Description of the model, one line.
+
+    Returns
+    -------
+    Element
+    """
+    return Element(
+        "fmiModelDescription",
+        {"fmiVersion": version, "modelName": interface.identifier}
+        | identity
+        | {
+            "description": one_line(text),
+            "license": LICENCE,
+            "generationTool": TOOL,
+            "variableNamingConvention": "structured",
+        },
+    )
+
+
+def add_definitions(root: Element, interface: Interface, units: Iterable[str] = ()) -> Element:
+    """Append what stands between the kinds of an FMU and its variables.
+
+    Parameters
+    ----------
+    root
+        Model description.
+    interface
+        Interface of the FMU.
+    units
+        Units beside those of the interface's variables.
+
+    Returns
+    -------
+    Element
+        ``ModelVariables``, still empty.
+    """
+    add_unit_definitions(root, {v.unit for v in interface.variables if v.unit}.union(units))
+    categories = SubElement(root, "LogCategories")
+    for name, meaning in LOG_CATEGORIES:
+        SubElement(categories, "Category", name=name, description=meaning)
+    SubElement(root, "DefaultExperiment", startTime="0.0", stopTime="10.0", stepSize=_number(interface.kernel.step))
+    return SubElement(root, "ModelVariables")
+
+
+def add_unit_definitions(root: Element, names: Iterable[str]) -> None:
+    """Append ``UnitDefinitions`` to an element.
+
+    Parameters
+    ----------
+    root
+        Element that gets the definitions.
+    names
+        Units as `parse_unit` reads them; each is written with SI exponents, factor and display unit.
+
+    Raises
+    ------
+    ValueError
+        Where a unit is unknown.
+    """
+    definitions = SubElement(root, "UnitDefinitions")
+    for name in sorted(names):
+        unit = parse_unit(name)
+        node = SubElement(definitions, "Unit", name=name)
+        exponents = dict(unit.exponents)
+        attributes = {base: str(exponents[base]) for base in BASE if base in exponents}
+        if unit.factor != 1.0:
+            attributes["factor"] = _number(unit.factor)
+        SubElement(node, "BaseUnit", attributes)
+        if unit.display:
+            SubElement(node, "DisplayUnit", name=unit.display[0], factor=_number(unit.display[1]))
+
+
+def attributes_of(v: Variable) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the attributes of a variable but ``derivative``, to which each version of FMI refers in its own way.
+
+    Parameters
+    ----------
+    v
+        Variable.
+
+    Returns
+    -------
+    general, real
+        Attributes of every variable, and of a real one, each in the order of the standards' schemas.
+    """
+    general = {
+        "name": v.name,
+        "valueReference": str(v.reference),
+        "description": one_line(v.description),
+        "causality": v.causality,
+        "variability": v.variability,
+        "initial": v.initial,
+    }
+    display = parse_unit(v.unit).display if v.unit else None
+    real = {"unit": v.unit, "displayUnit": display[0] if display else ""}
+    numbers = {"min": v.minimum, "max": v.maximum, "nominal": v.nominal, "start": v.start}
+    real |= {key: _number(x) for key, x in numbers.items() if x is not None and math.isfinite(x)}
+    return {key: value for key, value in general.items() if value}, {key: value for key, value in real.items() if value}
+
+
+def add_unknown(parent: Element, tag: str, place: dict[str, int], known: Iterable[int]) -> None:
+    """Append an unknown of the model structure.
+
+    Parameters
+    ----------
+    parent, tag
+        Element that gets the unknown, and its tag.
+    place
+        Attribute by which this version of FMI refers to the unknown.
+    known
+        What the unknown depends on, referred to in the same way.
+    """
+    names = [str(number) for number in sorted(known)]
+    attributes = {key: str(number) for key, number in place.items()} | {"dependencies": " ".join(names)}
+    if names:
+        attributes["dependenciesKind"] = " ".join(["dependent"] * len(names))
+    SubElement(parent, tag, attributes)
+
+
+def _number(value: float) -> str:
+    """Return the shortest text that reads back as ``value``."""
+    return repr(float(value))
