@@ -12,7 +12,7 @@ Rates = Callable[[dict[str, float], float, np.ndarray], tuple[float, list[float]
 JOINT = {
     "inertia": 1.1e-4, "gravity_cos": 5e-4, "gravity_sin": -8e-4, "Kp": 1.0, "Ks": 0.0151, "epos": -0.0305,
     "sigma0": 0.523, "sigma1": 2.2e-3, "sigma2": 1.9e-3, "vs": 0.0666, "Fs": 1.33e-3, "Fc": 1.05e-3,
-    "C": 0.05, "spread": 2.0, "beta": 0.7,
+    "C": 0.05, "spread": 2.0,
 }  # fmt: skip
 """Parameters of all laws together; each takes its own."""
 AMPLITUDE = 5e-3
@@ -33,12 +33,6 @@ def dahl(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[floa
     return p["sigma0"] * x[0] + p["sigma2"] * v, [v * (1 - p["sigma0"] * x[0] / p["Fc"] * math.copysign(1, v))]
 
 
-def bouc_wen(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[float]]:
-    share = p["sigma0"] / p["Fc"] * abs(x[0])
-    relaxed = share * (p["beta"] * np.sign(v * x[0]) + 1 - p["beta"])
-    return p["sigma0"] * x[0] + p["sigma2"] * v, [v * (1 - relaxed)]
-
-
 def maxwell_slip(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, list[float]]:
     s, way = level(p, v), float(np.sign(v))
     falling = np.array([p["spread"] ** -i for i in range(ELEMENTS)])
@@ -51,12 +45,7 @@ def maxwell_slip(p: dict[str, float], v: float, x: np.ndarray) -> tuple[float, l
     return float(forces.sum()) + p["sigma2"] * v, [*slips, *memories]
 
 
-LAWS: dict[str, tuple[Rates, int]] = {
-    "lugre": (lugre, 1),
-    "dahl": (dahl, 1),
-    "bouc_wen": (bouc_wen, 1),
-    "maxwell_slip": (maxwell_slip, 8),
-}
+LAWS: dict[str, tuple[Rates, int]] = {"lugre": (lugre, 1), "dahl": (dahl, 1), "maxwell_slip": (maxwell_slip, 8)}
 """Torque and rates of each law, and how many states it has."""
 
 
