@@ -8,7 +8,7 @@ from __future__ import annotations
 
 JOINT = "joint{number}"
 """Prefix of the variables of one joint."""
-POSITION, VELOCITY, TORQUE, READING = "angle", "velocity", "torque", "reading"
+POSITION, VELOCITY, TORQUE, READING = "position", "velocity", "torque", "reading"
 """Position, velocity, commanded torque and encoder reading of a joint."""
 SPEED, ACTUATOR_TORQUE = "speed", "actuator.torque"
 """Outputs of the whole device."""
@@ -41,7 +41,7 @@ def of_joint(number: int, part: str) -> str:
     Returns
     -------
     str
-        Structured name, as ``joint4.angle``.
+        Structured name, as ``joint4.position``.
     """
     return f"{JOINT.format(number=number)}.{part}"
 

@@ -41,8 +41,8 @@ FINDING = {
 }  # fmt: skip
 DEVICE = load_device("freedom6s")
 JOINT = joint_equations(4)
-VALUES = {"joint4.spring.Ks": 0.02, "joint4.friction.vs": 0.1, "joint4.angle": 0.3}
-UNITS = {"joint4.spring.Ks": "N m/rad", "joint4.friction.vs": "rad/s", "joint4.angle": "rad"}
+VALUES = {"joint4.spring.Ks": 0.02, "joint4.friction.vs": 0.1, "joint4.position": 0.3}
+UNITS = {"joint4.spring.Ks": "N m/rad", "joint4.friction.vs": "rad/s", "joint4.position": "rad"}
 PLAN = {"postures": {"tests": [{"free_joints": [4], "locked_positions_rad": [0, 0.1, 0, 0, 0, 0]}]}}
 
 
