@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-from docs import architecture, campaign_file, constants, device_file, search_figure
+from docs import architecture, campaign_file, constants, device_file, friction, search_figure
 
 
 def main() -> None:
     """Run all scripts."""
-    for script in (architecture, search_figure, device_file, campaign_file, constants):
+    for script in (architecture, search_figure, device_file, campaign_file, friction, constants):
         script.main(args=[], standalone_mode=False)
 
 

@@ -75,7 +75,8 @@ class Effect:
     relative, origin
         For a parameter's id, its scale and its zero in the symbols of `model.effects.scales`; 1 and 0 where absent.
     shapes
-        Grid of parameters at which the signature is taken: tuples ``(id, values)``.
+        Grid of parameters at which the signature is taken: tuples ``(id, values)``. Every combination of the values is
+        simulated, and the best of them starts the fit, so a formula that is periodic in a parameter needs a fine grid.
     derived
         Further quantities for reports: tuples ``(id, unit, expression of the parameters)``.
     rivals

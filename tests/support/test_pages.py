@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from docs import architecture, constants, search_figure
+from docs import architecture, constants, friction, search_figure
 from docs.equations import BLOCK, TAG, svg_of, with_equations
 from haptid.model.device.reader import load_device
+from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
 from haptid.model.planning.locking_order import locking_order
 from haptid.model.rigid_body.forward_dynamics import forward_dynamics
 from haptid.support.installing.environment import ROOT
@@ -60,6 +61,12 @@ def test_an_equation_becomes_a_picture_with_its_number():
 
 def test_the_figure_of_the_search_is_that_of_the_script():
     assert text_of(search_figure.FIGURE) == search_figure.search_flow(), "run python -m docs.generate"
+
+
+def test_tables_of_the_friction_page_are_those_of_the_laws():
+    page = text_of(friction.PAGE)
+    assert page == friction.with_tables(page), "run python -m docs.generate"
+    assert set(friction.ACTS_ON) == {*SLOTS, USE_OF_BRISTLE}
 
 
 @pytest.mark.parametrize("name", constants.listed())

@@ -89,7 +89,7 @@ def test_derivatives_equal_differences(key: str):
     for i, q in enumerate(e.parameters):
         if q.id in TENDON or q.fixed:
             continue
-        h = 1e-4 * abs(p[i])
+        h = 1e-4 * (abs(p[i]) or 1.0)  # a phase may start at 0, where a share of it is no step
         moved = [p.copy() for _ in range(4)]
         for vary, steps in zip(moved, (1, -1, 2, -2), strict=True):
             vary[i] += steps * h
