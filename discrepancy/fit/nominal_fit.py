@@ -1,8 +1,9 @@
 """Fit the nominal model from several starts: `Study` in, `Base` out.
 
 1. Lay out starts by a Sobol sequence; the first is at given values or at the first guesses.
-2. Fit from each start by homotopy, `AGREE` starts side by side.
-3. Stop when `AGREE` starts share the best minimum, so that a stuck optimiser does not pass for missing physics.
+2. Fit from each start by homotopy, `starts_that_agree` starts side by side.
+3. Stop when `starts_that_agree` starts share the best minimum, so that a stuck optimiser does not pass for missing
+   physics.
 """
 
 from __future__ import annotations
@@ -15,15 +16,11 @@ import numpy as np
 from haptid.discrepancy.fit.homotopy import lay_out_under_observer, through_homotopy
 from haptid.discrepancy.fit.solution import Solution, start_vector
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.measurement.values.run import Array
 from haptid.support.errors import NumericalError
 from haptid.support.processes.threads import map_threads
-
-AGREE = 2
-"""Number of starts that must reach the best minimum before the remaining ones are left out."""
-SAME, ALIKE = 1.0, 1e-3
-"""Difference of two costs that count as one minimum: squares over the noise, or share of the cost beyond noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -61,10 +58,12 @@ def agreeing(costs: Sequence[float], rows: int) -> int:
     Returns
     -------
     int
-        Number of costs within `SAME` of the least one, or within the share `ALIKE` of its excess over ``rows``.
+        Number of costs within `equal_minima_chi2` of the least one, or within the share `equal_minima_excess_share` of
+        its excess over ``rows``.
     """
     best = min(costs, default=np.inf)
-    return sum(cost <= best + max(SAME, ALIKE * (best - rows)) for cost in costs)
+    room = max(THRESHOLDS.fit.equal_minima_chi2, THRESHOLDS.fit.equal_minima_excess_share * (best - rows))
+    return sum(cost <= best + room for cost in costs)
 
 
 def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[str, float] | None = None) -> Base:
@@ -75,7 +74,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
     study
         Study with the fitted runs.
     starts
-        Number of starts; fewer are used where `AGREE` of them share the best minimum.
+        Number of starts; fewer are used where `starts_that_agree` of them share the best minimum.
     seed
         Seed of the Sobol starts.
     values
@@ -99,7 +98,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)
-        if agreeing([s.chi2 for s in found], study.rows) >= AGREE:
+        if agreeing([s.chi2 for s in found], study.rows) >= THRESHOLDS.fit.starts_that_agree:
             break
     if not found:
         msg = f"{study.title}: no start gave a finite simulation; check units, bounds and first guesses"
@@ -110,12 +109,13 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0, values: Mapping[st
 
 
 def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int]]:
-    """Yield the fit from each start and its simulations, `AGREE` starts side by side: at least so many are needed."""
+    """Yield the fit from each start and its simulations, as many side by side as have to agree."""
     alone = replace(study, threads=1) if len(starts) > 1 else study
 
     def one(theta: Array) -> tuple[Solution, int]:
         named = {q.id: float(p) for q, p in zip(study.base.parameters, theta, strict=True)}
         return through_homotopy(alone, (), named)
 
-    for k in range(0, len(starts), AGREE):
-        yield from map_threads(one, starts[k : k + AGREE], threads=study.threads)
+    together = THRESHOLDS.fit.starts_that_agree
+    for k in range(0, len(starts), together):
+        yield from map_threads(one, starts[k : k + together], threads=study.threads)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.inverse_dynamics import inverse_equations
 from haptid.identification.sequence.equations_for import device_of, equations_for
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, measured_motion, torque_run
@@ -25,10 +26,6 @@ from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.noise.correlation import Whitener
 
-STRETCHES, HELD_OUT = 48, 3
-"""Number of stretches into which a run is divided, and number of stretches of which the last one is held out."""
-STEP = 2.5e-3
-"""Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
 Mask = NDArray[np.bool_]
 
 
@@ -118,7 +115,7 @@ class TorqueStudy:
         if inverse is None:
             msg = f"{[e.key for e in effects]} cannot be read from motion to torque"
             raise ValueError(msg)
-        return TorqueSimulator(inverse, CompiledKernel.of(inverse, step=STEP))
+        return TorqueSimulator(inverse, CompiledKernel.of(inverse, step=THRESHOLDS.torque.inner_step_s))
 
     def scales(self, values: Mapping[str, float]) -> Scales:
         """Return the joint's scales over its runs, at fitted parameters ``values`` by id."""
@@ -166,5 +163,6 @@ def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
 
 def alternating(rows: int) -> Mask:
     """Return which rows are fitted, shape (rows,): all but those of every third stretch."""
-    stretch = np.arange(rows) * STRETCHES // rows
-    return np.asarray(stretch % HELD_OUT != HELD_OUT - 1)
+    stretch = np.arange(rows) * THRESHOLDS.torque.stretches_per_run // rows
+    last = THRESHOLDS.torque.stretches_per_held_out_one - 1
+    return np.asarray(stretch % THRESHOLDS.torque.stretches_per_held_out_one != last)
