@@ -15,10 +15,11 @@ from pathlib import Path
 
 import numpy as np
 
-from haptid.discrepancy.detect.score_tests import SEEN, project
+from haptid.discrepancy.detect.score_tests import project
 from haptid.discrepancy.detect.signatures import signatures
 from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.study.study import Study, study_of
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.values.run import Array
 from haptid.model.effects.registry import catalogue
@@ -37,7 +38,7 @@ def subspaces(study: Study) -> dict[str, list[Array]]:
     _, D, survives = project(study, base, found)
     bases = defaultdict(list)
     for point in found.points:
-        if survives[point.columns].max() > SEEN:
+        if survives[point.columns].max() > THRESHOLDS.detect.least_share_off_tangent_space:
             U, s, _ = np.linalg.svd(D[:, point.columns], full_matrices=False)
             bases[entries[point.key].id].append(U[:, s > 1e-6 * s[0]])
     return bases

@@ -25,8 +25,8 @@ from haptid.identification.sequence.equations_for import device_of, equations_fo
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
-from haptid.noise.hyper import NOISE_KNOWN
 from haptid.noise.noise_model import NoiseModel
+from haptid.noise.thresholds import THRESHOLDS
 from haptid.uq.density.forward import KernelForward, kernel_of
 from haptid.uq.density.laplace import Laplace
 from haptid.uq.density.solver_step import longest_step
@@ -53,7 +53,11 @@ def mode_of_joint() -> tuple[Laplace, tuple[Run, ...]]:
     def attempt(step: float) -> Laplace:
         forward = KernelForward(equations=equations, step=step)
         problem = Problem(
-            simulator=forward.simulator(), forward=forward, fitted=fitted, unseen=(), noise_width=NOISE_KNOWN
+            simulator=forward.simulator(),
+            forward=forward,
+            fitted=fitted,
+            unseen=(),
+            noise_width=THRESHOLDS.stated_noise_log_std,
         )
         return problem.mode(NoiseModel(scatter="reading"), theta)
 

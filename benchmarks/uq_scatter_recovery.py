@@ -16,7 +16,7 @@ from haptid.identification.fit.multistart import fit
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
-from haptid.noise.hyper import NOISE_KNOWN
+from haptid.noise.thresholds import THRESHOLDS
 from haptid.uq.density.forward import KernelForward
 from haptid.uq.prediction.choice import Problem, best, compare
 from haptid.virtual_device.machine.arm import Arm
@@ -50,7 +50,7 @@ def recovered(folder: Path, s: float, *, on_torque: bool, seed: int) -> str:
         forward=forward,
         fitted=fitted,
         unseen=tuple(run for run in runs if run.use == "validate"),
-        noise_width=NOISE_KNOWN,
+        noise_width=THRESHOLDS.stated_noise_log_std,
     )
     scored = compare(problem, theta)
     chosen = best(scored)

@@ -12,8 +12,9 @@ from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.finding.full_model import whole_finding
 from haptid.discrepancy.finding.stages import STAGES, run_stages
 from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
-from haptid.discrepancy.study.coupled_study import FEW, coupled_study_of
-from haptid.discrepancy.study.study import EFFORT, Study, study_of
+from haptid.discrepancy.study.coupled_study import coupled_study_of
+from haptid.discrepancy.study.study import Study, study_of
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.study import torque_study_of
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
@@ -54,7 +55,7 @@ from haptid.support.files.files import write_json, write_text
 @click.option("--without", default="", metavar="ID,ID", help="Leave these entries out of the catalogue.")
 @click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of the base fit.")
 @click.option(
-    "--effort", default=EFFORT, show_default=True, type=click.IntRange(min=1),
+    "--effort", default=THRESHOLDS.study.most_simulated_runs, show_default=True, type=click.IntRange(min=1),
     help="Simulated runs after which no further combinations of effects are tried.",
 )  # fmt: skip
 @click.option("--fmu", "kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
@@ -127,7 +128,7 @@ def _together(
     """
     findings = [f for j in joints if (f := _find_named(out, j, entries)) is not None]
     # Where nobody asked for these joints, more of them than a search takes on are only simulated, and not refused.
-    if read.runs_of(joints, "fit") and (asked or len(joints) <= FEW):
+    if read.runs_of(joints, "fit") and (asked or len(joints) <= THRESHOLDS.study.most_joints):
         known = by_joint(findings)
         _study(coupled_study_of(read, joints, entries, known, threads=choices["workers"]), read, out, choices)
         return

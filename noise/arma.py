@@ -28,28 +28,17 @@ from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.signals.harmonics import harmonics
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour
+from haptid.noise.thresholds import THRESHOLDS
 
-EVIDENCE = 20.0
-"""Twice the gain in log-likelihood over white noise from which noise counts as correlated."""
-LEFT = 0.3
-"""Smallest share of a frequency's power that the regression may leave for the frequency to enter the fit."""
-LONGEST = 0.5
-"""Longest correlation time [s] that counts as sensor noise; slower variation is drift or model discrepancy."""
-LEAST_FREEDOM = 10.0
-"""Lower bound of a spectrum's degrees of freedom, and their number where the likelihood has no clear maximum."""
-FLAT = 1e-10
+LEAST_CURVATURE_RATIO = 1e-10
 """Ratio of the smallest to the largest curvature of a likelihood below which it has no clear maximum."""
-NEW = 1e-6
+LEAST_NORM_OF_NEW_COLUMN = 1e-6
 """Smallest norm of a unit column's part outside the columns before it from which the column counts as independent."""
-CLIPPED = 8.0
-"""Largest ratio of periodogram to spectrum in the likelihood; a higher line counts as this much."""
-LINE, LINES = 16.0, 4
-"""Ratio to the spectrum from which a line is regressed out (one noise line of 10⁷ has it, e⁻¹⁶), and most lines."""
-NONE = float(np.exp(1.0 - CLIPPED))
+LEAST_SPECTRUM = float(np.exp(1.0 - THRESHOLDS.largest_periodogram_over_spectrum))
 """Power over that of the stated noise below which a spectrum is refused.
 
-With every line clipped, such a spectrum has ln S + `CLIPPED` < 1 per line, below the mean 1 of ln S + P/S that noise of
-the stated power has: the likelihood would reward it for explaining no line at all.
+With every line clipped, such a spectrum has ln S + `largest_periodogram_over_spectrum` < 1 per line, below the mean 1
+of ln S + P/S that noise of the stated power has: the likelihood would reward it for explaining no line at all.
 """
 
 
@@ -84,7 +73,7 @@ class Regressed:
             for _ in range(2):  # one Gram–Schmidt pass leaves rounding of nearly dependent columns, a second removes it
                 unit -= beside @ (beside.T @ unit)
         Q, R = np.linalg.qr(unit)
-        Q = Q[:, np.abs(np.diag(R)) > NEW]
+        Q = Q[:, np.abs(np.diag(R)) > LEAST_NORM_OF_NEW_COLUMN]
         return cls(Q=Q, taken=(np.abs(np.fft.rfft(Q, axis=0)) ** 2).sum(axis=1) / len(Q))
 
 
@@ -153,7 +142,7 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
     -------
     Colour
         White noise of the stated size where no run is scored from its first row, or where correlation raises twice the
-        log-likelihood by less than `EVIDENCE`.
+        log-likelihood by less than `least_twice_gain_of_correlation`.
     """
     whole = [(r, run) for r, run in zip(residuals, runs, strict=True) if run.score_from == 0]
     if not whole:
@@ -164,7 +153,7 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
         colour = _fit_periodograms(left, spacing)
         height, angle = max(_tallest(one, colour) for one in left)
         # One line at a time: the spectrum fitted without it is another, against which the next line is judged.
-        if colour.white or height < LINE or len(lines) == LINES:
+        if colour.white or height < THRESHOLDS.least_line_over_spectrum or len(lines) == THRESHOLDS.most_lines:
             return colour
         lines.append(angle / spacing)
 
@@ -172,7 +161,8 @@ def estimate_colour(residuals: list[Array], runs: tuple[Run, ...]) -> Colour:
 def _tallest(left: tuple[Array, Array, Array], colour: Colour) -> tuple[float, float]:
     """Return the largest ratio of a run's periodogram to the spectrum, and its frequency [rad per row]."""
     angle, power, share = left
-    height = np.where(share > LEFT, power / np.maximum(share, LEFT) / colour.gain(angle) ** 2, 0.0)
+    least = THRESHOLDS.least_share_of_power_left
+    height = np.where(share > least, power / np.maximum(share, least) / colour.gain(angle) ** 2, 0.0)
     at = int(np.argmax(height))
     return float(height[at]), float(angle[at])
 
@@ -189,19 +179,20 @@ def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float
 
     Notes
     -----
-    The deviance is −2 ln L = 2·Σ (ln S + min(P/S, `CLIPPED`)).
+    The deviance is −2 ln L = 2·Σ (ln S + min(P/S, `largest_periodogram_over_spectrum`)).
     """
-    angle = np.concatenate([angle[left > LEFT] for angle, _, left in each])
-    power = np.concatenate([(power / np.maximum(left, LEFT))[left > LEFT] for _, power, left in each])
-    slowest = float(np.log(LONGEST / spacing))
+    least = THRESHOLDS.least_share_of_power_left
+    angle = np.concatenate([angle[left > least] for angle, _, left in each])
+    power = np.concatenate([(power / np.maximum(left, least))[left > least] for _, power, left in each])
+    slowest = float(np.log(THRESHOLDS.longest_correlation_time_s / spacing))
 
     def deviance(p: Array) -> float:
         if not -2.0 <= p[2] <= slowest:  # the correlation time of a slow process is about e^p2 rows
             return float("inf")
         S = _spectrum(angle, p)
-        if S.max() < NONE:
+        if S.max() < LEAST_SPECTRUM:
             return float("inf")
-        return float(2.0 * np.sum(np.log(S) + np.minimum(power / S, CLIPPED)))
+        return float(2.0 * np.sum(np.log(S) + np.minimum(power / S, THRESHOLDS.largest_periodogram_over_spectrum)))
 
     white = deviance(np.array([0.0, -40.0, 0.0]))  # the stated noise: e⁻⁴⁰ is no correlated part
     # Nelder–Mead finds the nearest maximum only: one start has short and strong correlation, the other long and weak.
@@ -210,9 +201,9 @@ def _fit_periodograms(each: Sequence[tuple[Array, Array, Array]], spacing: float
         for start in (np.array([0.0, -1.0, 2.0]), np.array([0.0, -3.0, 4.0]))
     ]
     # A fit that came to rest at the bound on the spectrum's power explains no line.
-    real = [found for found in tried if _spectrum(angle, found.x).max() > 2.0 * NONE]
+    real = [found for found in tried if _spectrum(angle, found.x).max() > 2.0 * LEAST_SPECTRUM]
     best = min(real, key=lambda found: float(found.fun), default=None)
-    if best is None or white - float(best.fun) < EVIDENCE:
+    if best is None or white - float(best.fun) < THRESHOLDS.least_twice_gain_of_correlation:
         return Colour()
     p = np.asarray(best.x)
     return replace(to_arma(p), freedom=_freedom(p, deviance))
@@ -225,7 +216,7 @@ def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
     -----
     ν = 2/Var(ln S(0)), as a scaled χ² of ν degrees of freedom has the relative variance 2/ν. The variance follows from
     the curvature H of −ln L at the maximum by the delta method, ∇ᵀ·H⁻¹·∇ with ∇ the gradient of ln S(0). ν is at least
-    `LEAST_FREEDOM`.
+    `least_freedom_of_spectrum`.
     """
     step, n = 0.05, p.size
     H = np.empty((n, n))
@@ -235,14 +226,14 @@ def _freedom(p: Array, deviance: Callable[[Array], float]) -> float:
             H[i, k] = deviance(p + a + b) - deviance(p + a - b) - deviance(p - a + b) + deviance(p - a - b)
     H /= 8.0 * step**2  # of −ln L, half the deviance
     if not np.isfinite(H).all():  # a step of the difference left the bounds of the deviance
-        return LEAST_FREEDOM
+        return THRESHOLDS.least_freedom_of_spectrum
     curvatures = np.linalg.eigvalsh(H)
-    if curvatures[0] <= FLAT * curvatures[-1]:
-        return LEAST_FREEDOM
+    if curvatures[0] <= LEAST_CURVATURE_RATIO * curvatures[-1]:
+        return THRESHOLDS.least_freedom_of_spectrum
     base = np.log(_spectrum(np.zeros(1), p)[0])
     slope = np.array([np.log(_spectrum(np.zeros(1), p + 1e-4 * e)[0]) - base for e in np.eye(n)]) / 1e-4
     variance = float(slope @ np.linalg.solve(H, slope))
-    return max(2.0 / variance, LEAST_FREEDOM)
+    return max(2.0 / variance, THRESHOLDS.least_freedom_of_spectrum)
 
 
 def to_arma(p: Array) -> Colour:

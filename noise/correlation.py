@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 from haptid.measurement.values.run import Array
 
 Path = Literal["reading", "torque"]
-SMALL = 1e-6
+LEAST_SINGULAR_VALUE_RATIO = 1e-6
 """Ratio to the largest singular value below which a singular direction is dropped."""
 
 
@@ -155,14 +155,15 @@ def directions(M: Array) -> tuple[Array, Array]:
     vectors : ndarray, shape (n, K)
         Left singular vectors.
     values : ndarray, shape (K,)
-        Singular values above `SMALL` times the largest, K ≤ k.
+        Singular values above `LEAST_SINGULAR_VALUE_RATIO` times the largest, K ≤ k.
 
     Notes
     -----
     LAPACK's divide and conquer (gesdd) does not converge on some matrices with equal columns; an eigenproblem does.
     """
     values, vectors = np.linalg.eigh(M.T @ M)
-    keep = values > SMALL**2 * max(float(values.max(initial=0.0)), 1e-300)  # eigenvalues are squared singular values
+    # Eigenvalues are squared singular values.
+    keep = values > LEAST_SINGULAR_VALUE_RATIO**2 * max(float(values.max(initial=0.0)), 1e-300)
     d = np.sqrt(values[keep])
     return np.asarray(M @ (vectors[:, keep] / d)), d
 

@@ -95,10 +95,6 @@ class Hyper:
     start: float
 
 
-NOISE_KNOWN, NOISE_ESTIMATED = 0.05, 0.5
-"""Standard deviation of ln(noise factor) in its prior, where the campaign states the sensor's noise and where not."""
-
-
 def noise_factor(width: float) -> Hyper:
     """Return the factor on the sensor's standard deviation √(noise² + resolution²/12).
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from haptid.measurement.values.run import Array
 
-LARGEST = 1e24
+LARGEST_FINITE_ENTRY = 1e24
 """Size of K's entries from which the simulation behind them counts as diverged."""
 
 
@@ -30,10 +30,10 @@ def _capacitance(gram: Array, scales: Array, first: int) -> tuple[Array, Array]:
     lower : ndarray, shape (…, k, k)
         Cholesky factor L of K.
     w : ndarray, shape (…, k, first)
-        L⁻¹·Λ·G[first:, :first], NaN where an entry of K is beyond `LARGEST`.
+        L⁻¹·Λ·G[first:, :first], NaN where an entry of K is beyond `LARGEST_FINITE_ENTRY`.
     """
     inner = scales[..., :, None] * gram[..., first:, first:] * scales[..., None, :]
-    finite = (np.abs(inner) < LARGEST).all(axis=(-1, -2), keepdims=True)
+    finite = (np.abs(inner) < LARGEST_FINITE_ENTRY).all(axis=(-1, -2), keepdims=True)
     lower = _factor(np.eye(inner.shape[-1]) + np.where(finite, inner, 0.0))
     right = np.where(finite, scales[..., :, None] * gram[..., first:, :first], np.nan)
     return lower, np.asarray(np.linalg.solve(lower, right), dtype=np.float64)

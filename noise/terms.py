@@ -19,11 +19,9 @@ from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.noise.noise_model import NoiseModel
+from haptid.noise.thresholds import THRESHOLDS
 
-START_SHARE = 0.05
-"""Prior standard deviation of the initial position around the first sample, as a share of the travel: much wider than
-what the run determines, so that the noise of the first sample counts once, as data."""
-NUDGE = 1e-3
+RELATIVE_TORQUE_CHANGE = 1e-3
 """Relative change δ of a cycle's torque in the finite difference of its scatter column [1]."""
 
 
@@ -103,7 +101,7 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
     travel = float(np.ptp(run.y[:, 0]))
     std = start.unit.copy()
     # A run that hardly moves has a travel of the noise's size: its prior stays wide against the noise by the second.
-    std[0] = max(START_SHARE * travel, 10 * float(run.sensor_std[0]))
+    std[0] = max(THRESHOLDS.initial_position_std_over_travel * travel, 10 * float(run.sensor_std[0]))
     at = start.base.copy() if x0 is None else np.array(x0)
     return Terms(
         run=run,
@@ -158,10 +156,10 @@ def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: Noi
 
 def _torque_column(simulator: Simulator, theta: Array, x0: Array, run: Run, rows: NDArray[np.bool_]) -> Array:
     """Return ∂y/∂ξ of the cycle in ``rows``, shape (n_t,): central difference with its torque times 1 ± δ."""
-    change = NUDGE * run.u * rows[:, None]
+    change = RELATIVE_TORQUE_CHANGE * run.u * rows[:, None]
     up = simulator.simulate(theta, run.but(u=run.u + change), x0=x0).y[:, 0]
     down = simulator.simulate(theta, run.but(u=run.u - change), x0=x0).y[:, 0]
-    return np.asarray((up - down) / (2 * NUDGE))
+    return np.asarray((up - down) / (2 * RELATIVE_TORQUE_CHANGE))
 
 
 def column_scales(terms: Terms, model: NoiseModel, hyper: dict[str, Array]) -> Array:

@@ -14,21 +14,7 @@ import numpy as np
 from haptid.discrepancy.candidate.refit import Candidate
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.fit.solution import Solution
-
-FAMILY = 0.002
-"""Family-wise p-value over the catalogue below which a score counts."""
-REFUTABLE = 1e-4
-"""Family-wise p-value below which a score counts although no effect that was fitted has earned its place."""
-LACK = 5e-4
-"""p of the omnibus test, and of parameter constancy, below which a model lacks something."""
-EXCESS = 0.02
-"""Largest excess of a run's mean square over the stated noise, beyond chance, that a model with effects may have."""
-BETTER = 6.0
-"""Least gain in the criterion that an effect has to bring."""
-RIVAL = 10.0
-"""Difference of the criterion within which two candidates cannot be told apart."""
-SIGNIFICANT = 9.0
-"""Least Wald statistic of an effect's amplitudes, or least loss of the criterion without the effect."""
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -88,12 +74,15 @@ class Trial:
         """Whether every test finds noise alone in the residual, on fitted and on held-out runs."""
         # Where every catalogue effect was fitted in vain, a low score alone is weak evidence, so it has to be much
         # lower.
-        return self.passes and self.left_p > (REFUTABLE if self.refuted else FAMILY) and not self.varies
+        least = THRESHOLDS.candidate.family_wise_p_value
+        if self.refuted:
+            least = THRESHOLDS.candidate.refuted_family_wise_p_value
+        return self.passes and self.left_p > least and not self.varies
 
     @property
     def varies(self) -> bool:
         """Whether the parameters differ from run to run by more than noise explains."""
-        return self.constant_p <= LACK
+        return self.constant_p <= THRESHOLDS.candidate.lack_p_value
 
     @property
     def passes(self) -> bool:
@@ -103,13 +92,19 @@ class Trial:
         noise, so a model with effects must not exceed it.
         """
         prediction = self.candidate.prediction
-        explained = not self.solution.effects or prediction.excess <= EXCESS
-        return self.left.p > LACK and prediction.noise_alone and explained
+        as_stated = prediction.excess <= THRESHOLDS.candidate.largest_excess_over_stated_noise
+        explained = not self.solution.effects or as_stated
+        return self.left.p > THRESHOLDS.candidate.lack_p_value and prediction.noise_alone and explained
 
     @property
     def acceptable(self) -> bool:
         """Whether the last effect of the model has earned its place."""
-        return self.gain > BETTER and self.held_out >= 0.0 and self.worth > SIGNIFICANT and not self.at_bound
+        return (
+            self.gain > THRESHOLDS.candidate.least_gain_in_criterion
+            and self.held_out >= 0.0
+            and self.worth > THRESHOLDS.candidate.least_wald_statistic
+            and not self.at_bound
+        )
 
 
 def keys_of(solution: Solution) -> frozenset[str]:

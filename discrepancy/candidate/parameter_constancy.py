@@ -29,10 +29,8 @@ from haptid.discrepancy.fit.noise_estimate import estimate
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.fit.tangent_space import movable, tangent_space
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-
-OWN = 1e-4
-"""Squared sine of the angle to the tangent space of the fit below which a direction does not count as a run's own."""
 
 
 def constancy(study: Study, solution: Solution) -> tuple[float, int]:
@@ -80,7 +78,7 @@ def _p(fit: Solution) -> float:
         along.append(own.T @ r[rows])
     H = np.concatenate(held, axis=1)
     values, vectors = np.linalg.eigh(block_diag(*products) - H.T @ H)
-    kept = values > OWN
+    kept = values > THRESHOLDS.candidate.least_own_squared_sine
     if not kept.any():
         return 1.0
     energy = float(((vectors[:, kept].T @ np.concatenate(along)) ** 2 / values[kept]).sum())
@@ -105,4 +103,4 @@ def _with_own_places(fit: Solution, Q: Array) -> Array:
     own /= np.maximum(np.linalg.norm(own, axis=0), 1e-300)
     own -= Q @ (Q.T @ own)
     U, size, _ = np.linalg.svd(own, full_matrices=False)
-    return np.column_stack((Q, U[:, size**2 > OWN]))
+    return np.column_stack((Q, U[:, size**2 > THRESHOLDS.candidate.least_own_squared_sine]))

@@ -17,29 +17,13 @@ from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.detect.signatures import Point
 from haptid.discrepancy.fit.held_out import Prediction, predict
 from haptid.discrepancy.fit.noise_estimate import PATHS, estimate
-from haptid.discrepancy.fit.solution import ROUGH, Solution, solve
+from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.noise.correlation import Noise, Path, Scatter
 from haptid.support.linear_algebra import inverse, scaled_covariance, symmetric_inverse
-
-FIRST, MORE, FULL = 6, 25, 60
-"""Largest number of simulations of all runs: of a first try, of its continuation, and of the fit to the end."""
-SETTLING = 5
-"""Largest number of fits under a re-estimated noise: a fit that has not converged yet passes for noise that is not
-there."""
-LARGE, SMALL, ALIKE = 10.0, 0.01, 0.5
-"""Largest factor on an effect's typical size at the start, the same for an effect without shape parameters, and the
-share of the score statistic T from which the next shape is tried too."""
-LOST, LESS = 40.0, 0.1
-"""Loss of log-likelihood in a first try that shows its amplitude to be too large, and the share at which it begins
-again."""
-EDGE, NEAR = 1e-3, 0.5
-"""Relative distance from the lower bound at which a wave number or time constant counts as lying there, and the largest
-such distance where two of its standard errors reach the bound."""
-INFORMED = 0.5
-"""Standard error over the range of a shape parameter (at most a factor e) below which the data inform the parameter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -120,7 +104,8 @@ def count_informed_parameters(solution: Solution) -> int:
     """
     own = {q.id for e in solution.effects for q in e.parameters}
     amplitudes = {q.id for e in solution.effects for q in e.parameters[: e.amplitudes]}
-    std = scaled_std(solution)
+    J = solution.blocks.jacobian
+    std = np.sqrt(np.diag(inverse(J.T @ J)))  # very large where the data say nothing
     lower, upper = solution.problem.parametrisation.bounds
     count = 0
     for i, id in enumerate(solution.problem.parametrisation.ids):
@@ -129,7 +114,7 @@ def count_informed_parameters(solution: Solution) -> int:
         if id in amplitudes:
             count += 1
         elif id in own:
-            count += std[i] < INFORMED * min(1.0, float(upper[i] - lower[i]))
+            count += std[i] < THRESHOLDS.candidate.informed_std_over_range * min(1.0, float(upper[i] - lower[i]))
     return count + len(solution.noise.scatters) + 2 * (not solution.noise.colour.white)
 
 
@@ -207,11 +192,11 @@ def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solu
     """
     amplitude = np.array(near(effect, score.amplitude))
     begun = _start_refit(study, current, effect, score, amplitude)
-    if begun.log_likelihood > current.log_likelihood - LOST:
+    if begun.log_likelihood > current.log_likelihood - THRESHOLDS.candidate.largest_first_try_loss:
         return begun
     # The nominal model may have moved to where the linear estimate of the amplitude makes the joint stick and slip.
     # From a tenth of that amplitude the fit can find its way.
-    again = _start_refit(study, current, effect, score, LESS * amplitude)
+    again = _start_refit(study, current, effect, score, THRESHOLDS.candidate.amplitude_share_after_loss * amplitude)
     return replace(likeliest(begun, again), calls=begun.calls + again.calls)
 
 
@@ -222,7 +207,9 @@ def likeliest(*fits: Solution) -> Solution:
 
 def _start_refit(study: Study, current: Solution, effect: Effect, score: Score, amplitude: Array) -> Solution:
     values = current.values | start_values(effect, score.point, amplitude.tolist())
-    return _roughly(study, (*current.effects, effect), current.noise, values, current.x0, FIRST)
+    return _roughly(
+        study, (*current.effects, effect), current.noise, values, current.x0, THRESHOLDS.candidate.first_try_simulations
+    )
 
 
 def continue_refit(study: Study, current: Solution, begun: Solution, score: Score) -> tuple[Solution, int]:
@@ -244,11 +231,15 @@ def continue_refit(study: Study, current: Solution, begun: Solution, score: Scor
     solution, calls
         The likelier fit, and the number of simulations of all runs.
     """
-    further = [_roughly(study, begun.effects, begun.noise, begun.values, begun.x0, MORE)]
-    if score.others and score.others[0][1] > ALIKE * score.T:
+    further = [
+        _roughly(study, begun.effects, begun.noise, begun.values, begun.x0, THRESHOLDS.candidate.continued_simulations)
+    ]
+    if score.others and score.others[0][1] > THRESHOLDS.candidate.least_second_shape_share * score.T:
         point, _, amplitude = score.others[-1]
         values = current.values | start_values(begun.effects[-1], point, near(begun.effects[-1], amplitude))
-        further.append(_roughly(study, begun.effects, begun.noise, values, current.x0, MORE))
+        further.append(
+            _roughly(study, begun.effects, begun.noise, values, current.x0, THRESHOLDS.candidate.continued_simulations)
+        )
     best = likeliest(*further)
     return best, sum(s.calls for s in further)
 
@@ -261,8 +252,10 @@ def _roughly(
     x0: Sequence[Array],
     iterations: int,
 ) -> Solution:
-    """Fit for at most ``iterations`` simulations, to the tolerance `ROUGH`."""
-    return solve(study, effects, noise, values, x0=x0, iterations=iterations, tolerance=ROUGH)
+    """Fit for at most ``iterations`` simulations, to the tolerance `rough_tolerance_chi2`."""
+    return solve(
+        study, effects, noise, values, x0=x0, iterations=iterations, tolerance=THRESHOLDS.fit.rough_tolerance_chi2
+    )
 
 
 def near(effect: Effect, amplitude: Sequence[float]) -> list[float]:
@@ -283,10 +276,13 @@ def near(effect: Effect, amplitude: Sequence[float]) -> list[float]:
     Returns
     -------
     list of float
-        Factors of the same ratio, at most `SMALL` without shape parameters and `LARGE` with them.
+        Factors of the same ratio, at most `largest_start_size_without_shape` without shape parameters and
+        `largest_start_size` with them.
     """
     free = sum(not x.fixed for x in effect.parameters)
-    return no_larger(amplitude, SMALL if free == effect.amplitudes and not effect.shapes else LARGE)
+    if free == effect.amplitudes and not effect.shapes:
+        return no_larger(amplitude, THRESHOLDS.candidate.largest_start_size_without_shape)
+    return no_larger(amplitude, THRESHOLDS.candidate.largest_start_size)
 
 
 def no_larger(amplitude: Sequence[float], largest: float) -> list[float]:
@@ -331,13 +327,22 @@ def settle(
     Candidate
         Refitted model under its own noise, with its scores.
     """
-    solution = solve(study, effects, first.noise, first.values, x0=first.x0, iterations=FULL)
+    solution = solve(
+        study, effects, first.noise, first.values, x0=first.x0, iterations=THRESHOLDS.candidate.full_fit_simulations
+    )
     solution, calls = sharpen_jumps(study, solution, calls + solution.calls)
-    for k in range(SETTLING):
+    for k in range(THRESHOLDS.candidate.most_fits_under_new_noise):
         noise = estimate(study, solution, paths)
         if alike(noise, solution.noise, study.fitted[0].sensor_std):
             break
-        again = solve(study, solution.effects, noise, solution.values, x0=solution.x0, iterations=FULL)
+        again = solve(
+            study,
+            solution.effects,
+            noise,
+            solution.values,
+            x0=solution.x0,
+            iterations=THRESHOLDS.candidate.full_fit_simulations,
+        )
         calls += again.calls
         if not again.finite:  # about the amplitudes of another scatter, the simulation may leave the numbers
             break
@@ -370,7 +375,9 @@ def sharpen_jumps(study: Study, solution: Solution, calls: int, edge: float = 0.
     while any(sharper := [e.sharper if e.edges and e.edges[0] >= edge else None for e in solution.effects]):
         effects = [new or effect for new, effect in zip(sharper, solution.effects, strict=True)]
         values = {id: p for id, p in solution.values.items() if id not in {effect.edge for effect in effects}}
-        tried = solve(study, effects, solution.noise, values, x0=solution.x0, iterations=FULL)
+        tried = solve(
+            study, effects, solution.noise, values, x0=solution.x0, iterations=THRESHOLDS.candidate.full_fit_simulations
+        )
         calls += tried.calls
         if tried.log_likelihood <= solution.log_likelihood:
             break
@@ -425,10 +432,11 @@ def significance(solution: Solution) -> tuple[float, bool]:
         low = (solution.x[at] - lower[at] < room) & (lower[at] < zero[at] - room)
         at_bound |= bool(np.any((upper[at] - solution.x[at] < room) | low))
         # The margin is twice the standard error, so that a poorly known shape counts as at its bound, but at most
-        # `NEAR`, so that an undetermined one does not always.
+        # `largest_margin_at_bound`, so that an undetermined one does not always.
         shape = [ids.index(q.id) for q in effect.parameters[effect.amplitudes :] if q.scale == "log" and not q.fixed]
         error = np.sqrt(np.diag(covariance)[shape]) / size[shape]
-        at_bound |= bool(np.any(solution.x[shape] - lower[shape] < np.clip(2.0 * error, EDGE, NEAR)))
+        least, largest = THRESHOLDS.candidate.least_margin_at_bound, THRESHOLDS.candidate.largest_margin_at_bound
+        at_bound |= bool(np.any(solution.x[shape] - lower[shape] < np.clip(2.0 * error, least, largest)))
     return wald, at_bound
 
 
@@ -483,5 +491,7 @@ def refit_with(study: Study, solution: Solution, effects: Sequence[Effect], valu
     Candidate
         Model fitted to the end, with its scores.
     """
-    first = solve(study, effects, solution.noise, values, x0=solution.x0, iterations=FIRST)
+    first = solve(
+        study, effects, solution.noise, values, x0=solution.x0, iterations=THRESHOLDS.candidate.first_try_simulations
+    )
     return settle(study, effects, first, first.calls)

@@ -2,7 +2,7 @@
 
 A signature of norm ‖D⊥‖ scaled by s gives the score statistic T a non-central χ² distribution with the non-centrality
 s²·‖D⊥‖². The smallest detectable size is the one whose T passes the threshold of the whole catalogue (family-wise
-p-value `LEVEL`) in the share `POWER` of all data sets.
+p-value `detected_family_wise_p_value`) in the share `detection_power` of all data sets.
 """
 
 from __future__ import annotations
@@ -16,11 +16,9 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from haptid.discrepancy.detect.signatures import Point
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
-
-LEVEL, POWER = 0.01, 0.9
-"""Family-wise p-value at which an effect counts as detected, and share of data sets in which it has to be detected."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,14 +49,15 @@ class Detectable:
 
 @cache
 def noncentrality(dof: int, tests: float) -> float:
-    """Return the non-centrality λ at which the score statistic passes its threshold in the share `POWER` of data sets.
+    """Return the non-centrality λ at which the score statistic passes its threshold in a share of data sets.
 
     Parameters
     ----------
     dof
         Degrees of freedom of the statistic T.
     tests
-        Number of independent tests N of the catalogue; each has the level 1 − (1 − `LEVEL`)^(1/N).
+        Number of independent tests N of the catalogue; each has the level 1 − (1 − p)^(1/N), with p the
+        family-wise `detected_family_wise_p_value`.
 
     Returns
     -------
@@ -70,8 +69,12 @@ def noncentrality(dof: int, tests: float) -> float:
     >>> round(noncentrality(1, 1.0), 2)
     14.88
     """
-    threshold = float(chi2.isf(-np.expm1(np.log1p(-LEVEL) / tests), dof))
-    return float(brentq(lambda x: ncx2.sf(threshold, dof, x) - POWER, 1e-3, 10.0 * threshold + 100.0))
+    threshold = float(chi2.isf(-np.expm1(np.log1p(-THRESHOLDS.detect.detected_family_wise_p_value) / tests), dof))
+
+    def excess_power(noncentrality: float) -> float:
+        return float(ncx2.sf(threshold, dof, noncentrality)) - THRESHOLDS.detect.detection_power
+
+    return float(brentq(excess_power, 1e-3, 10.0 * threshold + 100.0))
 
 
 def smallest(points: Sequence[Point], G: Array, tests: float, entries: Mapping[str, Effect]) -> tuple[Detectable, ...]:

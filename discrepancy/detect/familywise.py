@@ -18,13 +18,9 @@ import numpy as np
 
 from haptid.discrepancy.detect.chi_squared import log_tails
 from haptid.discrepancy.detect.signatures import Point
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import symmetric_inverse
-
-DRAWS = 2000
-"""Number of random draws of scores or of signs."""
-STRETCHES = 60
-"""Number of stretches of a run whose signs are flipped, each on its own."""
 
 
 def independent_tests(G: Array, points: Sequence[Point], seed: int = 0) -> float:
@@ -46,8 +42,8 @@ def independent_tests(G: Array, points: Sequence[Point], seed: int = 0) -> float
 
     Notes
     -----
-    Scores Dᵀε ~ N(0, G) are drawn `DRAWS` times. With P(min p > x) = (1 − x)^N, the maximum-likelihood estimate is
-    N = −1/mean(ln(1 − min p)).
+    Scores Dᵀε ~ N(0, G) are drawn `random_draws` times. With P(min p > x) = (1 − x)^N, the
+    maximum-likelihood estimate is N = −1/mean(ln(1 − min p)).
     """
     if not points:
         return 1.0
@@ -58,7 +54,7 @@ def independent_tests(G: Array, points: Sequence[Point], seed: int = 0) -> float
     values, vectors = np.linalg.eigh(G / np.outer(size, size))
     keep = values > 1e-10 * values[-1]
     root = vectors[:, keep] * np.sqrt(values[keep])
-    drawn = (root @ rng.standard_normal((int(keep.sum()), DRAWS))) * size[:, None]
+    drawn = (root @ rng.standard_normal((int(keep.sum()), THRESHOLDS.detect.random_draws))) * size[:, None]
     smallest = np.minimum(0.0, np.min([_log_p(point, G, drawn) for point in points], axis=0))
     return max(1.0, -1.0 / float(np.mean(np.log1p(-np.minimum(np.exp(smallest), 1 - 1e-12)))))
 
@@ -87,7 +83,7 @@ def by_sign_flips(
     -------
     dict
         p-value by key: the share of sign patterns in which any effect scores as well as this one, at least
-        1/(`DRAWS` + 1).
+        1/(`random_draws` + 1).
 
     Notes
     -----
@@ -100,20 +96,20 @@ def by_sign_flips(
     """
     edges, first = [], 0
     for run in runs:
-        ends = np.linspace(0, run.t.size, min(STRETCHES, run.t.size) + 1).astype(int)
+        ends = np.linspace(0, run.t.size, min(THRESHOLDS.detect.sign_stretches_per_run, run.t.size) + 1).astype(int)
         edges.extend(first + run.y.shape[1] * ends[:-1])
         first += run.y.size
     parts = np.add.reduceat(D[:first] * r[:first, None], edges)
-    signs = np.random.default_rng(seed).choice((-1.0, 1.0), size=(len(edges), DRAWS))
+    signs = np.random.default_rng(seed).choice((-1.0, 1.0), size=(len(edges), THRESHOLDS.detect.random_draws))
     # The first column has all signs positive: it holds the scores as they were found.
     c = parts.T @ np.column_stack((np.ones(len(edges)), signs))
     own: dict[str, float] = {}
-    smallest: Array = np.zeros(DRAWS)
+    smallest: Array = np.zeros(THRESHOLDS.detect.random_draws)
     for point in points:
         log_p = _log_p(point, G, c)
         own[point.key] = min(own.get(point.key, 0.0), float(log_p[0]))
         smallest = np.minimum(smallest, log_p[1:])
-    return {key: (1 + int((smallest <= p).sum())) / (DRAWS + 1) for key, p in own.items()}
+    return {key: (1 + int((smallest <= p).sum())) / (THRESHOLDS.detect.random_draws + 1) for key, p in own.items()}
 
 
 def _log_p(point: Point, G: Array, c: Array) -> Array:

@@ -6,7 +6,7 @@ well below the spread of every test: below one square of the noise over all rows
 
 1. Begin at the longest step.
 2. Compare the readings at the step and at half of it, projected off the tangent space.
-3. Halve the step until ‖P·e‖² is below the limit, at most `HALVINGS` times.
+3. Halve the step until ‖P·e‖² is below the limit, at most `most_step_halvings` times.
 
 Where the residual is far above noise anyway, a small share of its excess is invisible too: a nominal model that misses
 the readings by a thousand times the noise may stick where the joint slips, and no step follows its stops. The best
@@ -25,16 +25,10 @@ import numpy as np
 
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.fit.tangent_space import tangent_space
-from haptid.discrepancy.study.simulators import COARSE, Factory
+from haptid.discrepancy.study.simulators import Factory
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-
-INVISIBLE = 0.5
-"""Largest ‖P·e‖² of a step whose error counts as invisible, in squares over the noise."""
-SMALL_SHARE = 1e-6
-"""The same for the nominal model, as a share of the excess of its χ² over noise."""
-HALVINGS = 5
-"""Largest number of times that the step is halved."""
 
 
 def at_step(study: Study, step: float) -> Study:
@@ -106,7 +100,9 @@ def visible(study: Study, solution: Solution, step: float) -> float:
     return float(e @ e)
 
 
-def step_for(study: Study, solution: Solution, first: float = COARSE, share: float = 0.0) -> float:
+def step_for(
+    study: Study, solution: Solution, first: float = THRESHOLDS.study.coarse_step_s, share: float = 0.0
+) -> float:
     """Return the longest inner step whose error is invisible.
 
     Parameters
@@ -125,8 +121,9 @@ def step_for(study: Study, solution: Solution, first: float = COARSE, share: flo
     float
         The longest ``first``/2ᵏ [s] with an invisible error, or the shortest step where none has one.
     """
-    step, limit = first, max(INVISIBLE, share * (solution.chi2 - solution.residual.size))
-    for _ in range(HALVINGS):
+    step = first
+    limit = max(THRESHOLDS.detect.invisible_step_error_chi2, share * (solution.chi2 - solution.residual.size))
+    for _ in range(THRESHOLDS.detect.most_step_halvings):
         if visible(study, solution, step) < limit:
             break
         step /= 2

@@ -2,7 +2,8 @@
 
 1. Sort the residual's energy above the noise into bins of position, speed, torque, time, cycle, direction, run and
    frequency (`maps`).
-2. For every variable, find the narrowest range of bins that holds at least `SHARE` of that energy (`regions`).
+2. For every variable, find the narrowest range of bins that holds at least `least_share_of_excess_in_region` of that
+   energy (`regions`).
 3. Say so in sentences (`describe_regions`).
 """
 
@@ -13,14 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 
-BINS = 12
-"""Number of bins of equal width per variable; fewer where the variable has fewer values."""
-SHARE = 0.5
-"""Share of the residual's excess energy that a region must hold."""
 AXES = {
     "position_rad": ("position", "rad"), "velocity_rad_s": ("speed", "rad/s"), "torque_Nm": ("drive torque", "N m"),
     "time_s": ("time", "s"), "cycle": ("cycle", ""), "direction": ("direction", ""), "run": ("run", ""),
@@ -166,12 +164,12 @@ def maps(runs: Sequence[Run], simulated: Sequence[Array]) -> tuple[Map, ...]:
 
 
 def _even(values: Array) -> Array:
-    return np.linspace(values.min(), max(values.max(), values.min() + 1e-12), BINS + 1)
+    return np.linspace(values.min(), max(values.max(), values.min() + 1e-12), THRESHOLDS.detect.bins_per_variable + 1)
 
 
 def _count_edges(count: int) -> Array:
-    """Return edges of bins about the numbers 0 to count − 1, with as few numbers per bin as `BINS` allows."""
-    each = -(-count // BINS)
+    """Return edges of bins about the numbers 0 to count − 1, as few per bin as `bins_per_variable` allows."""
+    each = -(-count // THRESHOLDS.detect.bins_per_variable)
     return np.minimum(np.arange(-(-count // each) + 1) * each, count) - 0.5
 
 
@@ -197,7 +195,7 @@ def _spectrum(runs: Sequence[Run], left: Sequence[Array]) -> Map:
         energy.append(both * np.abs(np.fft.rfft(r)) ** 2 / r.size)
         expected.append(both)
     low, high = min(float(w[1]) for w in omega), max(float(w[-1]) for w in omega)
-    edges = np.geomspace(low, max(high, low * (1.0 + 1e-9)), BINS + 1)
+    edges = np.geomspace(low, max(high, low * (1.0 + 1e-9)), THRESHOLDS.detect.bins_per_variable + 1)
     w, squares, mean = (np.concatenate(each) for each in (omega, energy, expected))
     return _map("frequency_rad_s", w, squares, mean, edges)
 
@@ -208,7 +206,7 @@ def excess(found: Sequence[Map]) -> float:
 
 
 def regions(found: Sequence[Map]) -> tuple[Region, ...]:
-    """Return the narrowest range of every variable that holds at least `SHARE` of the excess energy.
+    """Return the narrowest range of every variable that holds the share of the excess energy that a region must hold.
 
     Parameters
     ----------
@@ -253,7 +251,8 @@ def _narrowest(m: Map) -> Region | None:
     # Bins below the noise count 0: a negative excess would let a wide range hold more than the whole energy.
     share = np.concatenate(([0.0], np.cumsum(np.maximum(m.excess, 0.0)))) / total
     rows = np.concatenate(([0.0], np.cumsum(m.rows))) / max(float(m.rows.sum()), 1.0)
-    pairs = [(b - a, a, b) for a in range(n) for b in range(a + 1, n + 1) if share[b] - share[a] >= SHARE]
+    least = THRESHOLDS.detect.least_share_of_excess_in_region
+    pairs = [(b - a, a, b) for a in range(n) for b in range(a + 1, n + 1) if share[b] - share[a] >= least]
     _, a, b = min(pairs, key=lambda p: (rows[p[2]] - rows[p[1]], p))
     lower, upper = _ends(m, a, b)
     return Region(

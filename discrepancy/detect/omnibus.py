@@ -2,7 +2,7 @@
 
 1. Project the whitened residual off the tangent space Q of the fit: r = P·ε with P = I − QQᵀ.
 2. Take its energy e = ‖Bᵀr‖² in three bands with orthonormal bases B: the harmonics of the drive, the same growing
-   through the run, and everything slower than `BAND`.
+   through the run, and everything slower than `omnibus_band_rad_per_s`.
 3. Compare each energy with noise: its mean is tr(BᵀPB) and its variance 2·tr((BᵀPB)²), scaled χ² to second order.
 4. Test the tallest single line of the last band too, and combine all tests by Bonferroni.
 
@@ -24,15 +24,11 @@ from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.fit.tangent_space import tangent_space
 from haptid.discrepancy.study.channels import Channel, channels
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.signals.harmonics import harmonics
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Whitener
-
-BAND = 40.0
-"""Upper end of the band of motion [rad/s]."""
-FAR = 5.0
-"""Energy over its degrees of freedom beyond which no noise model turns the residual into noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +61,7 @@ class Omnibus:
     @property
     def far(self) -> bool:
         """Whether the residual is so large that no noise model turns it into noise."""
-        return self.energy > FAR * self.dof
+        return self.energy > THRESHOLDS.detect.far_energy_over_freedom * self.dof
 
 
 def satterthwaite(along: Array, moved: Array, freedom: float = np.inf) -> tuple[float, float, float]:
@@ -128,7 +124,7 @@ def omnibus(study: Study, solution: Solution) -> Omnibus:
             H = _waves(run, own, solution.problem.whiteners[number], drifting=drifting)
             found[name].append(np.linalg.qr(H)[0].T @ mine)
         # Line k of the discrete cosine transform has the frequency k·π/duration.
-        lines = 1 + int(BAND * run.t[-1] / np.pi)
+        lines = 1 + int(THRESHOLDS.detect.omnibus_band_rad_per_s * run.t[-1] / np.pi)
         found["band"] += [dct(both[c.rows], axis=0, norm="ortho")[:lines] for c in own]
         first += run.y.size
     freedom = solution.noise.colour.freedom

@@ -22,11 +22,9 @@ from haptid.discrepancy.detect.signatures import Point, Signatures
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.fit.tangent_space import tangent_space
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
-
-SEEN = 1e-3
-"""Share of a signature's norm that must survive the projection for the signature to be scored."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,7 +162,7 @@ def scan(
     """
     r, D, survives = project(study, solution, found)
     c, G = D.T @ r, D.T @ D
-    visible = [p for p in found.points if survives[p.columns].max() > SEEN]
+    visible = [p for p in found.points if survives[p.columns].max() > THRESHOLDS.detect.least_share_off_tangent_space]
     count = independent_tests(G, visible) if tests is None else tests
     flipped = by_sign_flips(r, D, G, visible, study.fitted) if tests is None else {}
     best: dict[str, list[tuple[float, Point, float, tuple[float, ...]]]] = {}

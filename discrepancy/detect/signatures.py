@@ -17,15 +17,10 @@ import numpy as np
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.simulators.protocol import initial_state
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
-
-SHARE = 0.03
-"""Share s of the typical amplitude: at the whole amplitude, curvature along what the nominal model can nearly reproduce
-would pass for a discrepancy."""
-BLOWN = 1e6
-"""Largest change of a reading, in standard deviations of the sensor, beyond which the simulation counts as diverged."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -140,7 +135,7 @@ def entry_columns(study: Study, solution: Solution, effect: Effect) -> tuple[lis
     """
     simulator = study.sketcher((*solution.effects, effect))
     grid = shapes(effect)
-    share = 1.0 if _has_grid_of_amplitudes(effect) else SHARE
+    share = 1.0 if _has_grid_of_amplitudes(effect) else THRESHOLDS.detect.share_of_typical_amplitude
     amplitudes = [x.id for x in effect.parameters[: effect.amplitudes]]
     sets = [{}, *(values | {a: share * values[a] for a in amplitudes} for point in grid for values in point)]
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
@@ -195,7 +190,7 @@ def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> S
             block = raw[:, at : at + len(point)]
             at += len(point)
             # A diverged simulation would give its shape an arbitrary score.
-            if not np.isfinite(block).all() or np.abs(block).max() > BLOWN:
+            if not np.isfinite(block).all() or np.abs(block).max() > THRESHOLDS.detect.largest_change_over_sensor_std:
                 continue
             points.append(Point(key=effect.key, values=point, columns=slice(column, column + len(point))))
             blocks.append(block)

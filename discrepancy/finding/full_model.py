@@ -2,7 +2,7 @@
 
 No fit saw these runs and nothing is fitted to them. Simulated are the identified model, and the model with the named
 effects. Noise and the known uncertainty of the parameters explain the RMS e = √(noise² + spread²) together. A joint
-with an RMS above `EXPECTED`·e has a model discrepancy.
+with an RMS above `largest_rms_over_expected`·e has a model discrepancy.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from haptid.discrepancy.finding.finding import SCHEMA
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import Verdict
 from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint
 from haptid.fmu_build.exchange.identification_json import of_device
@@ -22,10 +23,6 @@ from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
 from haptid.model.joint.joint_in_device import names_of
 from haptid.model.joint.whole_device import full_equations
-
-EXPECTED = 3.0
-"""RMS over the expected one beyond which a joint has a discrepancy: the parameters' error is one draw for the whole
-run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -164,8 +161,8 @@ def _parameter_spread(identification: Mapping[str, Any]) -> dict[tuple[str, str,
 
 
 def _said(rows: Sequence[Missed], names: Sequence[str]) -> tuple[Verdict, str]:
-    before = {r.joint for r in rows if r.before > EXPECTED * r.expected}
-    after = {r.joint for r in rows if r.after > EXPECTED * r.expected}
+    before = {r.joint for r in rows if r.before > THRESHOLDS.finding.largest_rms_over_expected * r.expected}
+    after = {r.joint for r in rows if r.after > THRESHOLDS.finding.largest_rms_over_expected * r.expected}
     with_names = f"with {', '.join(names)}" if names else "no effect was named in its joints"
     if not before and not after:
         return "nothing_missing", "Nothing is missing: noise and the parameters' uncertainty explain these runs."

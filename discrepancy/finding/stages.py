@@ -12,7 +12,6 @@ from typing import Any, Literal
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import FAMILY, LACK
 from haptid.discrepancy.detect.localise import Map, Region, describe_regions, regions
 from haptid.discrepancy.detect.omnibus import Omnibus, omnibus
 from haptid.discrepancy.detect.score_tests import Scan
@@ -21,14 +20,13 @@ from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.solution import Solution
 from haptid.discrepancy.search.forward_selection import fit_nominal_model, score_catalogue, under_own_noise
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.support.numbers import plain
 from haptid.support.processes.threads import on_one_thread
 
 Stage = Literal["gap", "where", "what"]
 """Name of a stage."""
 STAGES: tuple[Stage, ...] = ("gap", "where", "what")
-SHOWN = 5
-"""Largest number of best-scoring effects that are listed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,7 +64,7 @@ class Staged:
     @property
     def gap(self) -> bool:
         """Whether the omnibus test finds more than noise in the residual."""
-        return bool(self.left.p <= LACK)
+        return bool(self.left.p <= THRESHOLDS.candidate.lack_p_value)
 
     def as_json(self, *, measured: bool) -> dict[str, Any]:
         """Return the content of ``discrepancy/joint<j>_<stage>.json``."""
@@ -85,7 +83,11 @@ class Staged:
     def sentence(self) -> str:
         """Sentence that states the result of the stage."""
         if self.scan is not None:
-            found = [f"{s.key} (p = {s.family_p:.2g})" for s in self.scan.scores[:SHOWN] if s.family_p < FAMILY]
+            found = [
+                f"{s.key} (p = {s.family_p:.2g})"
+                for s in self.scan.scores[: THRESHOLDS.finding.most_scores_listed]
+                if s.family_p < THRESHOLDS.candidate.family_wise_p_value
+            ]
             none = "No entry of the catalogue looks like what is left."
             return f"Looks like what is left, before any refit: {', '.join(found)}." if found else none
         if self.maps and self.gap:
@@ -103,7 +105,9 @@ class Staged:
     def _kind(self) -> str:
         noise = self.plain.noise
         if self.gap:
-            repeats = min(self.left.parts["repeating"], self.left.parts["drifting"]) <= LACK
+            repeats = (
+                min(self.left.parts["repeating"], self.left.parts["drifting"]) <= THRESHOLDS.candidate.lack_p_value
+            )
             varies = " Part of it differs from cycle to cycle." if noise.scatters else ""
             return f"It {'repeats' if repeats else 'does not repeat'} with the drive.{varies}"
         told = []
@@ -155,5 +159,5 @@ def run_stages(study: Study, stage: Stage, *, seed: int, starts: int, tell: Call
     left = omnibus(study, plain)
     return Staged(
         stage=stage, study=study, plain=plain, left=left, curves=curves_of(runs, y, y), maps=maps,
-        regions=regions(maps) if left.p <= LACK else (), joint=joint, scan=found,
+        regions=regions(maps) if left.p <= THRESHOLDS.candidate.lack_p_value else (), joint=joint, scan=found,
     )  # fmt: skip

@@ -18,6 +18,7 @@ import numpy as np
 
 from haptid.discrepancy.detect.localise import Map, Region, maps, regions
 from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import rms
 from haptid.discrepancy.torque.search import TorqueSearch, search_torque
 from haptid.discrepancy.torque.study import TorqueStudy, readable
@@ -29,11 +30,6 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.processes.threads import on_one_thread
 
-BINS = 10
-"""Number of bins of position over which the residual torque is averaged."""
-NOISE = 1.1
-"""RMS over the noise up to which the torque of held-out rows counts as explained."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Remaining:
@@ -42,11 +38,11 @@ class Remaining:
     Parameters
     ----------
     position
-        Middles of the bins [rad], shape (BINS,).
+        Middles of the bins [rad], shape (n_bins,).
     up, down
-        Mean residual torque while the position grows and falls [N m], shape (BINS,).
+        Mean residual torque while the position grows and falls [N m], shape (n_bins,).
     std
-        Standard error of these means [N m], shape (BINS,).
+        Standard error of these means [N m], shape (n_bins,).
     """
 
     position: Array
@@ -90,7 +86,7 @@ class TorqueFinding:
     def verdict(self) -> str:
         """Verdict of INTERFACES; a name alone stands only where the residual is no larger than the torque's noise."""
         gap = self.gaps["validate"]
-        if gap.after > NOISE * gap.noise:
+        if gap.after > THRESHOLDS.finding.largest_rms_over_torque_noise * gap.noise:
             return "unlisted"
         return "named" if self.search.final.effects else "nothing_missing"
 
@@ -196,15 +192,16 @@ def _remaining(found: TorqueSearch) -> Remaining:
     q = np.concatenate([run.u[:, 0] for run in found.study.runs])
     v = np.concatenate([measured_motion(run)[:, 1] for run in found.study.runs])
     r = np.concatenate(found.final.residual)
-    edges = np.linspace(q.min(), q.max(), BINS + 1)
-    place = np.clip(np.digitize(q, edges) - 1, 0, BINS - 1)
+    bins = THRESHOLDS.finding.position_bins
+    edges = np.linspace(q.min(), q.max(), bins + 1)
+    place = np.clip(np.digitize(q, edges) - 1, 0, bins - 1)
 
     def mean(rows: Any) -> Array:
-        count = np.maximum(np.bincount(place[rows], minlength=BINS), 1)
-        return np.asarray(np.bincount(place[rows], r[rows], minlength=BINS) / count)
+        count = np.maximum(np.bincount(place[rows], minlength=bins), 1)
+        return np.asarray(np.bincount(place[rows], r[rows], minlength=bins) / count)
 
     # Correlated rows count once per correlation time, and half of them in each direction.
-    each = np.maximum(np.bincount(place, minlength=BINS) / (2.0 * found.final.correlation_time), 1.0)
+    each = np.maximum(np.bincount(place, minlength=bins) / (2.0 * found.final.correlation_time), 1.0)
     middle = 0.5 * (edges[1:] + edges[:-1])
     return Remaining(position=middle, up=mean(v > 0), down=mean(v < 0), std=rms(r) / np.sqrt(each))
 

@@ -12,11 +12,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from haptid.discrepancy.fit.solution import Solution
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
-
-MOST = 8
-"""Largest number of places between two fitted torques that are predicted separately."""
 
 
 def torques(runs: Sequence[Run], effect: Effect) -> Array:
@@ -85,7 +83,7 @@ def places(solution: Solution, fitted: Sequence[Run], others: Sequence[Run]) -> 
         ends = np.concatenate(([low], sent[(sent > low) & (sent < high)], [high]))
         # One place in each part of the interval is enough, and the fitted value already stands for its own part.
         middles = [float(a + b) / 2 for a, b in itertools.pairwise(ends) if not a <= value <= b]
-        for middle in sorted(middles, key=lambda d: abs(d - value))[:MOST]:
+        for middle in sorted(middles, key=lambda d: abs(d - value))[: THRESHOLDS.fit.most_places_of_discontinuity]:
             moved = solution.theta.copy()
             moved[at] = middle
             found.append(moved)

@@ -18,12 +18,10 @@ from haptid.discrepancy.fit.discontinuity import places
 from haptid.discrepancy.fit.solution import Solution, under_noise, with_starts
 from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Colour, Noise
-
-SPREAD, SHARE = 5.0, 0.05
-"""Largest excess of ‖r‖² of held-out runs over its mean under noise: standard deviations, and share of the mean."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,8 +41,9 @@ class Prediction:
     rows
         Number of scored residuals.
     excess
-        Largest relative excess of a run's mean square over the stated sensor noise, beyond `SPREAD` of its standard
-        deviations; 0 where the campaign states no noise. Scatter is whitened first, correlation is not.
+        Largest relative excess of a run's mean square over the stated sensor noise, beyond
+        `largest_held_out_excess_in_std` of its standard deviations; 0 where the campaign states no noise. Scatter is
+        whitened first, correlation is not.
     """
 
     score: float
@@ -56,11 +55,12 @@ class Prediction:
 
     @property
     def noise_alone(self) -> bool:
-        """Whether ‖r‖² is as large as noise makes it: within `SPREAD` standard deviations plus `SHARE` of its mean.
+        """Whether ‖r‖² is as large as noise makes it: within some standard deviations plus a share of its mean.
 
         The share leaves room for the uncertainty of the fit and of the noise model on held-out runs.
         """
-        return self.chi2 <= self.rows * (1.0 + SHARE) + SPREAD * float(np.sqrt(2.0 * self.rows))
+        chance = THRESHOLDS.fit.largest_held_out_excess_in_std * float(np.sqrt(2.0 * self.rows))
+        return self.chi2 <= self.rows * (1.0 + THRESHOLDS.fit.largest_held_out_excess_share) + chance
 
 
 def predict(
@@ -131,5 +131,5 @@ def _at(study: Study, solution: Solution, theta: Array, runs: Sequence[Run], mod
 def _excess(runs: Sequence[Run], whitened: Sequence[Array]) -> float:
     """Return the largest excess of a run's mean square over the stated noise, beyond chance."""
     powers = [float((r**2).sum()) / scored_rows(run) - 1.0 for r, run in zip(whitened, runs, strict=True)]
-    chance = [SPREAD * np.sqrt(2.0 / scored_rows(run)) for run in runs]
+    chance = [THRESHOLDS.fit.largest_held_out_excess_in_std * np.sqrt(2.0 / scored_rows(run)) for run in runs]
     return max(0.0, *(float(p - c) for p, c in zip(powers, chance, strict=True)))

@@ -19,6 +19,7 @@ from haptid.discrepancy.fit.solution import SCATTER, Solution
 from haptid.discrepancy.fit.tangent_space import movable
 from haptid.discrepancy.study.channels import channels
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.arma import estimate_colour
 from haptid.noise.correlation import Colour, Noise, Path, Scatter, Whitener
@@ -27,10 +28,6 @@ from haptid.support.processes.threads import map_threads
 
 PATHS: tuple[Path, ...] = ("reading", "torque")
 """Paths on which amplitudes can scatter, in the order in which they are tried."""
-GAIN = 14.0
-"""Twice the gain in restricted log-likelihood from which cycles count as scattering."""
-WORTH = 4.0
-"""Least such gain about a fixed centre for which the centre of a scatter on the reading is optimised."""
 
 
 def estimate(study: Study, solution: Solution, paths: Sequence[Path] = PATHS) -> Noise:
@@ -78,7 +75,7 @@ def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tupl
         whiteners = _whiteners(study, solution, Colour(), found)
         tried = [scatter_along(study, solution, path, k, whiteners) for k in free for path in paths]
         best = min(tried, key=lambda one: one.deviance)
-        if best.gain < GAIN:
+        if best.gain < THRESHOLDS.fit.least_twice_gain_of_scatter:
             break
         found.append(best.scatter)
         free.remove(best.scatter.column)
@@ -86,12 +83,14 @@ def _scattering(study: Study, solution: Solution, paths: Sequence[Path]) -> tupl
 
 
 def _again(study: Study, solution: Solution, found: Sequence[Scatter], colour: Colour) -> tuple[Scatter, ...]:
-    """Weigh every scatter again beside the others under ``colour``; return those whose gain still reaches `GAIN`."""
+    """Weigh every scatter again beside the others under ``colour``; return those that still gain enough."""
     kept = list(found)
     for one in found:
         others = [other for other in kept if other.column != one.column]
         again = scatter_along(study, solution, one.path, one.column, _whiteners(study, solution, colour, others))
-        kept = sorted([*others, *([again.scatter] if again.gain >= GAIN else [])], key=lambda s: s.column)
+        if again.gain >= THRESHOLDS.fit.least_twice_gain_of_scatter:
+            others.append(again.scatter)
+        kept = sorted(others, key=lambda s: s.column)
     return tuple(kept)
 
 
@@ -203,7 +202,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
         return _estimate_by_reml(solution, moved, whiteners, Scatter(path=path, centre=centre, column=column))
 
     first = about(middle)
-    if first.gain < WORTH:
+    if first.gain < THRESHOLDS.fit.least_twice_gain_for_centre:
         return first
     best = minimize_scalar(lambda c: about(c).deviance, bounds=(middle - reach, middle + reach), method="bounded",
                            options={"xatol": 1e-4 * reach, "maxiter": 30})  # fmt: skip

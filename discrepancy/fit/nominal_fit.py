@@ -2,8 +2,9 @@
 
 1. Begin with the fit of the identification, where it was made of the same runs.
 2. Where its own starts did not agree, or there is none, lay out starts by a Sobol sequence.
-3. Fit from each start by homotopy, `AGREE` starts side by side.
-4. Stop when `AGREE` starts share the best minimum, so that a stuck optimiser does not pass for missing physics.
+3. Fit from each start by homotopy, `starts_that_agree` starts side by side.
+4. Stop when `starts_that_agree` starts share the best minimum, so that a stuck optimiser does not pass for missing
+   physics.
 """
 
 from __future__ import annotations
@@ -16,17 +17,13 @@ import numpy as np
 from haptid.discrepancy.fit.homotopy import MANY, TOLERANCE, lay_out_under_observer, through_homotopy
 from haptid.discrepancy.fit.solution import Solution, solve, start_vector
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array
 from haptid.noise.correlation import Noise
 from haptid.support.errors import NumericalError
 from haptid.support.processes.threads import map_threads
-
-AGREE = 2
-"""Number of starts that must reach the best minimum before the remaining ones are left out."""
-SAME, ALIKE = 1.0, 1e-3
-"""Difference of two costs that count as one minimum: squares over the noise, or share of the cost beyond noise."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,10 +61,12 @@ def agreeing(costs: Sequence[float], rows: int) -> int:
     Returns
     -------
     int
-        Number of costs within `SAME` of the least one, or within the share `ALIKE` of its excess over ``rows``.
+        Number of costs within `equal_minima_chi2` of the least one, or within the share `equal_minima_excess_share` of
+        its excess over ``rows``.
     """
     best = min(costs, default=np.inf)
-    return sum(cost <= best + max(SAME, ALIKE * (best - rows)) for cost in costs)
+    room = max(THRESHOLDS.fit.equal_minima_chi2, THRESHOLDS.fit.equal_minima_excess_share * (best - rows))
+    return sum(cost <= best + room for cost in costs)
 
 
 def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
@@ -81,7 +80,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
     study
         Study with the fitted runs.
     starts
-        Number of starts; fewer are used where `AGREE` of them share the best minimum.
+        Number of starts; fewer are used where `starts_that_agree` of them share the best minimum.
     seed
         Seed of the Sobol starts.
 
@@ -102,7 +101,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
         calls = refined.calls
         if np.isfinite(refined.chi2):
             found, agreed = [refined], len(study.carried.basins[0].starts)
-    if agreed >= AGREE:
+    if agreed >= THRESHOLDS.fit.starts_that_agree:
         return Base(solution=found[0], costs=(found[0].chi2,), reached=agreed, calls=calls)
     first = start_vector(study.base, {})
     parametrisation = lay_out_under_observer(study, ()).parametrisation
@@ -110,7 +109,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
         calls += used
         if np.isfinite(solution.chi2):
             found.append(solution)
-        if agreeing([s.chi2 for s in found], study.rows) >= AGREE:
+        if agreeing([s.chi2 for s in found], study.rows) >= THRESHOLDS.fit.starts_that_agree:
             break
     if not found:
         msg = f"{study.title}: no start gave a finite simulation; check units, bounds and first guesses"
@@ -127,12 +126,13 @@ def _refined(study: Study, carried: Fit) -> Solution:
 
 
 def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int]]:
-    """Yield the fit from each start and its simulations, `AGREE` starts side by side: at least so many are needed."""
+    """Yield the fit from each start and its simulations, as many side by side as have to agree."""
     alone = replace(study, threads=1) if len(starts) > 1 else study
 
     def one(theta: Array) -> tuple[Solution, int]:
         named = {q.id: float(p) for q, p in zip(study.base.parameters, theta, strict=True)}
         return through_homotopy(alone, (), named)
 
-    for k in range(0, len(starts), AGREE):
-        yield from map_threads(one, starts[k : k + AGREE], threads=study.threads)
+    together = THRESHOLDS.fit.starts_that_agree
+    for k in range(0, len(starts), together):
+        yield from map_threads(one, starts[k : k + together], threads=study.threads)

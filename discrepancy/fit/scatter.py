@@ -14,31 +14,27 @@ import numpy as np
 
 from haptid.discrepancy.study.channels import alone
 from haptid.discrepancy.study.simulators import TwoStep
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.signals.cycles import Cycles, whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Noise, Scatter, Whitener
 
-LINEARISATIONS, NEAR = 12, 5e-4
-"""Most linearisations of a run about its cycles' amplitudes, and the change of these from which another one pays.
-
-Three do for most; a joint whose torque steps while it reverses takes nine.
-"""
-LARGEST = 1.0
-"""Largest |ln| of a cycle's relative torque about which a run is linearised."""
-PROBE = 1e-5
+AMPLITUDE_TOLERANCE = 5e-4
+"""Change of the logarithm of a cycle's relative torque from which a run is linearised once more [1]."""
+RELATIVE_TORQUE_CHANGE = 1e-5
 """Relative change of a cycle's torque from which its effect on the reading is taken.
 
 A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
 linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
 """
-FORGOTTEN = 1e-6
+SHARE_OF_FORGOTTEN_EFFECT = 1e-6
 """Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it.
 
 A joint that dissipates does so within a few cycles; what follows is not simulated.
 """
-PARTS = 20
+MOST_PARTS_OF_RUN = 20
 """Largest number of parts of a run after each of which the effect of a cycle may count as forgotten; none is shorter
 than the cycle."""
 
@@ -75,9 +71,9 @@ def cycle_columns(
 
     Notes
     -----
-    On the reading, column c is q − centre of the joint within cycle c and 0 elsewhere. On the torque, it is the
-    difference of two simulations over `PROBE`; the second begins where cycle c begins and ends where the joint has
-    forgotten it.
+    On the reading, column c is q − centre of the joint within cycle c and 0 elsewhere. On the torque, it is
+    the difference of two simulations over `RELATIVE_TORQUE_CHANGE`; the second begins where cycle c begins and ends
+    where the joint has forgotten it.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
     at = scatter.column
@@ -92,8 +88,9 @@ def cycle_columns(
         M = np.zeros((*y.shape, cycles.count))
         for c, (begin, end) in enumerate(pairwise((*first, run.t.size - 1))):
             u = run.u.copy()
-            u[cycles.index == c, at] *= 1.0 + PROBE
-            M[..., c] = _change(simulator.coarse, theta, run.but(u=u), states[c], y, begin, end) / PROBE
+            u[cycles.index == c, at] *= 1.0 + RELATIVE_TORQUE_CHANGE
+            change = _change(simulator.coarse, theta, run.but(u=u), states[c], y, begin, end)
+            M[..., c] = change / RELATIVE_TORQUE_CHANGE
     return np.asarray(M / run.sensor_std[:, None])
 
 
@@ -116,12 +113,12 @@ def _change(simulator: KernelSimulator, theta: Array, run: Run, x: Array, y: Arr
     The torque differs in the rows from ``begin`` to ``end``. The simulation stops where that difference is forgotten.
     """
     change, largest, last = np.zeros_like(y), 0.0, run.t.size - 1
-    for a, b in pairwise((begin, *range(end, last, max(end - begin, last // PARTS, 1)), last)):
+    for a, b in pairwise((begin, *range(end, last, max(end - begin, last // MOST_PARTS_OF_RUN, 1)), last)):
         rows = slice(a, b + 1)
         read, x = simulator.onward(theta, run, rows, x)
         change[rows] = read[:, : y.shape[1]] - y[rows]
         now = float(np.abs(change[rows]).max())
-        if a != begin and now <= FORGOTTEN * largest:
+        if a != begin and now <= SHARE_OF_FORGOTTEN_EFFECT * largest:
             break
         largest = max(largest, now)
     return change
@@ -172,7 +169,7 @@ def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array,
     if not acting.any():
         return run, columns(run)
     b: Array = np.zeros(s.size)
-    for _ in range(LINEARISATIONS):
+    for _ in range(THRESHOLDS.fit.most_linearisations):
         moved = run.but(u=run.u * np.exp(_spread_over_rows(b, noise.scatters, cycles, run)))
         S = columns(moved)
         # The whitener takes no directions from such columns; the residual is infinite there.
@@ -182,8 +179,9 @@ def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array,
         r = (run.y - _readings(simulator, theta, moved, x0)) / run.sensor_std + shift
         flat, left = noise.colour.whiten(S).reshape(-1, s.size), noise.colour.whiten(r).ravel()
         xi = most_probable(flat, left)
-        before, b = b, np.where(acting, np.clip(s * xi, -LARGEST, LARGEST), 0.0)
-        if np.abs(b - before).max() < NEAR:
+        farthest = THRESHOLDS.fit.largest_log_torque_factor
+        before, b = b, np.where(acting, np.clip(s * xi, -farthest, farthest), 0.0)
+        if np.abs(b - before).max() < AMPLITUDE_TOLERANCE:
             break
     return moved.but(y=run.y + run.sensor_std * shift), S
 

@@ -3,7 +3,7 @@
 1. Lay out the least-squares problem under the noise model; a scatter is linearised about the current trajectories.
 2. Move a factor that all cycles share from the scatter into the parameters (a scatter on the torque, one joint alone).
 3. Minimise ‖r‖² of the whitened residual by Levenberg–Marquardt.
-4. Repeat steps 1 to 3 `ROUNDS` times where there is scatter and the tolerance is fine.
+4. Repeat steps 1 to 3 `fits_under_scatter` times where there is scatter and the tolerance is fine.
 5. Compute likelihood and Jacobian at the optimum, a scatter on the torque linearised there once more.
 """
 
@@ -18,6 +18,7 @@ from haptid.discrepancy.fit.scatter import relinearise_cycles
 from haptid.discrepancy.fit.whitened import Whitened
 from haptid.discrepancy.study.simulators import TwoStep
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.measurement.values.run import Array, Run
@@ -28,12 +29,6 @@ from haptid.support.processes.threads import map_threads
 
 SCATTER = "amplitude_scatter"
 """Id of the random catalogue effect; it stands in the noise model and not in the equations."""
-ROUNDS = 2
-"""Number of fits under a scatter; each linearises the scatter about the optimum of the fit before."""
-ROUGH = 1.0
-"""Predicted decrease of ‖r‖², in squares over the noise, at which a preliminary fit ends."""
-BALANCED = 0.05
-"""Deviation of the common torque factor from 1, over the size of the scatter, below which it is left as it is."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -211,8 +206,8 @@ def solve(
     iterations
         Largest number of simulations of all runs in each fit.
     tolerance
-        Predicted decrease of ‖r‖², in squares over the noise, at which the fit ends. At `ROUGH` or above, a scatter is
-        linearised once only.
+        Predicted decrease of ‖r‖², in squares over the noise, at which the fit ends. At `rough_tolerance_chi2` or
+        above, a scatter is linearised once only.
 
     Returns
     -------
@@ -221,8 +216,8 @@ def solve(
 
     Notes
     -----
-    A scatter's columns are linearised anew before each of `ROUNDS` fits. Those of a scatter on the torque are
-    linearised at the optimum too, because likelihood and curvature belong to the columns at the optimum.
+    A scatter's columns are linearised anew before each of `fits_under_scatter` fits. Those of a scatter on
+    the torque are linearised at the optimum too, because likelihood and curvature belong to the columns at the optimum.
     """
     simulator = study.simulator(effects)
     theta = start_vector(simulator.equations, values)
@@ -234,8 +229,8 @@ def solve(
     if x0 is not None:
         x = with_starts(problem, x, x0)
     calls, converged = 0, True
-    settled = tolerance < ROUGH
-    for _ in range(ROUNDS if noise.scatters and settled else 1):
+    settled = tolerance < THRESHOLDS.fit.rough_tolerance_chi2
+    for _ in range(THRESHOLDS.fit.fits_under_scatter if noise.scatters and settled else 1):
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
         if study.alone and noise.on_torque:
             problem, x = _balance_common_factor(study, simulator, noise, problem, x)
@@ -305,7 +300,7 @@ def _balance_common_factor(
     """
     pairs = [(moved.u[:, 0], run.u[:, 0]) for moved, run in zip(problem.runs, study.fitted, strict=True)]
     factor = sum(float(m @ u) for m, u in pairs) / max(sum(float(u @ u) for _, u in pairs), 1e-300)
-    if factor <= 0 or abs(factor - 1.0) < BALANCED * noise.scatters[0].size:
+    if factor <= 0 or abs(factor - 1.0) < THRESHOLDS.fit.least_common_factor_over_scatter * noise.scatters[0].size:
         return problem, x
     quantities = simulator.equations.parameters
     driven = np.array([not q.fixed and _with_torque(q.unit) for q in quantities])

@@ -24,22 +24,13 @@ from scipy.stats import chi2
 
 from haptid.discrepancy.fit.solution import Solution, deviance, solve
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.statistics.covariance import flat_information
 from haptid.identification.statistics.profile_likelihood import fit_pinned
 from haptid.measurement.values.run import Array
 from haptid.support.processes.threads import map_threads
 
-SMOOTH = (1 / 3, 3.0)
-"""Range of the rise of −2 ln L one standard error away within which the curvature is trusted; a parabola rises by 1."""
-SEEN = 0.5
-"""Least rise of ‖r‖² that the Jacobian predicts: a parameter that the data do not determine has no minimum to leave."""
-OUT = (-6.0, -2.0, 2.0, 6.0)
-"""Standard errors from the minimum at which fits begin again, along the valley of a parameter."""
-AGAIN = 30
-"""Largest number of simulations of all runs in one of these fits."""
-CLOSE = 0.1
-"""Tolerance of these fits in squares over the noise, small beside the `LEVEL` that defines the interval."""
-LEVEL = float(chi2.ppf(0.95, 1))
+DROP_AT_INTERVAL_END = float(chi2.ppf(THRESHOLDS.fit.interval_coverage, 1))
 """Drop of 2 ln L from its maximum to the ends of the 95 % interval, χ²₁(0.95)."""
 
 
@@ -83,8 +74,17 @@ def standard_errors(study: Study, solution: Solution, rounded: Solution | None =
     C = covariance(about)
     least = _physical(about, C)
     valleys = {k: C[:, k] / np.sqrt(C[k, k]) for k in _of_effects(solution)}
-    seen = {k: d for k, d in valleys.items() if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > SEEN}
-    moves = [n * d for k, d in seen.items() if touching or rough(study, solution, k, d) for n in OUT]
+    seen = {
+        k: d
+        for k, d in valleys.items()
+        if np.linalg.norm(solution.blocks.jacobian @ d) ** 2 > THRESHOLDS.fit.least_predicted_rise_of_chi2
+    }
+    moves = [
+        n * d
+        for k, d in seen.items()
+        if touching or rough(study, solution, k, d)
+        for n in THRESHOLDS.fit.restarts_in_standard_errors
+    ]
     if not moves:
         return solution, least
     found = map_threads(partial(_again, replace(study, threads=1), solution), moves, threads=study.threads)
@@ -153,7 +153,8 @@ def rough(study: Study, solution: Solution, k: int, valley: Array) -> bool:
 
 def _as_curved(there: float, solution: Solution) -> bool:
     """Say whether this −2 ln L is that of a parabola one standard error away."""
-    return SMOOTH[0] < there + 2.0 * solution.log_likelihood < SMOOTH[1]
+    least, largest = THRESHOLDS.fit.trusted_rise_of_deviance
+    return least < there + 2.0 * solution.log_likelihood < largest
 
 
 def _again(study: Study, solution: Solution, move: Array) -> Solution:
@@ -161,18 +162,27 @@ def _again(study: Study, solution: Solution, move: Array) -> Solution:
     problem, x = solution.problem, solution.x + move
     x[: problem.n_parameters] = np.clip(x[: problem.n_parameters], *problem.parametrisation.bounds)
     values = {q.id: float(p) for q, p in zip(solution.equations.parameters, problem.theta(x), strict=True)}
-    return solve(study, solution.effects, solution.noise, values, x0=problem.x0(x), iterations=AGAIN, tolerance=CLOSE)
+    return solve(
+        study,
+        solution.effects,
+        solution.noise,
+        values,
+        x0=problem.x0(x),
+        iterations=THRESHOLDS.fit.restart_simulations,
+        tolerance=THRESHOLDS.fit.restart_tolerance_chi2,
+    )
 
 
 def _reach(solution: Solution, minima: Sequence[Solution], std: Array) -> Array:
     """Return the distance to the farther end of the likelihood interval, over √χ²₁(0.95), shape (n_p,)."""
     reach = np.zeros_like(std)
     for m in minima:
-        room = 1.0 - 2.0 * (solution.log_likelihood - m.log_likelihood) / LEVEL
+        room = 1.0 - 2.0 * (solution.log_likelihood - m.log_likelihood) / DROP_AT_INTERVAL_END
         # A minimum whose likelihood lies below the interval's level adds nothing; a parabola about one above it has
         # room for √room standard errors.
         if room > 0.0:
-            reach = np.maximum(reach, np.abs(m.theta - solution.theta) / np.sqrt(LEVEL) + std * np.sqrt(room))
+            distance = np.abs(m.theta - solution.theta) / np.sqrt(DROP_AT_INTERVAL_END)
+            reach = np.maximum(reach, distance + std * np.sqrt(room))
     return np.where(std > 0.0, reach, 0.0)
 
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
+from haptid.discrepancy.candidate.candidate import Trial, chosen, keys_of
 from haptid.discrepancy.candidate.refit import Candidate, refit_with, score_candidate
 from haptid.discrepancy.fit.solution import Solution, solve
-from haptid.discrepancy.search.tools import MOST, PROMISING, Searcher
+from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
 
 
@@ -40,9 +41,9 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
     2. Leave out each effect but the last where the criterion does not need it.
     3. Otherwise try a few best-scoring effects in its place. While the others are real, the missing one scores high.
 
-    No effect is exchanged where a model with `MOST` effects is still not adequate: its effects then follow the
-    discrepancy as terms of a series do. Nor is one exchanged beside effects on top of which the catalogue has been
-    tried.
+    No effect is exchanged where a model with `most_effects_at_once` effects is still not adequate: its effects then
+    follow the discrepancy as terms of a series do. Nor is one exchanged beside effects on top of which the catalogue
+    has been tried.
     """
     made: list[Trial] = []
     less = without_each(s, best, start)
@@ -51,7 +52,7 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
             continue
         smaller = s.trial(less[key], start.candidate)
         made.append(smaller)
-        if smaller.adequate and _costs(smaller, best) < BETTER:
+        if smaller.adequate and _costs(smaller, best) < THRESHOLDS.candidate.least_gain_in_criterion:
             best = smaller
             less = without_each(s, best, start)
     # The last effect was chosen beside all others and has just earned its place; earlier ones were chosen without it.
@@ -60,11 +61,13 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
             break
         smaller = s.trial(less[key], start.candidate)
         made.append(smaller)
-        better = smaller if smaller.adequate and _costs(smaller, best) < BETTER else None
-        hopeless = best.left.far or (len(best.solution.effects) >= MOST and not best.adequate)
+        cheaper = smaller.adequate and _costs(smaller, best) < THRESHOLDS.candidate.least_gain_in_criterion
+        better = smaller if cheaper else None
+        full = len(best.solution.effects) >= THRESHOLDS.search.most_effects_at_once
+        hopeless = best.left.far or (full and not best.adequate)
         tried_before = keys_of(smaller.solution) in s.extended
         if better is None and not (smaller.adequate or hopeless or tried_before or (not best.adequate and s.spent())):
-            tried = s.step(smaller.candidate, s.ready(smaller.solution, PROMISING))
+            tried = s.step(smaller.candidate, s.ready(smaller.solution, THRESHOLDS.search.most_effects_continued))
             made += tried
             winner = chosen(tried)
             better = winner if winner is not None and _improves(winner, best) else None

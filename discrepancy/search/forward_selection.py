@@ -18,9 +18,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
+from haptid.discrepancy.candidate.candidate import Trial, chosen, keys_of
 from haptid.discrepancy.candidate.refit import score_candidate, settle, sharpen_jumps
-from haptid.discrepancy.detect.inner_step import SMALL_SHARE, at_step, step_for
+from haptid.discrepancy.detect.inner_step import at_step, step_for
 from haptid.discrepancy.detect.score_tests import Scan, scan
 from haptid.discrepancy.detect.signatures import Signatures, signatures
 from haptid.discrepancy.fit.nominal_fit import Base, fit_base
@@ -29,30 +29,14 @@ from haptid.discrepancy.search.backward_elimination import exchange_effects, pru
 from haptid.discrepancy.search.contenders import fit_contenders
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.search.step_refinement import Closer, closer
-from haptid.discrepancy.search.tools import FEW, HOPELESS, MOST, PROMISING, Searcher
+from haptid.discrepancy.search.tools import Searcher
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect
 from haptid.noise.correlation import Colour, Noise
 
 Way = Callable[[Searcher, Solution], list[Trial]]
 """How a second effect is searched for on top of a fit with one effect."""
-LEADS = 3
-"""Number of leading fits, each with another effect, on which a second effect is tried where no other way is
-adequate."""
-ROUNDED = 0.01
-"""Least rounding of a discontinuity, as a share of its threshold, while a second effect is searched for: sharper ones
-hold fits up."""
-CLEAR = 4
-"""Number of best scores that are tried on top of a leading fit as it is, before many are tried from the first
-guesses."""
-PART = 0.2
-"""Least share of the excess energy, or of the gain of the effect before, that an effect must bring for a further one to
-be tried."""
-SCATTERED = 0.1
-"""Largest share of the nominal model's ‖r‖² that remains where scatter, or an effect, explains most of a large
-discrepancy."""
-STUCK = 10.0
-"""Decrease of the nominal model's −2 ln L from the winner's optimum that shows its fit to have been stuck."""
 
 
 def search(study: Study, *, seed: int = 0, starts: int = 8, tell: Callable[[str], None] = lambda _: None) -> Search:
@@ -121,7 +105,7 @@ def fit_nominal_model(study: Study, *, seed: int, starts: int, tell: Callable[[s
     """
     tell("base fit")
     base = fit_base(study, starts=starts, seed=seed)
-    return at_step(study, step_for(study, base.solution, share=SMALL_SHARE)), base
+    return at_step(study, step_for(study, base.solution, share=THRESHOLDS.detect.step_error_share_of_excess)), base
 
 
 def under_own_noise(study: Study, base: Base) -> tuple[Solution, Solution]:
@@ -178,7 +162,11 @@ def _search_from(
     entries, found, first = score_catalogue(study, plain, tell)
     s = Searcher(study, entries, found, first.tests, tell, base.calls * len(study.fitted) + found.simulations)
     start = s.on_its_path(s.trial(score_candidate(study, plain, plain.calls)))
-    if known is not None and not start.adequate and known.best.candidate.criterion < start.candidate.criterion - BETTER:
+    if (
+        known is not None
+        and not start.adequate
+        and known.best.candidate.criterion < start.candidate.criterion - THRESHOLDS.candidate.least_gain_in_criterion
+    ):
         trials, best = known.trials, known.best
         less = known.less if len(known.less) > 1 else dict.fromkeys(known.less, start.candidate)
     else:
@@ -221,10 +209,21 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
     trials, leads = _first_step(s, start, white, first)
     winner = chosen(trials)
     best = winner if winner is not None and (not start.adequate or simpler(winner, start)) else start
-    while best is not start and not best.adequate and len(best.solution.effects) < MOST and beats(best, start):
+    while (
+        best is not start
+        and not best.adequate
+        and len(best.solution.effects) < THRESHOLDS.search.most_effects_at_once
+        and beats(best, start)
+    ):
         if s.spent():
             break
-        made = s.step(best.candidate, s.ready(best.solution), FEW if len(best.solution.effects) > 1 else HOPELESS)
+        made = s.step(
+            best.candidate,
+            s.ready(best.solution),
+            THRESHOLDS.search.most_finished_if_all_far
+            if len(best.solution.effects) > 1
+            else THRESHOLDS.search.most_finished_if_none_adequate,
+        )
         made += prune_stand_ins(s, made, start)
         trials += made
         if (winner := chosen(made)) is None:
@@ -263,7 +262,11 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
             return trials, []
         if fits and fits[0].noise == Noise():
             begun = s.best_of_each(begun, fits)
-            pairs += _two_at_once(s, leads_of(begun, LEADS), start, _clear) if all_far(trials) else []
+            pairs += (
+                _two_at_once(s, leads_of(begun, THRESHOLDS.search.most_leading_fits), start, _clear)
+                if all_far(trials)
+                else []
+            )
             if explains_all(pairs):
                 return trials + pairs, []
     pairs += _two_at_once(s, leads_of(begun, 1), start, _anew) if all_far(trials) else []
@@ -273,7 +276,7 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
     fits = s.anew(first, white)
     begun = s.best_of_each(begun, fits)
     trials += s.step(start.candidate, fits)
-    leads = [lead for lead in leads_of(begun, LEADS) if keys_of(lead) not in s.extended]
+    leads = [lead for lead in leads_of(begun, THRESHOLDS.search.most_leading_fits) if keys_of(lead) not in s.extended]
     if not explains_all(trials) and all_far(trials):
         pairs, leads = pairs + _two_at_once(s, leads, start, _anew), []
     return trials + pairs, leads
@@ -321,7 +324,7 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
         if s.spent():
             break
         rounded = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
-        first, calls = sharpen_jumps(s.study, rounded, rounded.calls, ROUNDED)
+        first, calls = sharpen_jumps(s.study, rounded, rounded.calls, THRESHOLDS.search.least_rounding_of_discontinuity)
         s.simulations += calls * len(s.study.fitted)
         both = way(s, first)
         made += [*both, *prune_stand_ins(s, both, start)]
@@ -333,13 +336,22 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
 def _clear(s: Searcher, first: Solution) -> list[Trial]:
     """Try the best scores on top of one effect as it was fitted: beside a real effect the missing ones score best."""
     s.tell(f"{'+'.join(first.keys)} and what scores best beside it")
-    return s.step(score_candidate(s.study, first, first.calls), s.ready(first, CLEAR), FEW)
+    return s.step(
+        score_candidate(s.study, first, first.calls),
+        s.ready(first, THRESHOLDS.search.most_scores_on_leading_fit),
+        THRESHOLDS.search.most_finished_if_all_far,
+    )
 
 
 def _anew(s: Searcher, first: Solution) -> list[Trial]:
     """Try many effects from the first guesses: the nominal model may have taken the second effect upon itself."""
     s.tell(f"{'+'.join(first.keys)} and another")
-    return s.step(score_candidate(s.study, first, first.calls), s.anew(s.scan(first), first), FEW, freed=True)
+    return s.step(
+        score_candidate(s.study, first, first.calls),
+        s.anew(s.scan(first), first),
+        THRESHOLDS.search.most_finished_if_all_far,
+        freed=True,
+    )
 
 
 def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]]:
@@ -348,9 +360,9 @@ def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]
     Fits under scatter are made only where the caller asks for them, and where the scatter of the nominal model explains
     most of its residual while no effect does: there the residual under white noise says nothing about the effects.
     """
-    yield (fits := s.ready(white, PROMISING if start.adequate else None))
+    yield (fits := s.ready(white, THRESHOLDS.search.most_effects_continued if start.adequate else None))
     noise = start.solution.noise.but(colour=Colour())
-    most = SCATTERED * white.chi2
+    most = THRESHOLDS.search.largest_chi2_share_left_by_scatter * white.chi2
     instead = start.solution.chi2 < most < min((fit.chi2 for fit in fits), default=np.inf)
     if noise.scatters and (not start.left.far or instead):
         s.tell("entries under scatter")
@@ -359,7 +371,7 @@ def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]
 
 def beats(now: Trial, start: Trial) -> bool:
     """Say whether a trial beats the nominal model, whose noise may hold the whole discrepancy as scatter."""
-    return start.candidate.criterion - now.candidate.criterion > BETTER
+    return start.candidate.criterion - now.candidate.criterion > THRESHOLDS.candidate.least_gain_in_criterion
 
 
 def gets_on(now: Trial, before: Trial) -> bool:
@@ -375,10 +387,14 @@ def gets_on(now: Trial, before: Trial) -> bool:
     Returns
     -------
     bool
-        True if the excess energy fell by more than the share `PART`, or the gain exceeds that share of the gain before.
+        True if the excess energy fell by more than the share `least_share_that_asks_for_more`, or the gain exceeds that
+        share of the gain before.
     """
     left, was = (t.left.energy - t.left.dof for t in (now, before))
-    return left < (1.0 - PART) * was or now.gain > PART * before.gain
+    return (
+        left < (1.0 - THRESHOLDS.search.least_share_that_asks_for_more) * was
+        or now.gain > THRESHOLDS.search.least_share_that_asks_for_more * before.gain
+    )
 
 
 def simpler(winner: Trial, start: Trial) -> bool:
@@ -390,4 +406,8 @@ def _refit_nominal(found: Search) -> Solution | None:
     """Refit the nominal model from the winner's optimum; return the refit where it is better, else None."""
     winner, plain = found.best.solution, found.plain.solution
     again = solve(found.study, (), plain.noise, winner.values, x0=winner.x0)
-    return again if again.log_likelihood > plain.log_likelihood + STUCK / 2 else None
+    return (
+        again
+        if again.log_likelihood > plain.log_likelihood + THRESHOLDS.search.least_deviance_drop_of_stuck_fit / 2
+        else None
+    )

@@ -6,11 +6,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import RIVAL, Trial, keys_of
+from haptid.discrepancy.candidate.candidate import Trial, keys_of
 from haptid.discrepancy.candidate.refit import Candidate
 from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.fit.nominal_fit import Base
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -92,7 +93,8 @@ class Search:
             for t in sorted((*self.trials, *self.contenders), key=lambda t: t.candidate.criterion)
             if t.acceptable
             and len(frozenset(t.candidate.ids)) <= len(self.best.candidate.ids)
-            and t.candidate.criterion - self.best.candidate.criterion < RIVAL + self._price(t)
+            and t.candidate.criterion - self.best.candidate.criterion
+            < THRESHOLDS.candidate.rival_criterion_gap + self._price(t)
             and (t.adequate or not self.best.adequate)
         ]
 
@@ -108,11 +110,11 @@ class Search:
 
     @property
     def beaten_by(self) -> Trial | None:
-        """Best contender that predicts better than the best model by more than `RIVAL`, or None.
+        """Best contender that predicts better than the best model by more than `rival_criterion_gap`, or None.
 
         The contender need not be adequate: even so, the name that it beats is no finding.
         """
-        least = self.best.candidate.criterion - RIVAL
+        least = self.best.candidate.criterion - THRESHOLDS.candidate.rival_criterion_gap
         better = [t for t in self.contenders if t.candidate.criterion < least]
         return min(better, key=lambda t: t.candidate.criterion, default=None)
 

@@ -12,11 +12,9 @@ from dataclasses import dataclass, replace
 
 from haptid.discrepancy.candidate.candidate import Trial, chosen
 from haptid.discrepancy.candidate.refit import settle
-from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, step_for, visible
-from haptid.discrepancy.search.tools import FEW, FINISHED, Searcher
-
-BEYOND = 10.0
-"""Multiple of the step's visible error beyond which a residual cannot come from the step."""
+from haptid.discrepancy.detect.inner_step import at_step, step_for, visible
+from haptid.discrepancy.search.tools import Searcher
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +60,9 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
         return None
     close = _near(best, trials)
     step = min(step_for(s.study, t.solution, s.study.factory.step) for t in close)
-    if step == s.study.factory.step or any(visible(s.study, t.solution, step) > INVISIBLE for t in close):
+    if step == s.study.factory.step:
+        return None
+    if any(visible(s.study, t.solution, step) > THRESHOLDS.detect.invisible_step_error_chi2 for t in close):
         return None
     s.tell(f"inner step of {1e3 * step:.3g} ms: the best {len(close)} again")
     fine = replace(s, study=at_step(s.study, step), finished={}, simulations=0)
@@ -72,7 +72,8 @@ def closer(s: Searcher, best: Trial, trials: Sequence[Trial]) -> Closer | None:
 def _beyond(s: Searcher, best: Trial) -> bool:
     """Say whether the excess energy of the best model is many times the step's error in squares."""
     excess = best.left.energy - best.left.dof
-    return not best.adequate and excess > BEYOND * visible(s.study, best.solution, s.study.factory.step)
+    error = visible(s.study, best.solution, s.study.factory.step)
+    return not best.adequate and excess > THRESHOLDS.search.least_excess_over_step_error * error
 
 
 def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:
@@ -81,7 +82,8 @@ def _near(best: Trial, trials: Sequence[Trial]) -> list[Trial]:
     for t in sorted(trials, key=lambda t: t.candidate.criterion):
         if t.acceptable and (t.adequate or not best.adequate):
             first.setdefault(t.solution.keys, t)
-    return list(first.values())[: FINISHED if best.adequate else FEW]
+    most = THRESHOLDS.search.most_finished_fits if best.adequate else THRESHOLDS.search.most_finished_if_all_far
+    return list(first.values())[:most]
 
 
 def _again(s: Searcher, trial: Trial) -> Trial:

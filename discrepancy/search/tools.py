@@ -15,9 +15,9 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import BETTER, Trial, chosen, keys_of
+from haptid.discrepancy.candidate.candidate import Trial, chosen, keys_of
 from haptid.discrepancy.candidate.parameter_constancy import constancy
-from haptid.discrepancy.candidate.refit import FIRST, Candidate, begin, continue_refit, settle, significance, starts_of
+from haptid.discrepancy.candidate.refit import Candidate, begin, continue_refit, settle, significance, starts_of
 from haptid.discrepancy.detect.inner_step import at_step
 from haptid.discrepancy.detect.omnibus import omnibus
 from haptid.discrepancy.detect.score_tests import Scan, Score, scan
@@ -30,9 +30,9 @@ from haptid.discrepancy.fit.homotopy import (
     start_under_observer,
     through_homotopy,
 )
-from haptid.discrepancy.fit.solution import ROUGH, Solution, solve
-from haptid.discrepancy.study.simulators import COARSE, SKETCH
+from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.effect import Effect, match_parameters
 from haptid.noise.correlation import Path
 from haptid.support.processes.threads import map_threads
@@ -41,29 +41,6 @@ S = TypeVar("S")
 T = TypeVar("T")
 Tried = tuple[tuple[Effect, ...], Guided]
 """Effects of a model, with its fit under the observer."""
-
-PROMISING = 8
-"""Number of effects that are continued after a first try."""
-LATER = 20
-"""Number of effects that are begun on top of an effect: by then the scores of the catalogue can be trusted as a first
-sieve."""
-FINISHED, HOPELESS, FEW = 8, 4, 2
-"""Largest number of fits to the end in one step: at all, where none is adequate, and where all are far from noise."""
-MOST = 3
-"""Largest number of effects in a model."""
-CLOSE = 40.0
-"""Difference of log-likelihood from the best adequate fit within which a preliminary fit is finished as a rival."""
-SIEVED, BRIEF, WIDE = 2, 12, 10.0
-"""Number of homotopy gains of the first sieve, largest number of simulations under each, and tolerance in squares over
-the noise."""
-BESIDE = 12
-"""Number of effects that are fitted from the first guesses beside another effect: those that score best there."""
-APART, AHEAD = 3, 4
-"""Number of homotopy gains after which effects are distinguishable, and number of effects that are continued from
-there."""
-NEWS = 0.05
-"""Share of the excess energy of a finished fit by which a new start with the same effects must be ahead to be finished
-too."""
 
 
 @dataclass(slots=True)
@@ -145,7 +122,12 @@ class Searcher:
         return judged if before is None else judged.against(before)
 
     def step(
-        self, current: Candidate, begun: Sequence[Solution], most: int = HOPELESS, *, freed: bool = False
+        self,
+        current: Candidate,
+        begun: Sequence[Solution],
+        most: int = THRESHOLDS.search.most_finished_if_none_adequate,
+        *,
+        freed: bool = False,
     ) -> list[Trial]:
         """Finish the best preliminary fits on top of ``current``.
 
@@ -168,14 +150,16 @@ class Searcher:
         trials: list[Trial] = []
         ahead: dict[frozenset[str], Candidate] = {}
         ready = self.best_of_each(begun)
-        while ready and len(trials) < FINISHED:
+        while ready and len(trials) < THRESHOLDS.search.most_finished_fits:
             # Once one trial is adequate, only its rivals matter: fits that come near its likelihood. Until then the
             # number of fits is bounded, and more tightly where even the best are far from noise.
             if any(t.adequate for t in trials):
-                limit = max(t.solution.log_likelihood for t in trials) - CLOSE
+                limit = max(t.solution.log_likelihood for t in trials) - THRESHOLDS.search.rival_log_likelihood_gap
                 ready = [s for s in ready if s.log_likelihood > limit]
-            elif len(trials) >= (min(FEW, most) if all(t.left.far for t in trials) else most):
-                break
+            else:
+                all_far = all(t.left.far for t in trials)
+                if len(trials) >= (min(THRESHOLDS.search.most_finished_if_all_far, most) if all_far else most):
+                    break
             if ready:
                 best = ready.pop(0)
                 if (made := self.known(current, best)) is None:
@@ -208,7 +192,14 @@ class Searcher:
                     continue
                 known.add(keys)
                 values = solution.values | {new: solution.values[old] for old, new in ids.items()}
-                begun = solve(self.study, effects, solution.noise, values, x0=solution.x0, iterations=FIRST)
+                begun = solve(
+                    self.study,
+                    effects,
+                    solution.noise,
+                    values,
+                    x0=solution.x0,
+                    iterations=THRESHOLDS.candidate.first_try_simulations,
+                )
                 self.simulations += begun.calls * len(self.study.fitted)
                 found.append(self.finish(current, begun))
         return found
@@ -252,13 +243,21 @@ class Searcher:
         before = self.finished.get(keys_of(begun), ())
         for trial in sorted(before, key=lambda t: t.candidate.criterion)[:1]:
             effects, values = trial.solution.effects, trial.solution.values
-            rough = at_step(self.study, COARSE)
+            rough = at_step(self.study, THRESHOLDS.study.coarse_step_s)
             # Likelihoods under different noise models cannot be compared, so the finished fit takes a few steps under
             # the noise, and at the inner step, of the new start.
-            there = solve(rough, effects, begun.noise, values, x0=trial.solution.x0, iterations=FIRST)
+            there = solve(
+                rough,
+                effects,
+                begun.noise,
+                values,
+                x0=trial.solution.x0,
+                iterations=THRESHOLDS.candidate.first_try_simulations,
+            )
             self.simulations += there.calls * len(self.study.fitted)
             ahead = begun.log_likelihood - there.log_likelihood
-            if ahead < max(BETTER / 2, NEWS * (trial.left.energy - trial.left.dof)):
+            lead = THRESHOLDS.search.least_lead_of_restart_over_excess * (trial.left.energy - trial.left.dof)
+            if ahead < max(THRESHOLDS.candidate.least_gain_in_criterion / 2, lead):
                 return trial.against(current)
         return None
 
@@ -299,7 +298,12 @@ class Searcher:
         if len(self.finished.get(keys_of(best.solution), ())) > 1:
             return trials
         own = {q.id: best.solution.values[q.id] for e in effects for q in e.parameters}
-        freed, calls = through_homotopy(at_step(self.study, COARSE), effects, own, tolerance=ROUGH)
+        freed, calls = through_homotopy(
+            at_step(self.study, THRESHOLDS.study.coarse_step_s),
+            effects,
+            own,
+            tolerance=THRESHOLDS.fit.rough_tolerance_chi2,
+        )
         self.simulations += calls * len(self.study.fitted)
         better = np.isfinite(freed.log_likelihood) and self.known(current, freed) is None
         return [*trials, self.finish(current, freed)] if better else trials
@@ -312,18 +316,20 @@ class Searcher:
         solution
             Model that the effects extend.
         most
-            Number of best scores that are begun. Where None, all effects are begun on the nominal model, and `LATER` on
-            a model with effects; never more than ``study.most``.
+            Number of best scores that are begun. Where None, all effects are begun on the nominal model, and
+            `most_effects_begun_on_effect` on a model with effects; never more than ``study.most``.
 
         Returns
         -------
         list of Solution
             Preliminary fits at the coarse step, best first.
         """
-        most = min(most or (LATER if solution.effects else len(self.entries)), self.study.most or len(self.entries))
-        if most >= PROMISING:
+        every = len(self.entries)
+        most = most or (THRESHOLDS.search.most_effects_begun_on_effect if solution.effects else every)
+        most = min(most, self.study.most or every)
+        if most >= THRESHOLDS.search.most_effects_continued:
             self.extended.add(keys_of(solution))
-        rough = self.side_by_side(COARSE)
+        rough = self.side_by_side(THRESHOLDS.study.coarse_step_s)
         scored = self.beside(solution, self.scan(solution))
         # Effects that are easily mistaken for the best one are tried whatever their score, lest a rival be missed.
         likely = self.rivals(scored[0].key) if scored else set()
@@ -332,7 +338,8 @@ class Searcher:
         begun = self.mapped(partial(begin, rough, solution), tried, fresh.values())
         begun = self.ranked(begun)
         named = self.rivals(begun[0].effects[-1].key) if begun else set()
-        promising = begun[:PROMISING] + [s for s in begun[PROMISING:] if s.effects[-1].id in named]
+        count = THRESHOLDS.search.most_effects_continued
+        promising = begun[:count] + [s for s in begun[count:] if s.effects[-1].id in named]
         scores = [fresh[s.effects[-1].key] for s in promising]
         done = self.mapped(partial(continue_refit, rough, solution), promising, scores)
         for found in sorted(done, key=lambda pair: self.rank(pair[0])):
@@ -381,27 +388,29 @@ class Searcher:
         back, and no score there is informative. Under the observer, which holds the simulation near the readings,
         effects are compared early, and ever fewer continue:
 
-        1. Fit all of them at the step `SKETCH` under `SIEVED` gains, shapes held by weak priors.
-        2. Fit the best `PROMISING` of them at the coarse step under the next gains, `APART` in all.
-        3. Release the observer for the best `AHEAD` of them.
+        1. Fit all of them at the step `signature_step_s` under `sieve_gains` gains, shapes held by weak priors.
+        2. Fit the best `most_effects_continued` of them at the coarse step under the next gains,
+           `gains_until_distinguishable` in all.
+        3. Release the observer for the best `most_effects_released` of them.
 
-        Beside another effect, only the `BESIDE` best scores are tried: while that effect is real, the missing one
-        scores high.
+        Beside another effect, only the `most_effects_beside_effect` best scores are tried: while that effect is real,
+        the missing one scores high.
         """
         self.extended.add(keys_of(onto))
-        rough = self.side_by_side(COARSE)
+        rough = self.side_by_side(THRESHOLDS.study.coarse_step_s)
         values = {q.id: q.initial for q in self.study.base.parameters}
         values |= {q.id: onto.values[q.id] for e in onto.effects for q in e.parameters}
         chosen: list[tuple[Effect, ...]] = []
         starts: list[dict[str, float]] = []
-        for score in self.beside(onto, scored)[: BESIDE if onto.effects else self.study.most]:
+        most = THRESHOLDS.search.most_effects_beside_effect if onto.effects else self.study.most
+        for score in self.beside(onto, scored)[:most]:
             effect = self.entries[score.key]
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))
                 starts.append(values | own)
-        begun = self.mapped(partial(_sketched, self.side_by_side(SKETCH)), chosen, starts)
-        sieved = self.mapped(partial(_sieved, rough), best_first(begun)[:PROMISING])
-        done = self.mapped(partial(_released, rough), best_first(sieved)[:AHEAD])
+        begun = self.mapped(partial(_sketched, self.side_by_side(THRESHOLDS.study.signature_step_s)), chosen, starts)
+        sieved = self.mapped(partial(_sieved, rough), best_first(begun)[: THRESHOLDS.search.most_effects_continued])
+        done = self.mapped(partial(_released, rough), best_first(sieved)[: THRESHOLDS.search.most_effects_released])
         calls = sum(low.reached.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
         self.simulations += calls * len(self.study.fitted)
         return self.ranked(s for s, _ in done)
@@ -506,19 +515,23 @@ class Searcher:
 def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
     """Fit briefly under the highest gains; a weak prior holds the shape of the last effect."""
     *onto, last = effects
-    near = start_under_observer(study, (*onto, hold_shapes(last, values)), values).down_to(SIEVED, BRIEF, WIDE)
+    near = start_under_observer(study, (*onto, hold_shapes(last, values)), values).down_to(
+        THRESHOLDS.search.sieve_gains,
+        THRESHOLDS.search.sieve_simulations_per_gain,
+        THRESHOLDS.search.sieve_tolerance_chi2,
+    )
     return effects, near
 
 
 def _sieved(study: Study, tried: Tried) -> Tried:
     """Continue at the inner step of ``study``, down to the gain at which effects are distinguishable."""
     effects, low = tried
-    return effects, at_fine(study, effects, low).down_to(APART)
+    return effects, at_fine(study, effects, low).down_to(THRESHOLDS.search.gains_until_distinguishable)
 
 
 def _released(study: Study, tried: Tried) -> tuple[Solution, int]:
-    """Release the observer and fit to the tolerance `ROUGH`."""
-    return release_observer(study, *tried, ROUGH)
+    """Release the observer and fit to the tolerance `rough_tolerance_chi2`."""
+    return release_observer(study, *tried, THRESHOLDS.fit.rough_tolerance_chi2)
 
 
 def best_first(found: Sequence[Tried]) -> list[Tried]:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 from haptid.discrepancy.study.channels import alone
 from haptid.discrepancy.study.study import Study, scales_over, within_reach
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.sequence.equations_for import device_of, equations_for
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -26,10 +27,6 @@ from haptid.model.joint.joint_in_device import of_the_test_alone
 from haptid.model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
 from haptid.support.errors import InputError
 
-FEW = 3
-"""Largest number of joints that a search takes on: the equations are solved for the accelerations symbolically."""
-BEGUN = 16
-"""Number of catalogue effects with the best scores that are begun: a kernel with sensitivities compiles for seconds."""
 _motions: dict[tuple[str, tuple[int, ...], tuple[float, ...]], LockedDynamics] = {}
 _formulas: dict[tuple[object, ...], Equations] = {}
 
@@ -55,7 +52,7 @@ class CoupledStudy(Study):
     device: Device
     posture: tuple[float, ...]
     known: Mapping[int, Sequence[Effect]] = field(default_factory=dict)
-    most: int | None = BEGUN
+    most: int | None = THRESHOLDS.study.most_coupled_effects_begun
 
     @property
     def name(self) -> str:
@@ -201,7 +198,7 @@ def coupled_study_of(
     ------
     InputError
         If the campaign has no run of these joints to fit, if its device is a single joint, or if there are more than
-        `FEW` joints.
+        `most_joints` joints.
     """
     joints = tuple(joints)
     fitted, device = campaign.runs_of(joints, "fit"), device_of(campaign)
@@ -209,8 +206,10 @@ def coupled_study_of(
     if not fitted or device is None:
         got = "single_joint" if device is None else "no such run"
         raise InputError(where, expected="runs to fit of a device with these joints free", got=got)
-    if len(joints) > FEW:
-        raise InputError(where, expected=f"runs to fit with at most {FEW} joints free", got=str(len(joints)))
+    if len(joints) > THRESHOLDS.study.most_joints:
+        raise InputError(
+            where, expected=f"runs to fit with at most {THRESHOLDS.study.most_joints} joints free", got=str(len(joints))
+        )
     first = fitted[0]
     posture = tuple(float(x) for x in first.posture)
     alike = [run for run in campaign.runs_of(joints) if _locked(run, joints) == _locked(first, joints)]

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Trajectory
 from haptid.measurement.values.run import Array, Run
@@ -19,10 +20,6 @@ from haptid.model.equations.output_injection import with_observer
 from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 
-COARSE = 2.5e-3
-"""Inner step of sensitivities and of first tries [s]."""
-SKETCH = 5e-3
-"""Inner step of signatures, which are differences of simulations at the same step, and of the first sieve [s]."""
 _compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
 
 
@@ -102,7 +99,7 @@ class TwoStep:
         return replace(rough, y=self.fine.simulate(theta, run, x0=x0, gain=gain).y)
 
     def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None) -> Array:
-        """Simulate one run for many parameter sets at the inner step `SKETCH`.
+        """Simulate one run for many parameter sets at the inner step `signature_step_s`.
 
         Parameters
         ----------
@@ -118,7 +115,7 @@ class TwoStep:
         ndarray
             Readings [rad], shape (n_sets, n_t, n_y).
         """
-        return self.coarse.with_step(SKETCH).simulate_many(thetas, run, x0=x0)
+        return self.coarse.with_step(THRESHOLDS.study.signature_step_s).simulate_many(thetas, run, x0=x0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,10 +125,11 @@ class Factory:
     Parameters
     ----------
     step
-        Inner step of the readings [s]. Sensitivities are integrated at this step too where it is longer than `COARSE`.
+        Inner step of the readings [s]. Sensitivities are integrated at this step too where it is longer than
+        `coarse_step_s`.
     """
 
-    step: float = COARSE
+    step: float = THRESHOLDS.study.coarse_step_s
 
     def __call__(self, equations: Equations, *, many: bool = False, tangent: bool = True) -> TwoStep:
         """Build the simulator of ``equations``.
@@ -151,4 +149,6 @@ class Factory:
             Simulator at the two inner steps of this factory.
         """
         simulator = KernelSimulator(equations, compile_kernel(equations, many=many, tangent=tangent))
-        return TwoStep(simulator.with_step(self.step), simulator.with_step(max(self.step, COARSE)))
+        return TwoStep(
+            simulator.with_step(self.step), simulator.with_step(max(self.step, THRESHOLDS.study.coarse_step_s))
+        )

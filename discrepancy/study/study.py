@@ -14,6 +14,7 @@ import numpy as np
 from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.simulators import Factory, TwoStep
 from haptid.identification.result.fit import Fit
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.sequence.equations_for import device_of, equations_for
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -26,13 +27,6 @@ from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.joint.slots import check_slots
 from haptid.support.errors import InputError
-
-REACH = 40.0
-"""Largest stiffness, as a multiple of torque over travel."""
-DECADES = 100.0
-"""Largest ratio of a parameter's bound to its first guess, for parameters of logarithmic scale."""
-EFFORT = 30_000
-"""Simulated runs after which no further combinations of effects are tried: 145 of 146 names came sooner."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,7 +69,7 @@ class Study:
     factory: Factory = field(default_factory=Factory)
     threads: int = 1
     most: int | None = None
-    effort: int = EFFORT
+    effort: int = THRESHOLDS.study.most_simulated_runs
     carried: Fit | None = None
 
     @property
@@ -259,11 +253,13 @@ def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
     Returns
     -------
     Equations
-        Equations whose parameters of logarithmic scale stay within a factor `DECADES` of their first guess, and whose
-        stiffness stays below `REACH`·max|u|·Kp over the travel, but at least at ten times its first guess.
+        Equations whose parameters of logarithmic scale stay within a factor `largest_bound_over_first_guess` of their
+        first guess, and whose stiffness stays below `largest_stiffness_in_torque_per_travel`·max|u|·Kp over the
+        travel, but at least at ten times its first guess.
     """
+    widest = THRESHOLDS.study.largest_bound_over_first_guess
     changes: dict[str, dict[str, float]] = {
-        q.id: {"lower": max(q.lower, q.initial / DECADES), "upper": min(q.upper, q.initial * DECADES)}
+        q.id: {"lower": max(q.lower, q.initial / widest), "upper": min(q.upper, q.initial * widest)}
         for q in base.parameters
         if q.scale == "log" and not q.fixed
     }
@@ -271,7 +267,8 @@ def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:
     for i, j in enumerate(base.joints):
         suffix = f"_{j}" if several else ""
         travel = max(float(np.ptp(np.concatenate([run.y[:, i] for run in runs]))), 1e-9)
-        stiffest = REACH * max(float(np.abs(run.u[:, i]).max()) for run in runs) / travel
+        torque = max(float(np.abs(run.u[:, i]).max()) for run in runs)
+        stiffest = THRESHOLDS.study.largest_stiffness_in_torque_per_travel * torque / travel
         Ks, Kp = base.parameter(f"Ks{suffix}"), base.parameter(f"Kp{suffix}")
         changes[Ks.id] = {"upper": min(Ks.upper, max(stiffest * Kp.initial, 10 * Ks.initial, Ks.lower))}
     return base.with_parameters(changes)

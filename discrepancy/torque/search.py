@@ -5,8 +5,8 @@
 3. Add the best effect that gains on fitted and on held-out stretches; repeat from step 2 until none does.
 
 Under position control the residual is far above the torque's noise and correlated over many rows. So models are
-compared by the predictive score of means over `MEAN_S`, each given the mean before: a first-order autoregression, whose
-two numbers are estimated on the fitted stretches.
+compared by the predictive score of means over `mean_span_s`, each given the mean before: a first-order autoregression,
+whose two numbers are estimated on the fitted stretches.
 """
 
 from __future__ import annotations
@@ -16,18 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, rms
 from haptid.discrepancy.torque.scan import Promise, promises
 from haptid.discrepancy.torque.study import Mask, TorqueStudy
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
-
-MOST, REFITS = 4, 4
-"""Largest number of effects, and number of effects of a scan that are refitted."""
-ENOUGH = 2.0
-"""Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows."""
-MEAN_S = 0.1
-"""Span over which the residual torque is averaged [s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +65,7 @@ class TorqueCandidate:
     @property
     def acceptable(self) -> bool:
         """Whether the model gains on fitted stretches after the charge for its parameters, and on held-out ones."""
-        return self.bic > ENOUGH and self.evidence > ENOUGH
+        return self.bic > THRESHOLDS.torque.least_twice_gain and self.evidence > THRESHOLDS.torque.least_twice_gain
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,7 +142,7 @@ def _averages(model: TorqueFit) -> tuple[Array, Array, Mask]:
     """Return means over spans, those of the spans before, and which spans were fitted, each of shape (n,)."""
     now, before, fitted = [], [], []
     for run, r, seen in zip(model.study.runs, model.residual, model.study.seen, strict=True):
-        span = np.floor((run.t - run.t[0]) / MEAN_S).astype(int)
+        span = np.floor((run.t - run.t[0]) / THRESHOLDS.torque.mean_span_s).astype(int)
         count = np.bincount(span).clip(1)
         means = np.bincount(span, r) / count
         now.append(means[1:])
@@ -190,7 +184,7 @@ def search_torque(
     scales = study.scales(base.values)
     known = {key: effect.at(scales) for key, effect in entries.items()}
     current, steps = base, []
-    for _ in range(MOST):
+    for _ in range(THRESHOLDS.torque.most_effects):
         step = _step(study, current, known, tell)
         steps.append(step)
         if step.taken is None:
@@ -206,7 +200,7 @@ def _step(
     taken = {e.id for e in current.effects}
     found = promises(study, current, {key: e for key, e in entries.items() if e.id not in taken})
     candidates = []
-    for promise in found[:REFITS]:
+    for promise in found[: THRESHOLDS.torque.most_refits_of_scan]:
         tell(f"refit with {promise.effect.key}")
         model = refit_candidate(study, current, promise)
         candidates.append(compare_candidates(promise.effect.key, current, model))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.sequence.equations_for import device_of, equations_for
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, invertible, measured_motion, torque_run
 from haptid.measurement.values.campaign import Campaign
@@ -22,10 +23,6 @@ from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
 
-STRETCHES, HELD_OUT = 48, 3
-"""Number of stretches into which a run is divided, and number of stretches of which the last one is held out."""
-STEP = 2.5e-3
-"""Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
 Mask = NDArray[np.bool_]
 
 
@@ -89,7 +86,7 @@ class TorqueStudy:
         ValueError
             If the equations cannot be read from motion to torque.
         """
-        return TorqueSimulator.of(self.equations(effects), step=STEP)
+        return TorqueSimulator.of(self.equations(effects), step=THRESHOLDS.torque.inner_step_s)
 
     def scales(self, values: Mapping[str, float]) -> Scales:
         """Return the joint's scales over its runs, at fitted parameters ``values`` by id."""
@@ -137,8 +134,9 @@ def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
 
 def alternating(rows: int) -> Mask:
     """Return which rows are fitted, shape (rows,): all but those of every third stretch."""
-    stretch = np.arange(rows) * STRETCHES // rows
-    return np.asarray(stretch % HELD_OUT != HELD_OUT - 1)
+    stretch = np.arange(rows) * THRESHOLDS.torque.stretches_per_run // rows
+    last = THRESHOLDS.torque.stretches_per_held_out_one - 1
+    return np.asarray(stretch % THRESHOLDS.torque.stretches_per_held_out_one != last)
 
 
 def readable(entries: Mapping[str, Effect], base: Equations, *, prismatic: bool) -> dict[str, Effect]:

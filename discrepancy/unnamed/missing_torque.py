@@ -22,10 +22,10 @@ from haptid.discrepancy.candidate.refit import likeliest
 from haptid.discrepancy.detect.inner_step import at_step
 from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.homotopy import MANY, through_homotopy
-from haptid.discrepancy.fit.solution import ROUGH, Solution, solve
+from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.channels import alone
-from haptid.discrepancy.study.simulators import SKETCH
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.splines import HELD, SYMBOLS, Curve, without_polynomial
 from haptid.discrepancy.unnamed.suggestion import suggestion
 from haptid.discrepancy.unnamed.surface import Axis, Surface
@@ -37,9 +37,6 @@ from haptid.support.processes.threads import map_threads
 
 MOTION = {"position_rad", "velocity_rad_s"}
 """Variables that are always tried as a pair; every other pair contains the best single variable."""
-ENOUGH, MORE = 0.9, 0.05
-"""Share of the excess RMS that one variable has to close to be enough, and further share that a second variable has to
-close."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -118,7 +115,8 @@ def missing(study: Study, base: Solution) -> Shape:
     Returns
     -------
     Shape
-        Torque over one variable; over two where one closes less than `ENOUGH` and a second adds more than `MORE`.
+        Torque over one variable; over two where one closes less than `share_closed_by_one_variable` and a second adds
+        more than `least_share_added_by_second_variable`.
     """
     # The noise model of the nominal fit may have absorbed the discrepancy as correlation or scatter.
     white = solve(study, (), Noise(), base.values, x0=base.x0)
@@ -130,18 +128,21 @@ def missing(study: Study, base: Solution) -> Shape:
         for variable, (a, b) in own.items()
     ]
     one = _best(study, white, curves)
-    if one.closed >= ENOUGH:
+    if one.closed >= THRESHOLDS.unnamed.share_closed_by_one_variable:
         return one
     column = joints.index(one.joint)
     axes = {variable: Axis(variable=variable, first=a, last=b) for variable, (a, b) in ranges[column].items()}
     pairs = [pair for pair in combinations(SYMBOLS, 2) if one.variables[0] in pair or set(pair) == MOTION]
     two = _best(study, white, [Place(functions=Surface(axes=(axes[a], axes[b])), column=column) for a, b in pairs])
-    return replace(two, alone=one) if two.closed > one.closed + MORE else one
+    least = one.closed + THRESHOLDS.unnamed.least_share_added_by_second_variable
+    return replace(two, alone=one) if two.closed > least else one
 
 
 def _best(study: Study, white: Solution, tried: Sequence[Place]) -> Shape:
     """Fit all candidates roughly, side by side, and the likeliest of them to the end."""
-    rough = map_threads(partial(_roughly, at_step(study, SKETCH)), tried, threads=study.threads)
+    rough = map_threads(
+        partial(_roughly, at_step(study, THRESHOLDS.study.signature_step_s)), tried, threads=study.threads
+    )
     begun = likeliest(*rough)
     place = next(p for p, found in zip(tried, rough, strict=True) if found is begun)
     return _over(study, white, begun, place)
@@ -155,11 +156,13 @@ def _range(study: Study, variable: str, column: int) -> tuple[float, float]:
 
 
 def _roughly(study: Study, place: Place) -> Solution:
-    """Fit the shape through homotopy from the first guesses, to the tolerance `ROUGH`."""
+    """Fit the shape through homotopy from the first guesses, to the tolerance `rough_tolerance_chi2`."""
     scale = max(float(np.abs(run.u[:, place.column]).max()) for run in study.fitted)
     effect = study.in_joint(place.functions.effect(scale), place.column)
     guesses = {q.id: q.initial for q in study.base.parameters}
-    return through_homotopy(replace(study, threads=1), (effect,), guesses, tolerance=ROUGH)[0]
+    return through_homotopy(
+        replace(study, threads=1), (effect,), guesses, tolerance=THRESHOLDS.fit.rough_tolerance_chi2
+    )[0]
 
 
 def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shape:

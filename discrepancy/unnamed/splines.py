@@ -13,6 +13,7 @@ import numpy as np
 import sympy as sp
 
 from haptid.discrepancy.detect.localise import AXES
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect, parameter, reference
 from haptid.model.effects.effect import q as position
@@ -21,12 +22,9 @@ from haptid.model.effects.effect import w as torque
 from haptid.model.equations.equations import TIME
 from haptid.model.equations.quantity import Quantity
 
-INTERVALS, POINTS = 7, 15
-"""Number of stretches of the variable, each with a cubic of its own, and number of values at which the torque is
-returned."""
-PLACES = range(-1, INTERVALS + 2)
+PLACES = range(-1, THRESHOLDS.unnamed.spline_intervals + 2)
 """Centres of the B-splines, in stretches from the first knot."""
-BINOMIAL = (1, -4, 6, -4, 1)
+WEIGHTS_OF_POWERS = (1, -4, 6, -4, 1)
 """Weights of the truncated powers (t + 2 − j)₊³/6 in a cubic B-spline about t = 0."""
 SYMBOLS = {"position_rad": position, "velocity_rad_s": velocity, "torque_Nm": torque, "time_s": TIME}
 """Variables over which a missing torque is fitted, with their symbols."""
@@ -57,13 +55,13 @@ class Curve:
 
     @property
     def knots(self) -> tuple[Array, ...]:
-        """Values of the variable at which the torque is returned, shape (POINTS,)."""
-        return (np.linspace(self.first, self.last, POINTS),)
+        """Values of the variable at which the torque is returned, shape (n_knots,)."""
+        return (np.linspace(self.first, self.last, THRESHOLDS.unnamed.curve_points),)
 
     @property
     def design(self) -> Array:
-        """Matrix from weights to torque at the knots without the nominal model's part, shape (POINTS, n_weights)."""
-        splines = basis(np.linspace(0.0, INTERVALS, POINTS))
+        """Matrix from weights to torque at the knots without the nominal model's part, shape (n_knots, n_weights)."""
+        splines = basis(np.linspace(0.0, THRESHOLDS.unnamed.spline_intervals, THRESHOLDS.unnamed.curve_points))
         return np.asarray(without_polynomial(self.knots[0], HELD[self.variable]) @ splines @ mixtures(self.variable))
 
     def effect(self, scale: float) -> Effect:
@@ -86,8 +84,11 @@ class Curve:
             for name, value in (("first", self.first), ("last", self.last))
         ]
         first, last = (end.symbol for end in ends)
-        t = (sp.Min(sp.Max(SYMBOLS[self.variable], first), last) - first) * INTERVALS / (last - first)
-        powers = [[w * sp.Max(t - place + 2 - j, 0) ** 3 / 6 for j, w in enumerate(BINOMIAL)] for place in PLACES]
+        held = sp.Min(sp.Max(SYMBOLS[self.variable], first), last)
+        t = (held - first) * THRESHOLDS.unnamed.spline_intervals / (last - first)
+        powers = [
+            [w * sp.Max(t - place + 2 - j, 0) ** 3 / 6 for j, w in enumerate(WEIGHTS_OF_POWERS)] for place in PLACES
+        ]
         splines = sp.Matrix([sp.Add(*row) for row in powers])
         free = mixtures(self.variable)
         quantities = tuple(
@@ -149,14 +150,14 @@ def basis(t: Array) -> Array:
     Parameters
     ----------
     t
-        Values in stretches from the first knot, in [0, INTERVALS], shape (n,).
+        Values in stretches from the first knot, in [0, `spline_intervals`], shape (n,).
 
     Returns
     -------
     ndarray
         Values of the splines, shape (n, len(PLACES)).
     """
-    powers = [w * np.maximum(t[:, None] - np.array(PLACES) + 2 - j, 0.0) ** 3 for j, w in enumerate(BINOMIAL)]
+    powers = [w * np.maximum(t[:, None] - np.array(PLACES) + 2 - j, 0.0) ** 3 for j, w in enumerate(WEIGHTS_OF_POWERS)]
     return np.asarray(np.sum(powers, axis=0) / 6)
 
 

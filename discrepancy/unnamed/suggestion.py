@@ -1,7 +1,8 @@
 """Suggest a closed form for a missing torque: torque over one variable in, formula or None out.
 
 1. Fit one function of `LIBRARY`, then two, by forward regression with orthogonal least squares.
-2. Return the first set of terms that follows the torque within its standard errors, or within `CLOSE` of its maximum.
+2. Return the first set of terms that follows the torque within its standard errors, or within
+   `least_std_over_largest_torque` of its maximum.
 
 This is a suggestion only: a curve over one variable cannot tell a law from another with the same bends. PySINDy is an
 optional dependency (``haptid[suggest]``).
@@ -19,6 +20,7 @@ from importlib.util import find_spec
 import numpy as np
 from scipy.stats import chi2
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
 Function = Callable[[Array], Array]
@@ -32,14 +34,6 @@ def _wave(wave: Function, number: int) -> Function:
     return lambda x: wave(number * np.pi * x)
 
 
-MOST_TERMS = 2
-"""Largest number of functions in a suggested formula."""
-LEAST_P = 0.01
-"""p of χ² below which the terms do not follow the torque."""
-CLOSE = 0.01
-"""Least standard error of the torque that is assumed, as a share of the largest torque."""
-LEAST_GAIN = 25.0
-"""Least decrease of χ² that the terms must bring over no term at all."""
 LIBRARY: Mapping[str, Function] = {
     "x²": np.square,
     "x³": lambda x: x**3,
@@ -72,22 +66,25 @@ def suggestion(knots: Array, torque: Array, std: Array, bend: Array, unit: str =
     Returns
     -------
     str or None
-        Formula of x = (variable − middle)/half range; None where at most `MOST_TERMS` functions do not follow the
-        torque, or where PySINDy is not installed.
+        Formula of x = (variable − middle)/half range; None where at most `most_terms_of_formula` functions do not
+        follow the torque, or where PySINDy is not installed.
     """
     if find_spec("pysindy") is None:
         return None
     middle, half = float(knots[0] + knots[-1]) / 2, float(knots[-1] - knots[0]) / 2
     x = (knots - middle) / half
-    weight = 1.0 / np.maximum(std, CLOSE * np.abs(torque).max() + 1e-300)
+    weight = 1.0 / np.maximum(std, THRESHOLDS.unnamed.least_std_over_largest_torque * np.abs(torque).max() + 1e-300)
     terms = np.column_stack([bend @ f(x) for f in LIBRARY.values()])
     target = weight * torque
-    for count in range(1, MOST_TERMS + 1):
+    for count in range(1, THRESHOLDS.unnamed.most_terms_of_formula + 1):
         coefficients = _sparse(weight[:, None] * terms, target, count)
         left = target - weight * (terms @ coefficients)
         gain = float(target @ target - left @ left)
         dof = knots.size - 2 - np.count_nonzero(coefficients)
-        if gain > LEAST_GAIN and chi2.sf(float(left @ left), dof) > LEAST_P:
+        if (
+            gain > THRESHOLDS.unnamed.least_chi2_gain_of_formula
+            and chi2.sf(float(left @ left), dof) > THRESHOLDS.unnamed.least_p_value_of_formula
+        ):
             pairs = zip(coefficients, LIBRARY, strict=True)
             said = " ".join(f"{c:+.3g}·{name}" for c, name in pairs if c)
             return f"{said.lstrip('+')} {unit}, x = (variable − {middle:.3g})/{half:.3g}, up to a straight line"

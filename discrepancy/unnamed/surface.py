@@ -15,17 +15,11 @@ import numpy as np
 import sympy as sp
 from numpy.polynomial.chebyshev import chebvander
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.splines import HELD, SYMBOLS, fix_shape_parameter
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect, parameter
 from haptid.model.equations.quantity import Quantity
-
-ORDER = 4
-"""Highest order of the polynomials of each variable."""
-POINTS = 9
-"""Number of values of each variable at which the torque is returned."""
-NARROW = 0.1
-"""Width b over speed, as a share of the largest speed."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -53,14 +47,14 @@ class Axis:
     def width(self) -> float:
         """Width b in the variable's unit: half of the range, but a share of the largest speed over speed."""
         if self.variable == "velocity_rad_s":
-            return NARROW * max(abs(self.first), abs(self.last))
+            return THRESHOLDS.unnamed.width_over_largest_speed * max(abs(self.first), abs(self.last))
         return (self.last - self.first) / 2
 
     @property
     def knots(self) -> Array:
-        """Values of the variable that are equidistant in s, shape (POINTS,)."""
+        """Values of the variable that are equidistant in s, shape (n_knots,)."""
         low, high = self.coordinate(np.array([self.first, self.last]))
-        s = np.linspace(low, high, POINTS)
+        s = np.linspace(low, high, THRESHOLDS.unnamed.surface_points_per_variable)
         return np.asarray(self.centre + self.width * s / np.sqrt(1.0 - s**2))
 
     def coordinate(self, x: Array) -> Array:
@@ -87,7 +81,7 @@ class Surface:
 
     @property
     def knots(self) -> tuple[Array, ...]:
-        """Values of each variable at which the torque is returned, shape (POINTS,) each."""
+        """Values of each variable at which the torque is returned, shape (n_knots,) each."""
         return tuple(axis.knots for axis in self.axes)
 
     @property
@@ -95,13 +89,15 @@ class Surface:
         """Orders (i, j) of the products that are fitted, without those that the nominal model holds."""
         one, two = (HELD[variable] for variable in self.variables)
         held = {(i, 0) for i in range(one)} | {(0, j) for j in range(two)}
-        orders = range(ORDER + 1)
+        orders = range(THRESHOLDS.unnamed.surface_order + 1)
         return [(i, j) for i, j in product(orders, orders) if (i, j) not in held]
 
     @property
     def design(self) -> Array:
-        """Matrix from weights to torque at the knots, shape (POINTS², n_weights); the second variable runs fastest."""
-        first, second = (chebvander(axis.coordinate(axis.knots), ORDER) for axis in self.axes)
+        """Matrix from weights to torque at the knots, shape (n_knots², n_weights); the second variable runs fastest."""
+        first, second = (
+            chebvander(axis.coordinate(axis.knots), THRESHOLDS.unnamed.surface_order) for axis in self.axes
+        )
         return np.column_stack([np.kron(first[:, i], second[:, j]) for i, j in self.terms])
 
     def effect(self, scale: float) -> Effect:
@@ -120,7 +116,9 @@ class Surface:
             Effect on the torque whose amplitudes are the weights aᵢⱼ.
         """
         coordinates, ranges = zip(*(_symbolic(axis, k) for k, axis in enumerate(self.axes)), strict=True)
-        first, second = ([sp.expand(sp.chebyshevt(k, s)) for k in range(ORDER + 1)] for s in coordinates)
+        first, second = (
+            [sp.expand(sp.chebyshevt(k, s)) for k in range(THRESHOLDS.unnamed.surface_order + 1)] for s in coordinates
+        )
         weights = tuple(
             parameter(f"shape{i}{j}", "N m", f"weight {i}, {j} of the missing torque", 0.0, -10 * scale, 10 * scale)
             for i, j in self.terms

@@ -8,8 +8,7 @@ from typing import Any, Self
 import numpy as np
 from scipy.stats import chi2, norm
 
-LEVEL = 0.95
-"""Share of intervals that are to hold the true value."""
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +50,7 @@ class Estimate:
         Estimate
             Estimate with the interval value ± 1.96·std.
         """
-        half = float(norm.ppf(0.5 + LEVEL / 2)) * std
+        half = float(norm.ppf(0.5 + THRESHOLDS.fit.interval_coverage / 2)) * std
         return cls(value=value, std=std, unit=unit, interval=(value - half, value + half))
 
     @classmethod
@@ -77,7 +76,8 @@ class Estimate:
         ----------
         Mood, Graybill and Boes 1974, section VIII.3.2.
         """
-        low, high = (float(value * np.sqrt(freedom / chi2.ppf(p, freedom))) for p in (0.5 + LEVEL / 2, 0.5 - LEVEL / 2))
+        half = THRESHOLDS.fit.interval_coverage / 2
+        low, high = (float(value * np.sqrt(freedom / chi2.ppf(p, freedom))) for p in (0.5 + half, 0.5 - half))
         return cls(value=value, std=float(value / np.sqrt(2.0 * freedom)), unit=unit, interval=(low, high))
 
     def as_json(self) -> dict[str, Any]:

@@ -28,26 +28,11 @@ from numpy.typing import NDArray
 from haptid.discrepancy.fit.solution import Solution, under_noise, with_starts
 from haptid.discrepancy.fit.tangent_space import movable
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.support.processes.threads import map_threads
-
-LEVELS = ((1.0, 0.0), (0.5, 0.0), (0.5, 0.3))
-"""Amplitudes and offsets of the grid, as shares of the largest torque that was used."""
-FASTER = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0)
-"""Frequencies of the grid, as multiples of the fastest one that was used."""
-ROWS_A_PERIOD = 8
-"""Least number of readings in a period of a proposed torque faster than any that was used."""
-ROOM = 0.05
-"""Share of the travel by which a proposed run may leave the travel."""
-MANY = 10
-"""Largest number of repeats for which a run counts as helpful."""
-CLEAR = 50.0
-"""Expected evidence, twice the difference of log-likelihoods, at which the runs tell the rivals apart.
-
-Ten of it are needed, ten may speak for the wrong one beforehand, and its standard deviation is 2·√50 = 14.
-"""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -65,7 +50,7 @@ class Proposal:
     evidence
         Expected twice the difference of log-likelihoods by one such run beside the existing ones.
     repeats
-        Number of such runs that separate the rivals; more than `MANY` where `MANY` do not.
+        Number of such runs that separate the rivals; more than `most_repeats` where `most_repeats` do not.
     rows
         Number of readings of the run.
     unit
@@ -79,7 +64,7 @@ class Proposal:
     duration: float
     rows: int
     evidence: float = 0.0
-    repeats: int = MANY + 1
+    repeats: int = THRESHOLDS.verdict.most_repeats + 1
     unit: str = "N m"
 
     @property
@@ -89,8 +74,8 @@ class Proposal:
 
     @property
     def tells(self) -> bool:
-        """Whether at most `MANY` such runs separate the rivals."""
-        return self.repeats <= MANY
+        """Whether at most `most_repeats` such runs separate the rivals."""
+        return self.repeats <= THRESHOLDS.verdict.most_repeats
 
     def torque(self, t: Array) -> Array:
         """Return the torque of the run.
@@ -127,7 +112,8 @@ class Proposal:
         return {
             "torque_amplitude_Nm": self.amplitude, "frequency_rad_s": self.frequency,
             "end_frequency_rad_s": self.end_frequency, "torque_offset_Nm": self.offset, "duration_s": self.duration,
-            "row_spacing_s": self.duration / (self.rows - 1), "repeats": min(self.repeats, MANY), "tells": self.tells,
+            "row_spacing_s": self.duration / (self.rows - 1),
+            "repeats": min(self.repeats, THRESHOLDS.verdict.most_repeats), "tells": self.tells,
             "expected_evidence": self.evidence, "separation_over_noise": self.separation, "run": words,
         }  # fmt: skip
 
@@ -169,15 +155,15 @@ def propose(study: Study, winners: Sequence[Solution], rivals: Sequence[Solution
     Returns
     -------
     Proposal
-        Run of fewest repeats, and of most evidence among these, that stays within the travel (within `ROOM`). Where
-        every run leaves the travel, the run that leaves it least.
+        Run of fewest repeats, and of most evidence among these, that stays within the travel (within
+        `largest_excursion_over_travel`). Where every run leaves the travel, the run that leaves it least.
     """
     worlds = [(winner, [_rival(study, winner, r) for r in rivals]) for winner in winners]
     template = max(study.fitted, key=lambda run: run.t[-1])
     tried = map_threads(
         partial(_evaluate_proposal, study, worlds, template), _grid(study, template), threads=study.threads
     )
-    inside = [p for p, excursion in tried if excursion <= ROOM]
+    inside = [p for p, excursion in tried if excursion <= THRESHOLDS.verdict.largest_excursion_over_travel]
     return max(inside or [min(tried, key=lambda pair: pair[1])[0]], key=lambda p: (-p.repeats, p.evidence))
 
 
@@ -185,15 +171,17 @@ def _grid(study: Study, template: Run) -> list[Proposal]:
     """Return the torques that are tried, at the times of ``template``."""
     largest = max(float(np.abs(run.u).max()) for run in study.fitted)
     fastest = max(find_cycles(run).omega for run in study.fitted)
-    limit = 2 * np.pi / (ROWS_A_PERIOD * float(np.median(np.diff(template.t))))
+    limit = 2 * np.pi / (THRESHOLDS.verdict.least_rows_per_period * float(np.median(np.diff(template.t))))
     # Torques no faster than those used are always tried; faster ones only as far as the readings resolve them.
-    speeds = [fastest * f for f in FASTER if fastest * f <= limit or f <= 1.0]
+    speeds = [
+        fastest * f for f in THRESHOLDS.verdict.proposed_frequencies_over_fastest if fastest * f <= limit or f <= 1.0
+    ]
     return [
         Proposal(
             amplitude=a * largest, frequency=slow, end_frequency=fast, offset=o * largest,
             duration=float(template.t[-1]), rows=template.t.size, unit=unit_for("N m", template.prismatic),
         )
-        for a, o in LEVELS
+        for a, o in THRESHOLDS.verdict.proposed_amplitudes_and_offsets
         for slow, fast in combinations_with_replacement(speeds, 2)
     ]  # fmt: skip
 
@@ -236,8 +224,8 @@ def _evaluate_proposal(
         at = study.fitted.index(template)
         told += [_evidence(study, rival, made, rival.solution.x0[at]) for rival in rivals]
     evidence = np.min(told, axis=0)
-    enough = np.flatnonzero(evidence >= CLEAR)
-    repeats = int(enough[0]) + 1 if enough.size else MANY + 1
+    enough = np.flatnonzero(evidence >= THRESHOLDS.verdict.clear_evidence)
+    repeats = int(enough[0]) + 1 if enough.size else THRESHOLDS.verdict.most_repeats + 1
     return replace(proposal, evidence=float(evidence[0]), repeats=repeats), farthest
 
 
@@ -256,7 +244,7 @@ def _simulate_proposal(study: Study, winner: Solution, template: Run, proposal: 
 
 
 def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
-    """Return the evidence of 1, 2, … `MANY` runs against a rival that is refitted to all runs, shape (`MANY`,).
+    """Return the evidence of 1, 2, … runs against a rival that is refitted to all runs, shape (`most_repeats`,).
 
     The evidence is the least ‖r‖² to first order. It is not proportional to the number of runs: a parameter that the
     existing runs hardly determine can absorb the difference in one run, but not in several.
@@ -266,14 +254,16 @@ def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
     problem = under_noise(simulator, (run,), solution.noise, solution.theta, (x0,))
     blocks = problem.blocks(with_starts(problem, problem.first(solution.theta), (x0,)))
     if blocks.jacobians is None or not np.isfinite(blocks.residual).all():
-        return np.zeros(MANY)
+        return np.zeros(THRESHOLDS.verdict.most_repeats)
     n = problem.n_parameters
     J = blocks.jacobians[0][:, 0]
     m, starts = rival.free.size, problem.size - n
     _, new = np.linalg.qr(np.column_stack([J[:, rival.free], J[:, n:], blocks.rows[0][:, 0]]))
     there = np.column_stack([rival.R, np.zeros((m, starts)), rival.told])
     # k equal runs weigh as one run times √k.
-    return np.array([_least_norm(np.vstack([there, math.sqrt(k) * new])) for k in range(1, MANY + 1)])
+    return np.array(
+        [_least_norm(np.vstack([there, math.sqrt(k) * new])) for k in range(1, THRESHOLDS.verdict.most_repeats + 1)]
+    )
 
 
 def _least_norm(rows: Array) -> float:

@@ -22,11 +22,11 @@ from haptid.discrepancy.fit.scatter import degrees_of_freedom
 from haptid.discrepancy.fit.solution import SCATTER, Solution, solve
 from haptid.discrepancy.fit.standard_errors import of_curvature, standard_errors
 from haptid.discrepancy.search.search_result import Search
-from haptid.discrepancy.study.simulators import COARSE
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.missing_torque import Shape, missing
 from haptid.discrepancy.verdict.estimate import Estimate
-from haptid.discrepancy.verdict.next_experiment import MANY, Proposal, propose
+from haptid.discrepancy.verdict.next_experiment import Proposal, propose
 from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect, match_parameters
 from haptid.model.equations.quantity import Quantity
@@ -34,15 +34,6 @@ from haptid.noise.correlation import Scatter
 
 Verdict = Literal["nothing_missing", "named", "ambiguous", "unlisted"]
 """The four verdicts of INTERFACES."""
-EVIDENT = 30.0
-"""Least evidence of each of several names: several weak ones together mend what one unknown effect causes."""
-FINER = 4
-"""Least division of the coarse inner step for parameters that are reported."""
-FINEST, SHARPER = 8, 10.0
-"""The same division where bodies touch and part, and the factor by which contacts are sharpened there: a damper that
-engages over 1/200 of its play can be followed from far off, but makes the play too wide by as much."""
-SHOWN = 3
-"""Number of alternatives that are listed where none is a rival."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -183,7 +174,7 @@ def verdict_of(found: Search) -> Verdict:
     keys = found.best.solution.keys
     if not keys:
         return "nothing_missing"
-    if len(keys) > 1 and min(found.evidence(key) for key in keys) < EVIDENT:
+    if len(keys) > 1 and min(found.evidence(key) for key in keys) < THRESHOLDS.verdict.least_evidence_of_each_name:
         return "unlisted"
     if len(_powers(found)) > 1 or found.beaten_by is not None:
         return "unlisted"
@@ -196,7 +187,7 @@ def _list_rivals(found: Search) -> tuple[Trial, ...]:
     for t in sorted(found.trials, key=lambda t: t.candidate.criterion):
         if set(t.candidate.ids) != set(found.best.candidate.ids):
             best.setdefault(t.candidate.ids, t)
-    return tuple(best.values())[:SHOWN]
+    return tuple(best.values())[: THRESHOLDS.verdict.most_alternatives_listed]
 
 
 def _powers(found: Search) -> list[str]:
@@ -223,8 +214,12 @@ def finer(study: Study, solution: Solution) -> tuple[Study, Solution]:
     -----
     An error of time that is invisible in the readings is no small share of a lag as short as a step.
     """
-    fine = at_step(study, min(study.factory.step, COARSE / (FINEST if solution.touching else FINER)))
-    effects = tuple(e.sharper_by(SHARPER) if e.touches else e for e in solution.effects)
+    divisor = THRESHOLDS.verdict.reported_step_divisor
+    if solution.touching:
+        divisor = THRESHOLDS.verdict.contact_step_divisor
+    fine = at_step(study, min(study.factory.step, THRESHOLDS.study.coarse_step_s / divisor))
+    sharper = THRESHOLDS.verdict.sharper_contact_factor
+    effects = tuple(e.sharper_by(sharper) if e.touches else e for e in solution.effects)
     values = {id: p for id, p in solution.values.items() if id not in {e.edge for e in effects}}
     again = solve(fine, effects, solution.noise, values, x0=solution.x0)
     return (fine, again) if again.finite else (study, solution)
@@ -316,7 +311,7 @@ def _proposal(fine: Study, winner: Solution, found: Search, rivals: Sequence[Tri
     others = [finer(fine, t.solution)[1] for rival in against for t in (rival, *found.variants(rival))]
     winners = [winner, *(finer(fine, t.solution)[1] for t in found.variants(found.best))]
     proposal = propose(fine, winners, others)
-    return proposal if apart else replace(proposal, evidence=0.0, repeats=MANY + 1)
+    return proposal if apart else replace(proposal, evidence=0.0, repeats=THRESHOLDS.verdict.most_repeats + 1)
 
 
 def _same_equations(best: Trial, rival: Trial) -> bool:

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from haptid.discrepancy.detect.familywise import DRAWS
 from haptid.discrepancy.detect.localise import AXES, Map, describe_regions
 from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.finding.finding import Curve, Finding
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.measurement.values.units import unit_for
@@ -192,7 +192,8 @@ def _scores(finding: Finding) -> Table:
     tests = finding.search.scan.tests
     caption = (
         f"p over the whole catalogue, which amounts to {tests:.0f} independent tests, before anything was added: by "
-        f"the noise model, and without one, by random signs of stretches of what is left (at least 1/{DRAWS + 1})"
+        "the noise model, and without one, by random signs of stretches of what is left "
+        f"(at least 1/{THRESHOLDS.detect.random_draws + 1})"
     )
     return Table(header=("entry", "score", "degrees of freedom", "p", "p by signs"), rows=rows, caption=caption)
 

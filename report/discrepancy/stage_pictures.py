@@ -8,10 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from haptid.discrepancy.candidate.candidate import FAMILY
 from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.stages import Staged
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, BAND, RESIDUAL, data_uri, figure, style
@@ -60,7 +60,7 @@ def scores_picture(scan: Scan) -> Picture:
         made = figure(6.5, 0.6 + 0.22 * len(shown))
         axis = made.subplots()
         axis.barh([s.key for s in shown], [-np.log10(max(s.family_p, FLOOR)) for s in shown], color=RESIDUAL)
-        axis.axvline(-np.log10(FAMILY), color=ACCENT, ls="--")
+        axis.axvline(-np.log10(THRESHOLDS.candidate.family_wise_p_value), color=ACCENT, ls="--")
         axis.tick_params(axis="y", labelsize=7)
         axis.set_xlabel("−log₁₀ p over the whole catalogue")
     caption = "How unlikely noise alone would look this much like each entry; beyond the line it counts."

@@ -19,8 +19,8 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal
-from haptid.noise.hyper import NOISE_KNOWN
 from haptid.noise.noise_model import NoiseModel
+from haptid.noise.thresholds import THRESHOLDS
 from haptid.support.command import exit_codes, parse_joints, progress
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
@@ -33,7 +33,7 @@ KEPT_EVERY = 10
 """Data sets between one writing of the results and the next."""
 PRIOR_WORDS = (
     f"normal, {PRIOR:.0%} wide (1e-4 about 0); cycle_scatter half-normal, scale 10 %; noise_factor log-normal, "
-    f"{NOISE_KNOWN:.0%} wide"
+    f"{THRESHOLDS.stated_noise_log_std:.0%} wide"
 )
 
 
@@ -133,7 +133,7 @@ def with_priors(equations: Equations) -> Equations:
 
 def names_of(design: Design) -> tuple[str, ...]:
     """Coordinates that are ranked."""
-    hyper = design.model.hyper(noise_width=NOISE_KNOWN, travel=0.5)
+    hyper = design.model.hyper(noise_width=THRESHOLDS.stated_noise_log_std, travel=0.5)
     return (*(q.id for q in design.equations.parameters if not q.fixed), *(h.id for h in hyper))
 
 

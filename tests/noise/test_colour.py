@@ -6,8 +6,9 @@ from scipy.signal import lfilter
 
 from haptid.discrepancy.detect.chi_squared import log_tail
 from haptid.measurement.values.run import Run
-from haptid.noise.arma import LEAST_FREEDOM, _freedom, estimate_colour, to_arma
+from haptid.noise.arma import _freedom, estimate_colour, to_arma
 from haptid.noise.correlation import Colour
+from haptid.noise.thresholds import THRESHOLDS
 
 T = np.arange(1601) * 0.01
 OMEGAS = (0.6, 1.1, 1.7, 2.2)
@@ -67,7 +68,7 @@ def test_a_power_that_is_estimated_makes_the_tail_heavier():
 @pytest.mark.parametrize("scale", [0.0, 20.0, 2e5])
 def test_a_likelihood_with_a_ridge_tells_as_little_as_can_be(scale: float):
     across = scale * np.array([[2.0, 1.0, 0.0], [-2.0, -1.0, -3.0]])
-    assert _freedom(np.zeros(3), lambda p: float(((across @ p) ** 2).sum())) == LEAST_FREEDOM
+    assert _freedom(np.zeros(3), lambda p: float(((across @ p) ** 2).sum())) == THRESHOLDS.least_freedom_of_spectrum
 
 
 def test_white_and_correlated_part_become_one_process_of_the_same_spectrum():

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from haptid.discrepancy.candidate.candidate import LACK
 from haptid.discrepancy.candidate.parameter_constancy import _p, constancy
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.study import Study, study_of
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Noise
@@ -54,7 +54,7 @@ def test_it_is_the_likelihood_ratio_to_parameters_of_every_run(tmp_path: Path, s
     study = study_with(tmp_path, 0.004, seed)
     p, simulations = constancy(study, fitted(study))
     dof = (len(FREE) + 1) * (len(TORQUES) - 1)
-    assert p > LACK
+    assert p > THRESHOLDS.candidate.lack_p_value
     assert np.log(p) == pytest.approx(chi2.logsf(ratio(study), dof), abs=0.1)
     assert simulations % len(TORQUES) == 0
     assert simulations > 0
@@ -63,7 +63,7 @@ def test_it_is_the_likelihood_ratio_to_parameters_of_every_run(tmp_path: Path, s
 def test_a_run_with_another_delay_is_told(tmp_path: Path):
     study = study_with(tmp_path, 0.005, 3)
     p, _ = constancy(study, fitted(study))
-    assert p < LACK
+    assert p < THRESHOLDS.candidate.lack_p_value
 
 
 def test_one_run_says_nothing(tmp_path: Path):
@@ -88,5 +88,5 @@ def test_every_run_may_have_its_own_place_of_a_jump_but_no_other_parameter(tmp_p
 
     noise = [np.random.default_rng(k).standard_normal(r.shape) for k, r in enumerate(fit.blocks.rows)]
     own = fit.blocks.jacobians[0][..., fit.problem.parametrisation.ids.index(id)]
-    assert p_of(0.0 * own) > LACK
-    assert (p_of(20.0 * own / np.linalg.norm(own)) < LACK) == told
+    assert p_of(0.0 * own) > THRESHOLDS.candidate.lack_p_value
+    assert (p_of(20.0 * own / np.linalg.norm(own)) < THRESHOLDS.candidate.lack_p_value) == told

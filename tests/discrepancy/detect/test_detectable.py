@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from haptid.discrepancy.detect.detectable import LEVEL, POWER, noncentrality, smallest
+from haptid.discrepancy.detect.detectable import noncentrality, smallest
 from haptid.discrepancy.detect.signatures import Point
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
 
@@ -20,7 +21,9 @@ def test_power_by_drawing(dof: int, tests: float):
     shift[0] = np.sqrt(noncentrality(dof, tests))
     T = np.sum((rng.standard_normal((40_000, dof)) + shift) ** 2, axis=1)
     family = -np.expm1(tests * np.log1p(-chi2.sf(T, dof)))
-    assert np.mean(family < LEVEL) == pytest.approx(POWER, abs=0.01)
+    assert np.mean(family < THRESHOLDS.detect.detected_family_wise_p_value) == pytest.approx(
+        THRESHOLDS.detect.detection_power, abs=0.01
+    )
 
 
 def test_sizes_scale_with_the_signature_and_the_best_shape_counts():

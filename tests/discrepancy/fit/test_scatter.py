@@ -8,9 +8,8 @@ import pytest
 from scipy.linalg import block_diag, null_space
 
 from haptid.discrepancy.fit.scatter import (
-    FORGOTTEN,
-    LARGEST,
-    PROBE,
+    RELATIVE_TORQUE_CHANGE,
+    SHARE_OF_FORGOTTEN_EFFECT,
     cycle_columns,
     cycles_of,
     degrees_of_freedom,
@@ -19,6 +18,7 @@ from haptid.discrepancy.fit.scatter import (
 )
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.simulators import Factory
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.simulators.protocol import initial_state
 from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
@@ -94,12 +94,12 @@ def test_columns_are_those_of_whole_simulations_until_a_cycle_is_forgotten(
     assert (cycles[:, 0].sum() == 1) == (phase < 0.0)
     for c, mask in enumerate(cycles.T):
         u = run.u.copy()
-        u[mask] *= 1.0 + PROBE
+        u[mask] *= 1.0 + RELATIVE_TORQUE_CHANGE
         moved = simulator.coarse.simulate(theta, run.but(u=u), x0=x0).y
-        whole = (moved - plain)[:, :1] / PROBE / 1e-4
+        whole = (moved - plain)[:, :1] / RELATIVE_TORQUE_CHANGE / 1e-4
         simulated = M[..., c] != 0.0
         np.testing.assert_array_equal(M[..., c][simulated], whole[simulated])
-        assert np.abs(whole[~simulated]).max() <= FORGOTTEN * np.abs(whole).max()
+        assert np.abs(whole[~simulated]).max() <= SHARE_OF_FORGOTTEN_EFFECT * np.abs(whole).max()
         assert simulated.sum() < 5 * cycles.sum(axis=0).max()
 
 
@@ -127,7 +127,7 @@ def test_a_wrong_model_moves_no_cycle_beyond_where_its_torque_is_believable():
     x0 = initial_state(equations, run.but(y=np.zeros((t.size, 1))))
     about, S = relinearise_cycles(simulator, run, Noise(scatters=(SCATTER.but(size=0.5),)), theta, x0)
     assert np.isfinite(S).all()
-    moved = np.abs(about.u[:, 0]) > np.abs(run.u[:, 0]) * np.exp(LARGEST) * (1 + 1e-9)
+    moved = np.abs(about.u[:, 0]) > np.abs(run.u[:, 0]) * np.exp(THRESHOLDS.fit.largest_log_torque_factor) * (1 + 1e-9)
     assert not moved.any()
 
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, visible
+from haptid.discrepancy.detect.inner_step import at_step, visible
 from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.search.forward_selection import search
-from haptid.discrepancy.study.simulators import COARSE
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Noise
 from haptid.virtual_device.recording.sensor import Sensor
@@ -21,17 +21,17 @@ def test_a_lag_and_a_delay_below_the_step_are_compared_at_a_finer_one(tmp_path: 
     entries = {key: catalogue()[key] for key in ("amplifier_lag:rest", "time_delay")}
     study = study_with(tmp_path, {"time_delay": {"delay": DELAY}}, entries, QUIET)
     result = search(study, starts=2)
-    assert result.study.factory.step < COARSE
+    assert result.study.factory.step < THRESHOLDS.study.coarse_step_s
     both = {t.solution.keys: t for t in (result.best, *result.trials)}
     lag, delay = both["amplifier_lag:rest",].solution, both["time_delay",].solution
     assert delay.values["delay_time"] == pytest.approx(DELAY, rel=0.05)
     assert lag.values["lag_time"] == pytest.approx(DELAY, rel=0.1)
-    assert visible(result.study, lag, result.study.factory.step) < INVISIBLE
-    coarse = solve(at_step(study, COARSE), lag.effects, Noise(), lag.values, x0=lag.x0)
+    assert visible(result.study, lag, result.study.factory.step) < THRESHOLDS.detect.invisible_step_error_chi2
+    coarse = solve(at_step(study, THRESHOLDS.study.coarse_step_s), lag.effects, Noise(), lag.values, x0=lag.x0)
     assert coarse.values["lag_time"] < 0.8 * DELAY
     assert set(result.less) == set(result.best.solution.keys)
 
 
 def test_a_search_whose_step_is_fine_enough_ends_at_it(tmp_path: Path):
     finding = found(tmp_path, {"cubic_spring": {"spring_cubic": 0.02}})
-    assert finding.search.study.factory.step == COARSE
+    assert finding.search.study.factory.step == THRESHOLDS.study.coarse_step_s

@@ -7,18 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from haptid.discrepancy.candidate.candidate import FAMILY, REFUTABLE, SIGNIFICANT, Trial, keys_of
-from haptid.discrepancy.candidate.refit import (
-    FIRST,
-    LOST,
-    begin,
-    score_candidate,
-    settle,
-    significance,
-    start_values,
-    starts_of,
-)
-from haptid.discrepancy.detect.inner_step import INVISIBLE, at_step, visible
+from haptid.discrepancy.candidate.candidate import Trial, keys_of
+from haptid.discrepancy.candidate.refit import begin, score_candidate, settle, significance, start_values, starts_of
+from haptid.discrepancy.detect.inner_step import at_step, visible
 from haptid.discrepancy.detect.omnibus import Omnibus
 from haptid.discrepancy.detect.score_tests import scan
 from haptid.discrepancy.detect.signatures import signatures
@@ -26,14 +17,14 @@ from haptid.discrepancy.fit.held_out import predict
 from haptid.discrepancy.fit.homotopy import through_homotopy
 from haptid.discrepancy.fit.nominal_fit import agreeing, fit_base
 from haptid.discrepancy.fit.scatter import relinearise_cycles
-from haptid.discrepancy.fit.solution import ROUGH, solve
+from haptid.discrepancy.fit.solution import solve
 from haptid.discrepancy.search.backward_elimination import exchange_effects, prune_stand_ins
 from haptid.discrepancy.search.forward_selection import _ways
 from haptid.discrepancy.search.search_result import Search
-from haptid.discrepancy.search.step_refinement import BEYOND, closer
+from haptid.discrepancy.search.step_refinement import closer
 from haptid.discrepancy.search.tools import Searcher
-from haptid.discrepancy.study.simulators import COARSE, SKETCH
 from haptid.discrepancy.study.study import Study, scales_over
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import at_their_bounds
 from haptid.identification.problem.initial_states import MOVING, first_slopes, start_of
 from haptid.identification.problem.residuals import Blocks
@@ -137,7 +128,7 @@ def test_what_is_fitted_side_by_side_changes_neither_trials_nor_their_cost(
     among_drifts: tuple[Searcher, Trial],
 ) -> None:
     s, start = among_drifts
-    solution, rough = start.solution, at_step(s.study, COARSE)
+    solution, rough = start.solution, at_step(s.study, THRESHOLDS.study.coarse_step_s)
     scores = {score.key: score for score in s.scan(solution).scores}
     fits = [begin(rough, solution, s.entries[key], scores[key]) for key in scores if key.endswith("drift")]
     assert len(fits) == 3
@@ -196,14 +187,18 @@ def test_what_leaves_more_than_the_steps_error_is_not_fitted_again_at_a_finer_on
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     s, start = tools(tmp_path, Sensor(noise=2e-5, resolution=0.0))
-    rough = replace(s, study=at_step(s.study, SKETCH))
+    rough = replace(s, study=at_step(s.study, THRESHOLDS.study.signature_step_s))
     other = stand_in(s, start, "asymmetric_viscous")
     wrong = solve(rough.study, [other], Noise(), start.solution.values, x0=start.solution.x0)
     trial = rough.trial(score_candidate(rough.study, wrong, wrong.calls), start.candidate)
     monkeypatch.setattr(Omnibus, "far", False)
     assert not trial.adequate
-    error = visible(rough.study, trial.solution, SKETCH)
-    assert trial.left.energy - trial.left.dof > BEYOND * error > BEYOND * INVISIBLE
+    error = visible(rough.study, trial.solution, THRESHOLDS.study.signature_step_s)
+    assert (
+        trial.left.energy - trial.left.dof
+        > THRESHOLDS.search.least_excess_over_step_error * error
+        > THRESHOLDS.search.least_excess_over_step_error * THRESHOLDS.detect.invisible_step_error_chi2
+    )
     assert closer(rough, trial, [trial]) is None
     near = replace(trial, left=replace(trial.left, energy=trial.left.dof + error))
     assert closer(rough, near, [near]) is not None
@@ -219,7 +214,7 @@ def test_an_effect_that_its_curvature_says_is_nothing_stays_where_a_fit_without_
     both, _ = through_homotopy(study, effects, {"k3": 0.02, "viscous_asymmetry": 0.05})
     full = s.trial(settle(study, effects, both), start.candidate)
     assert full.acceptable
-    doubtful = replace(full, worth=SIGNIFICANT / 2)
+    doubtful = replace(full, worth=THRESHOLDS.candidate.least_wald_statistic / 2)
     assert not doubtful.acceptable
     (kept,) = prune_stand_ins(s, [doubtful], start)
     assert kept.solution is full.solution
@@ -234,8 +229,16 @@ def test_an_effect_that_begins_too_large_begins_again_smaller(tmp_path: Path):
     score = scan(study, base, signatures(study, base, [effect]), {effect.key: effect}).scores[0]
     large = replace(score, amplitude=(5.0,))
     values = base.values | start_values(effect, score.point, large.amplitude)
-    lost = solve(study, (effect,), Noise(), values, x0=base.x0, iterations=FIRST, tolerance=ROUGH)
-    assert lost.log_likelihood < base.log_likelihood - LOST
+    lost = solve(
+        study,
+        (effect,),
+        Noise(),
+        values,
+        x0=base.x0,
+        iterations=THRESHOLDS.candidate.first_try_simulations,
+        tolerance=THRESHOLDS.fit.rough_tolerance_chi2,
+    )
+    assert lost.log_likelihood < base.log_likelihood - THRESHOLDS.candidate.largest_first_try_loss
     assert begin(study, base, effect, large).log_likelihood > base.log_likelihood
 
 
@@ -258,11 +261,13 @@ def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searche
     clean = Omnibus(energy=100.0, dof=100.0, p=0.5, parts={}, total=100.0, rows=100)
     prediction = replace(begun[1].candidate.prediction, chi2=100.0, rows=100)
     base = Trial(
-        candidate=replace(begun[1].candidate, prediction=prediction), left=clean, left_p=(FAMILY * REFUTABLE) ** 0.5
+        candidate=replace(begun[1].candidate, prediction=prediction),
+        left=clean,
+        left_p=(THRESHOLDS.candidate.family_wise_p_value * THRESHOLDS.candidate.refuted_family_wise_p_value) ** 0.5,
     )
     assert not base.adequate
     assert replace(base, refuted=True).adequate
-    assert not replace(base, refuted=True, left_p=0.5 * REFUTABLE).adequate
+    assert not replace(base, refuted=True, left_p=0.5 * THRESHOLDS.candidate.refuted_family_wise_p_value).adequate
     assert not replace(base, refuted=True, left=replace(clean, p=1e-6)).adequate
 
 
@@ -343,7 +348,7 @@ def test_an_effect_found_earlier_has_to_stay_significant_beside_the_last_one():
     for x, significant in ((np.array([0.5, 0.0]), True), (np.array([0.01, 0.5]), False)):
         problem = SimpleNamespace(parametrisation=parametrisation)
         found = SimpleNamespace(problem=problem, blocks=blocks, x=x, theta=x, effects=effects)
-        assert (significance(found)[0] > SIGNIFICANT) == significant
+        assert (significance(found)[0] > THRESHOLDS.candidate.least_wald_statistic) == significant
 
 
 def test_a_finding_without_a_name_says_which_entry_it_is_like(begun: tuple[Searcher, Trial]):

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from haptid.discrepancy.study.simulators import COARSE, Factory
+from haptid.discrepancy.study.simulators import Factory
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.simulators.protocol import initial_state
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
@@ -35,7 +36,10 @@ def run() -> Run:
 
 def test_readings_are_those_of_the_fine_step_and_slopes_those_of_the_coarse(equations, run):
     theta = np.array([VALUES[q.id] for q in equations.parameters])
-    fine, coarse = Factory(COARSE / 8)(equations), Factory(COARSE)(equations)
+    fine, coarse = (
+        Factory(THRESHOLDS.study.coarse_step_s / 8)(equations),
+        Factory(THRESHOLDS.study.coarse_step_s)(equations),
+    )
     both = fine.simulate(theta, run, sensitivities=True)
     assert both.y == pytest.approx(fine.simulate(theta, run).y, abs=0)
     assert both.dy_dtheta == pytest.approx(coarse.simulate(theta, run, sensitivities=True).dy_dtheta, abs=0)

@@ -8,7 +8,8 @@ import pytest
 
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.study import Study, study_of
-from haptid.discrepancy.verdict.next_experiment import CLEAR, MANY, Proposal, propose
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.discrepancy.verdict.next_experiment import Proposal, propose
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Noise
@@ -31,14 +32,22 @@ def proposal(evidence: float, repeats: int = 1, end_frequency: float = 3.0) -> P
     )
 
 
-@pytest.mark.parametrize(("evidence", "repeats"), [(CLEAR, 1), (CLEAR / 2, 2), (CLEAR / 8, MANY), (1.0, MANY + 1)])
+@pytest.mark.parametrize(
+    ("evidence", "repeats"),
+    [
+        (THRESHOLDS.verdict.clear_evidence, 1),
+        (THRESHOLDS.verdict.clear_evidence / 2, 2),
+        (THRESHOLDS.verdict.clear_evidence / 8, THRESHOLDS.verdict.most_repeats),
+        (1.0, THRESHOLDS.verdict.most_repeats + 1),
+    ],
+)
 def test_a_run_says_how_often_it_is_made_and_whether_that_tells(evidence: float, repeats: int):
     made = proposal(evidence, repeats)
     assert made.separation == pytest.approx(np.sqrt(evidence / 1001))
     words = made.as_json()["run"]
-    assert (f"{repeats} times" in words) == (1 < repeats <= MANY)
-    assert ("no run within these limits" in words) == (repeats > MANY)
-    assert made.as_json()["tells"] == made.tells == (repeats <= MANY)
+    assert (f"{repeats} times" in words) == (1 < repeats <= THRESHOLDS.verdict.most_repeats)
+    assert ("no run within these limits" in words) == (repeats > THRESHOLDS.verdict.most_repeats)
+    assert made.as_json()["tells"] == made.tells == (repeats <= THRESHOLDS.verdict.most_repeats)
 
 
 def test_a_sweep_runs_from_one_frequency_to_the_other():
@@ -94,8 +103,8 @@ def test_expected_evidence_is_what_a_refit_of_the_rival_to_the_new_runs_leaves(
 
     assert proposal.repeats == repeats
     assert evidence(1) == pytest.approx(proposal.evidence, rel=0.1)
-    assert evidence(repeats) > 0.9 * CLEAR
-    assert repeats == 1 or evidence(repeats - 1) < 1.1 * CLEAR
+    assert evidence(repeats) > 0.9 * THRESHOLDS.verdict.clear_evidence
+    assert repeats == 1 or evidence(repeats - 1) < 1.1 * THRESHOLDS.verdict.clear_evidence
 
 
 def test_a_rival_counts_as_far_as_it_is_from_the_nearest_variant_of_the_winner(tmp_path: Path):

@@ -1,0 +1,25 @@
+"""Thresholds of `discrepancy/finding/`: what is said of the gap before and after."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FindingThresholds:
+    """When a gap counts as explained, and how much of it is listed."""
+
+    # Runs in which all joints move.
+    largest_rms_over_expected: float = 3.0
+    """RMS over the expected one beyond which a joint has a discrepancy [1]: the parameters' error is one draw for the
+    whole run."""
+
+    # Runs under position control.
+    largest_rms_over_torque_noise: float = 1.1
+    """RMS over the noise up to which the torque of held-out rows counts as explained [1]."""
+    position_bins: int = 10
+    """Number of bins of position over which the residual torque is averaged."""
+
+    # The stages of the search alone.
+    most_scores_listed: int = 5
+    """Largest number of best-scoring effects that are listed."""

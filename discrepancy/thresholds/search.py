@@ -1,0 +1,82 @@
+"""Thresholds of `discrepancy/search/`: how many effects go on from one step of the search to the next."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchThresholds:
+    """Numbers of candidates, and the gains that ask for more of them."""
+
+    # Step 10, single effects: how many go on after a first try.
+    most_effects_continued: int = 8
+    """Number of effects that are continued after a first try."""
+    most_finished_fits: int = 8
+    """Largest number of fits to the end in one step."""
+    most_finished_if_none_adequate: int = 4
+    """The same where no fit of the step is adequate."""
+    most_finished_if_all_far: int = 2
+    """The same where all fits of the step are far from noise."""
+    rival_log_likelihood_gap: float = 40.0
+    """Difference of log-likelihood from the best adequate fit within which a preliminary fit is finished as a rival
+    [1]."""
+    least_lead_of_restart_over_excess: float = 0.05
+    """Share of the excess energy of a finished fit by which a new start with the same effects must be ahead to be
+    finished too [1]."""
+
+    # Step 10, under scatter.
+    largest_chi2_share_left_by_scatter: float = 0.1
+    """Largest share of the nominal model's ‖r‖² that remains where scatter, or an effect, explains most of a large
+    discrepancy [1]."""
+
+    # Step 10, two at once.
+    most_leading_fits: int = 3
+    """Number of leading fits, each with another effect, on which a second effect is tried where no other way is
+    adequate."""
+    most_scores_on_leading_fit: int = 4
+    """Number of best scores that are tried on top of a leading fit as it is, before many are tried from the first
+    guesses.
+
+    Two pairs that were unlisted were named this way, in a third of the time.
+    """
+    least_rounding_of_discontinuity: float = 0.01
+    """Least rounding of a discontinuity, as a share of its threshold, while a second effect is searched for [1].
+
+    Fits of both effects got stuck at a sharp discontinuity.
+    """
+
+    # Step 10, from the first guesses, under the gains of the observer.
+    sieve_gains: int = 2
+    """Number of homotopy gains of the first sieve."""
+    sieve_simulations_per_gain: int = 12
+    """Largest number of simulations of all runs under each gain of the sieve."""
+    sieve_tolerance_chi2: float = 10.0
+    """Predicted decrease of ‖r‖², in squares over the noise, at which a fit of the sieve ends [1]."""
+    gains_until_distinguishable: int = 3
+    """Number of homotopy gains after which effects are distinguishable."""
+    most_effects_released: int = 4
+    """Number of effects that are continued from there without the observer."""
+    most_effects_beside_effect: int = 12
+    """Number of effects that are fitted from the first guesses beside another effect: those that score best there.
+
+    In a study of pairs the missing effect scored first beside every leading fit that held a real one.
+    """
+
+    # Step 10, one more.
+    most_effects_begun_on_effect: int = 20
+    """Number of effects that are begun on top of an effect: by then the scores of the catalogue can be trusted as a
+    first sieve."""
+    least_share_that_asks_for_more: float = 0.2
+    """Least share of the excess energy, or of the gain of the effect before, that asks for a further effect [1].
+
+    Together with coarser columns of the scatter and fewer sub-steps in trials it halved the time of unlisted cases.
+    """
+    most_effects_at_once: int = 3
+    """Largest number of effects in a model (step 11, too)."""
+
+    # Steps 12 and 13: the nominal fit again, and the inner step.
+    least_deviance_drop_of_stuck_fit: float = 10.0
+    """Decrease of the nominal model's −2 ln L from the winner's optimum that shows its fit to have been stuck [1]."""
+    least_excess_over_step_error: float = 10.0
+    """Multiple of the step's visible error beyond which a residual cannot come from the step [1]."""

@@ -1,0 +1,54 @@
+"""Nothing in, `THRESHOLDS` out: every number that decides what counts as noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Thresholds:
+    """What counts as correlation or scatter, and how wide the priors of the noise are."""
+
+    # Correlation of the sensor noise (`noise/arma.py`).
+    least_twice_gain_of_correlation: float = 20.0
+    """Twice the gain in log-likelihood over white noise from which noise counts as correlated [1]."""
+    longest_correlation_time_s: float = 0.5
+    """Longest correlation time [s] that counts as sensor noise; slower variation is drift or model discrepancy."""
+    least_share_of_power_left: float = 0.3
+    """Smallest share of a frequency's power that the regression may leave for the frequency to enter the fit [1]."""
+    largest_periodogram_over_spectrum: float = 8.0
+    """Largest ratio of periodogram to spectrum in the likelihood [1]; a higher line counts as this much."""
+    least_freedom_of_spectrum: float = 10.0
+    """Lower bound of a spectrum's degrees of freedom, and their number where the likelihood has no clear maximum [1].
+
+    A power that was estimated is known only so well: on a clean joint with strongly correlated noise, a power 30 % too
+    low passed for something missing.
+    """
+
+    # Lines that are no noise (`noise/arma.py`).
+    least_line_over_spectrum: float = 16.0
+    """Ratio to the spectrum from which a line is regressed out [1]; one noise line of 10⁷ has it, e⁻¹⁶.
+
+    The skirts of a small rhythm that the catalogue lacked had passed for slow correlation.
+    """
+    most_lines: int = 4
+    """Most lines that are regressed out."""
+
+    # Scatter of the amplitude from cycle to cycle (`noise/reml.py`).
+    largest_scatter: float = 0.5
+    """Upper bound of the search for s, the standard deviation of a cycle's relative amplitude [1]."""
+
+    # Priors (`noise/hyper.py`, `noise/terms.py`).
+    stated_noise_log_std: float = 0.05
+    """Standard deviation of ln(noise factor) in its prior, where the campaign states the sensor's noise [1]."""
+    estimated_noise_log_std: float = 0.5
+    """The same where the sensor's noise was estimated [1]."""
+    initial_position_std_over_travel: float = 0.05
+    """Prior standard deviation of the initial position around the first sample, as a share of the travel [1].
+
+    It is much wider than what the run determines, so that the noise of the first sample counts once, as data.
+    """
+
+
+THRESHOLDS = Thresholds()
+"""The values that every noise model uses."""
