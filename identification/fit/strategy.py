@@ -28,7 +28,7 @@ from haptid.identification.simulators.observer import Observed
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
-from haptid.measurement.signals.control_detection import STEADY, position_control, steady_share
+from haptid.measurement.signals.control_detection import is_steady_sweep, position_control
 from haptid.measurement.signals.smoothing import dominant_period
 from haptid.measurement.values.run import Array, Run
 from haptid.support.numbers import plain
@@ -94,7 +94,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
 
 def _controlled(run: Run, why: str) -> Strategy:
     gain = observer_gain(run)
-    if len(run.free_joints) == 1 and steady_share(run.t, run.y[:, 0]) > STEADY:
+    if len(run.free_joints) == 1 and is_steady_sweep(run, 0):
         reason = f"{why}: the measured motion goes in and the torque is scored"
         return Strategy(kind="torque", reason=reason, gain=gain)
     reason = f"{why}: simulated with the measured position fed back through an observer of gain {gain:.3g} 1/s"
