@@ -13,8 +13,8 @@ import numpy as np
 
 from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.simulators import Factory, TwoStep
-from haptid.identification.result.fit import Fit
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import device_of, equations_for
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run

@@ -16,12 +16,10 @@ from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
 from haptid.support.numbers import plain
-
-TRIAL_STARTS = 2
-"""Largest number of starts of the fit through an observer that decides whether the torque is fitted."""
 
 
 def fit_runs(
@@ -64,7 +62,7 @@ def fit_runs(
     if strategy.kind != "torque":
         return fit_simulated(build(equations), runs, options=options, workers=workers), False
     # The observer comes first because a position is the stricter test: at the noise there, no torque need be scored.
-    trial = options.but(starts=min(options.starts, TRIAL_STARTS))
+    trial = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial))
     seen = fit_simulated(build(equations), runs, options=trial, workers=workers)
     if quiet(seen, options):
         return seen, False

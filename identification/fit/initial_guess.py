@@ -20,17 +20,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.smoothing import Motion, smooth
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.law import FrictionLaw, Sliding
 from haptid.model.friction.registry import DEFAULT, law_named
-
-WIDE = 1.2
-"""Range of positions [rad] above which gravity and spring are distinguished."""
-SPAN = 100.0
-"""Factor [1] of a positive parameter's guess to its bounds on either side."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +76,7 @@ def guess_from(runs: Sequence[Run], *, gain: float = 1.0, gravity: bool = True, 
     torque = gain * torque
     travel, speed = max(float(np.ptp(q)), 1e-9), max(float(np.max(np.abs(v))), 1e-9)
     size = max(float(np.max(np.abs(torque))), 1e-12)
-    wide = gravity and travel > WIDE
+    wide = gravity and travel > THRESHOLDS.least_travel_for_gravity_rad
     # tanh for sgn: the Coulomb torque sets in gradually, over about 2 % of the largest speed.
     columns = [a, v, np.tanh(v / (0.02 * speed)), q, np.ones_like(q)]
     if wide:
@@ -164,7 +160,11 @@ def _range(quantity: Quantity, found: Guess) -> dict[str, object]:
     if quantity.unit == "1":  # a shape, which has no size that data could give it
         return {"initial": value}
     if quantity.scale == "log":
-        return {"initial": value, "lower": value / SPAN, "upper": value * SPAN}
+        return {
+            "initial": value,
+            "lower": value / THRESHOLDS.bounds_over_guess,
+            "upper": value * THRESHOLDS.bounds_over_guess,
+        }
     if id.startswith("gravity"):
         return _within(value, -2.0 * found.torque, 2.0 * found.torque)
     if id == "Ks":

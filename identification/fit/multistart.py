@@ -30,12 +30,10 @@ from haptid.identification.statistics.excitation_warnings import excitation_warn
 from haptid.identification.statistics.identifiability import combinations, statuses
 from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import score, score_of
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import profiled
 from haptid.support.processes.threads import single_threaded
-
-MANY_AGREE = 4
-"""Number of starts that must share the best minimum where it lies above the noise."""
 
 
 def fit(
@@ -115,7 +113,7 @@ def _more(problem: Problem, done: Sequence[Descent]) -> int:
         return 1
     # Above the noise the residual cannot confirm that a minimum is the best: more starts must agree on it.
     quiet = basins[0].over_noise <= options.tolerance
-    return max((options.agree if quiet else MANY_AGREE) - len(basins[0].starts), 0)
+    return max((options.agree if quiet else THRESHOLDS.agreeing_starts_above_noise) - len(basins[0].starts), 0)
 
 
 def _result(

@@ -4,8 +4,9 @@
    drifts in a free simulation: simulate through an observer. A single joint swept at constant speed, where speed and
    acceleration say little, has its torque scored instead, unless the residual of the observer is at the noise
    (`identification.fit.fit_runs`).
-2. Where an error of the initial position grows beyond `LIMIT` during a run, the residual of a free simulation is the
-   growth of small errors of torque: simulate through an observer that forgets faster than the motion changes.
+2. Where an error of the initial position grows beyond `THRESHOLDS.largest_growth_of_start_error` during a run, the
+   residual of a free simulation is the growth of small errors of torque: simulate through an observer that forgets
+   faster than the motion changes.
 3. Otherwise simulate freely, the strictest test.
 """
 
@@ -26,18 +27,13 @@ from haptid.identification.simulators.error_growth import growth
 from haptid.identification.simulators.observer import Observed
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.jackknife import with_jackknife
-from haptid.measurement.signals.control_detection import STEADY, position_control, steady_share
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.signals.control_detection import is_steady_sweep, position_control
 from haptid.measurement.signals.smoothing import dominant_period
 from haptid.measurement.values.run import Array, Run
 from haptid.support.numbers import plain
 
 Kind = Literal["open_loop", "observer", "torque"]
-LIMIT = 30.0
-"""Growth of an error of the initial position [1] above which a free simulation is not compared with the data."""
-FASTER = 3.0
-"""Observer gain over the circular frequency of the fastest joint's strongest spectral line."""
-LEAST_GAIN, MOST_GAIN = 5.0, 60.0
-"""Smallest and largest observer gain [1/s]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -86,7 +82,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
     if simulator is None or theta is None:
         return OPEN_LOOP
     factor = growth(simulator, theta, run)
-    if factor <= LIMIT:
+    if factor <= THRESHOLDS.largest_growth_of_start_error:
         return OPEN_LOOP
     gain = observer_gain(run)
     reason = (
@@ -98,7 +94,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
 
 def _controlled(run: Run, why: str) -> Strategy:
     gain = observer_gain(run)
-    if len(run.free_joints) == 1 and steady_share(run.t, run.y[:, 0]) > STEADY:
+    if len(run.free_joints) == 1 and is_steady_sweep(run, 0):
         reason = f"{why}: the measured motion goes in and the torque is scored"
         return Strategy(kind="torque", reason=reason, gain=gain)
     reason = f"{why}: simulated with the measured position fed back through an observer of gain {gain:.3g} 1/s"
@@ -116,10 +112,12 @@ def observer_gain(run: Run) -> float:
     Returns
     -------
     float
-        `FASTER`·2π/T [1/s] within its limits, T the shortest of the joints' dominant periods.
+        `THRESHOLDS.observer_gain_over_motion_frequency`·2π/T [1/s] within its limits, T the shortest of the joints'
+        dominant periods.
     """
     period = min(dominant_period(run.t, y) for y in run.y.T)
-    return float(np.clip(round(FASTER * 2.0 * np.pi / period), LEAST_GAIN, MOST_GAIN))
+    gain = round(THRESHOLDS.observer_gain_over_motion_frequency * 2.0 * np.pi / period)
+    return float(np.clip(gain, THRESHOLDS.least_observer_gain_per_s, THRESHOLDS.largest_observer_gain_per_s))
 
 
 def choose_for(runs: Sequence[Run], simulator: Simulator | None = None, theta: Array | None = None) -> Strategy:

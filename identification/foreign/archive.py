@@ -18,15 +18,10 @@ from xml.parsers import expat
 
 import fmpy
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.support.errors import InputError, one_line
 
-LARGEST = 2_000_000_000
-"""Largest size of an unpacked archive [B]."""
-MOST_FILES = 100_000
-"""Largest number of entries of an archive."""
 _DESCRIPTION = "modelDescription.xml"
-_LARGEST_DESCRIPTION = 100_000_000
-"""Largest size of a model description [B]."""
 _IDENTIFIER = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,199}")
 """Names of C, of at most 200 characters."""
 _UNREADABLE = (zipfile.BadZipFile, zlib.error, OSError, EOFError, RuntimeError, NotImplementedError, ValueError)
@@ -67,8 +62,9 @@ def unpack_checked(path: Path, folder: Path) -> Unpacked:
     Raises
     ------
     InputError
-        Where the archive is damaged, holds names that leave the folder, links, or more than `LARGEST` bytes; where its
-        description is no plain XML of FMI 2.0 or 3.0; where it has no co-simulation for this platform.
+        Where the archive is damaged, holds names that leave the folder, links, or more than
+        `THRESHOLDS.largest_unpacked_bytes` bytes; where its description is no plain XML of FMI 2.0 or 3.0; where it has
+        no co-simulation for this platform.
     """
     if not path.is_file():
         raise InputError(str(path), expected="an FMU", got="no such file")
@@ -98,9 +94,10 @@ def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
     if len(set(names)) < len(names):
         raise InputError(str(path), expected="every name once", got="a name twice")
     size = sum(entry.file_size for entry in entries)
-    if size > LARGEST or len(entries) > MOST_FILES:
+    if size > THRESHOLDS.largest_unpacked_bytes or len(entries) > THRESHOLDS.most_archive_entries:
         got = f"{len(entries)} of {size:.3g} bytes"
-        raise InputError(str(path), expected=f"at most {MOST_FILES} files of {LARGEST:.0e} bytes unpacked", got=got)
+        most, largest = THRESHOLDS.most_archive_entries, THRESHOLDS.largest_unpacked_bytes
+        raise InputError(str(path), expected=f"at most {most} files of {largest:.0e} bytes unpacked", got=got)
     if _DESCRIPTION not in names:
         raise InputError(str(path), expected=f"an FMU with {_DESCRIPTION}", got="a zip archive without it")
 
@@ -117,8 +114,8 @@ class _RefusedError(ValueError):
 def _check_description(path: Path, archive: zipfile.ZipFile) -> None:
     """Refuse a description that is malformed, of another FMI version, or declares entities, before fmpy reads it."""
     where = f"{path}: {_DESCRIPTION}"
-    if archive.getinfo(_DESCRIPTION).file_size > _LARGEST_DESCRIPTION:
-        raise InputError(where, expected=f"at most {_LARGEST_DESCRIPTION:.0e} bytes", got="more")
+    if archive.getinfo(_DESCRIPTION).file_size > THRESHOLDS.largest_description_bytes:
+        raise InputError(where, expected=f"at most {THRESHOLDS.largest_description_bytes:.0e} bytes", got="more")
     version: list[str] = []
 
     def begin(name: str, attributes: dict[str, str]) -> None:

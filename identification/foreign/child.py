@@ -15,10 +15,8 @@ import numpy as np
 from fmpy.simulation import apply_start_values, instantiate_fmu
 
 from haptid.identification.foreign.archive import Unpacked
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-
-LARGEST_WRITTEN = 100_000_000
-"""Largest size of a file that an FMU may write [B]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +76,9 @@ def _quiet() -> None:
         import resource  # noqa: PLC0415 # POSIX alone has it
 
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_FSIZE, (LARGEST_WRITTEN, LARGEST_WRITTEN))
+        resource.setrlimit(
+            resource.RLIMIT_FSIZE, (THRESHOLDS.largest_written_file_bytes, THRESHOLDS.largest_written_file_bytes)
+        )
 
 
 def _simulate(unpacked: Unpacked, request: Request) -> Array:

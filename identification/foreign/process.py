@@ -20,13 +20,9 @@ import numpy as np
 
 from haptid.identification.foreign.archive import unpack_checked
 from haptid.identification.foreign.child import Request, serve
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
-
-LIMIT_S = 60.0
-"""Longest wait for one simulation [s]."""
-_BEGINNING_S = 120.0
-"""Longest wait for a child to import this package, which takes long on a loaded machine [s]."""
 
 
 class ForeignFmu:
@@ -45,7 +41,7 @@ class ForeignFmu:
         Where `identification.foreign.archive.unpack_checked` refuses the archive.
     """
 
-    def __init__(self, path: Path, *, limit_s: float = LIMIT_S) -> None:
+    def __init__(self, path: Path, *, limit_s: float = THRESHOLDS.longest_simulation_s) -> None:
         self.path, self.limit_s = path, limit_s
         self._folder = Path(tempfile.mkdtemp(prefix="haptid_fmu_"))
         self._child: Any = None
@@ -136,7 +132,7 @@ class ForeignFmu:
             self._child.start()
             there.close()
             self._connection = here
-            self._answer(here, _BEGINNING_S, "its process was not ready")
+            self._answer(here, THRESHOLDS.longest_start_of_process_s, "its process was not ready")
         return self._connection
 
     def _fail(self, reason: str) -> NoReturn:

@@ -13,11 +13,9 @@ import numpy as np
 from scipy.stats import chi2
 
 from haptid.identification.result.fit import Fit
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.support.linear_algebra import symmetric_inverse
-
-DOUBT = 1e-3
-"""Family-wise p-value (Bonferroni over one configuration's comparisons) below which tests contradict each other."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,8 +46,8 @@ class Agreement:
 
     @property
     def contradicts(self) -> bool:
-        """Whether the family-wise p-value is below `DOUBT`."""
-        return self.p * self.family < DOUBT
+        """Whether the family-wise p-value is below `THRESHOLDS.least_p_of_consistent_tests`."""
+        return self.p * self.family < THRESHOLDS.least_p_of_consistent_tests
 
 
 def coefficients_agree(name: str, belief: LinkBelief, one: Measurement) -> Agreement | None:

@@ -15,6 +15,7 @@ import cvxpy as cp
 import numpy as np
 from numpy.typing import NDArray
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.device.device import STANDARD, Device
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import pi_jacobian, pi_prior, standard_ids, standard_std, to_standard
@@ -22,8 +23,6 @@ from haptid.model.rigid_body.standard_parameters import find_contained
 from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
-MARGIN = 1e-5
-"""Smallest eigenvalue of the scaled pseudo-inertia: strictly physical, so that forward dynamics always exists."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -117,7 +116,8 @@ def _scales(device: Device, pi: Array) -> Array:
 def _nearest_consistent(device: Device, belief: LinkBelief, measurements: Sequence[Measurement]) -> Array:
     mean, covariance = pi_prior(device)
     scales = _scales(device, mean)
-    # In units of each link's own size: the solver's tolerances and `MARGIN` then mean the same for every link.
+    # In units of each link's own size: the solver's tolerances and `THRESHOLDS.least_eigenvalue_of_pseudo_inertia` then
+    # mean the same for every link.
     x = cp.Variable(mean.size)
     known = np.diag(covariance) <= 0
     prior = _root(covariance / np.outer(scales, scales))
@@ -129,7 +129,10 @@ def _nearest_consistent(device: Device, belief: LinkBelief, measurements: Sequen
         cost += cp.sum_squares((whitened @ (one.rows * scales)) @ x - whitened @ one.values)
     constraints = [x[np.flatnonzero(known)] == (mean / scales)[known]] if known.any() else []
     n = 10 * len(device.massive)
-    constraints += [_pseudo_inertia(x[i : i + 10]) >> MARGIN * np.eye(4) for i in range(0, n, 10)]
+    constraints += [
+        _pseudo_inertia(x[i : i + 10]) >> THRESHOLDS.least_eigenvalue_of_pseudo_inertia * np.eye(4)
+        for i in range(0, n, 10)
+    ]
     constraints += [x[n:] >= 0] if mean.size > n else []
     x.value = belief.mean / scales
     problem = cp.Problem(cp.Minimize(cost), constraints)

@@ -12,12 +12,10 @@ import numpy as np
 from scipy.stats import truncnorm
 
 from haptid.identification.links.consistent_links import pseudo_inertia
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.planning.inertial_belief import LinkBelief
-
-STEPS = 300
-"""Number of steps between draws: several times the number of directions that the data do not identify."""
 
 
 def physical_draws(
@@ -53,14 +51,14 @@ def physical_draws(
     root = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
     unroot = (vectors[:, kept] / np.sqrt(values[kept])).T / scale
     centre, pi, drawn = unroot @ (start - belief.mean), start, []
-    for step in range(1, STEPS * count + 1):
+    for step in range(1, THRESHOLDS.steps_between_physical_draws * count + 1):
         direction = rng.standard_normal(root.shape[1])
         direction /= np.linalg.norm(direction)
         lower, upper = _interval(device, pi, root @ direction)
         middle = -float(direction @ centre)
         move = float(truncnorm.rvs(lower - middle, upper - middle, loc=middle, random_state=rng))
         centre, pi = centre + move * direction, pi + move * (root @ direction)
-        if step % STEPS == 0:
+        if step % THRESHOLDS.steps_between_physical_draws == 0:
             drawn.append(pi)
     return tuple(drawn)
 

@@ -9,10 +9,7 @@ import numpy as np
 from haptid.identification.optimise.levenberg_marquardt import Descent
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Basin
-
-SAME = 2.0
-"""Difference of costs [squares over the noise] below which two starts share a minimum: far below a difference that
-distinguishes two models."""
+from haptid.identification.thresholds import THRESHOLDS
 
 
 def sort_into_basins(problem: Problem, descents: Sequence[Descent]) -> tuple[Basin, ...]:
@@ -32,7 +29,8 @@ def sort_into_basins(problem: Problem, descents: Sequence[Descent]) -> tuple[Bas
 
     Notes
     -----
-    A start belongs to a basin where its cost exceeds the basin's smallest by at most 2 squares over the noise or 0.1 %.
+    A start belongs to a basin where its cost exceeds the basin's smallest C by at most
+    max(`THRESHOLDS.largest_cost_difference_in_basin`, `THRESHOLDS.largest_relative_cost_difference_in_basin`·C).
     """
     order = sorted((k for k, d in enumerate(descents) if np.isfinite(d.cost)), key=lambda k: (descents[k].cost, k))
     groups: list[list[int]] = []
@@ -53,4 +51,5 @@ def sort_into_basins(problem: Problem, descents: Sequence[Descent]) -> tuple[Bas
 
 
 def _tolerance(cost: float) -> float:
-    return max(SAME, 1e-3 * cost)
+    relative = THRESHOLDS.largest_relative_cost_difference_in_basin
+    return max(THRESHOLDS.largest_cost_difference_in_basin, relative * cost)

@@ -1,8 +1,9 @@
 """Inner step of the integration along the homotopy: `Problem` in, `Problem` with a coarser inner step out.
 
-On the way to the minimum the integration's error need only be small against the residual, ‖y_h − y_{h/2}‖ ≤ `SHARE`·‖r‖
-in units of the noise: it then moves the minimum of a level less than the next level does. The polish at the end uses
-the model's own inner step again, so that the result does not depend on the coarser one.
+On the way to the minimum the integration's error need only be small against the residual, ‖y_h − y_{h/2}‖ ≤
+`THRESHOLDS.largest_inner_step_error_over_residual`·‖r‖ in units of the noise: it then moves the minimum of a level less
+than the next level does. The polish at the end uses the model's own inner step again, so that the result does not
+depend on the coarser one.
 
 1. List inner steps from one per row down to the model's own, each half of the one before (`steps_of`).
 2. Simulate at each and at its half, and take the first one that meets the condition (`coarsen`).
@@ -17,11 +18,9 @@ import numpy as np
 
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.protocol import Stepped, at_step
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.kernel.generate import DEFAULT_STEP
-
-SHARE = 0.1
-"""Largest change of the residual by halving the inner step, as a share of the residual's norm."""
 
 
 def at_inner_step(problem: Problem, step: float) -> Problem:
@@ -72,7 +71,7 @@ def coarsen(problem: Problem, x: Array, gain: float) -> Problem:
     residuals = _residuals(problem, steps, x, gain)
     now = next(residuals)
     for step, finer in zip(steps[:-1], residuals, strict=True):
-        if np.linalg.norm(finer - now) <= SHARE * np.linalg.norm(finer):
+        if np.linalg.norm(finer - now) <= THRESHOLDS.largest_inner_step_error_over_residual * np.linalg.norm(finer):
             return at_inner_step(problem, step)
         now = finer
     return problem

@@ -20,18 +20,14 @@ import numpy as np
 from haptid.identification.problem.bounded_lsq import step_within, triangle
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.problem.retraction import Retraction
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
-FLOOR = 1e-10
+LEAST_DAMPING = 1e-10
 """Smallest damping λ [1]: a direction that the data do not see at all does not make the step singular."""
-ROOF = 1e9
+LARGEST_DAMPING = 1e9
 """Damping λ [1] above which the minimiser stops."""
-FAR = 1e4
-"""Excess of the cost over one square a row [squares over the noise] from which the tolerance grows in proportion: a
-small decrease decides nothing where the residual is so far above the noise, and Gauss-Newton steps creep there."""
-STALLED = 10
-"""Number of successive simulations whose average decrease of the cost must reach the tolerance."""
-ACCEPTED = 1e-4
+LEAST_ACTUAL_OVER_PREDICTED = 1e-4
 """Actual over predicted decrease of the cost above which a step is accepted."""
 
 
@@ -86,7 +82,7 @@ def minimise(
         Largest number of simulations of all runs.
     tolerance
         Predicted decrease of the cost below which the minimiser stops [squares over the noise]; it grows where the
-        residual is far above the noise (`FAR`).
+        residual is far above the noise (`THRESHOLDS.excess_cost_at_full_tolerance`).
     relative
         The same as a share of the cost; the larger of both counts.
     damping
@@ -99,10 +95,10 @@ def minimise(
 
     Notes
     -----
-    The minimiser also stops where `STALLED` successive simulations decrease the cost by less than the tolerance each,
-    on average. Along a narrow valley the predicted decrease of a damped step is small however far the minimum is:
-    before the minimiser stops, the predicted decrease of the step with the damping `FLOOR` must be small as well;
-    otherwise that step is tried.
+    The minimiser also stops where `THRESHOLDS.most_simulations_without_progress` successive simulations decrease the
+    cost by less than the tolerance each, on average. Along a narrow valley the predicted decrease of a damped step is
+    small however far the minimum is: before the minimiser stops, the predicted decrease of the step with the damping
+    `LEAST_DAMPING` must be small as well; otherwise that step is tried.
     """
     along = Retraction.of(problem)
     now = problem.blocks(x, gain)
@@ -113,31 +109,38 @@ def minimise(
     costs = [cost]
     while calls < iterations:
         limits = along.constraints(x)
-        enough = max(tolerance * max(1.0, (cost - now.residual.size) / FAR), relative * cost)
+        excess = (cost - now.residual.size) / THRESHOLDS.excess_cost_at_full_tolerance
+        enough = max(tolerance * max(1.0, excess), relative * cost)
         d, predicted = _step(R, c, damping, *limits)
         # A small prediction may be the damping's doing: the undamped step decides, once for every accepted point.
         if predicted <= enough and not freed:
-            freed, damping = True, FLOOR
+            freed, damping = True, LEAST_DAMPING
             d, predicted = _step(R, c, damping, *limits)
-        stalled = len(costs) > STALLED and costs[-STALLED - 1] - cost < STALLED * enough
+        stalled = _stalls(costs, enough)
         # With damping above 1 a small prediction says that the step is short, not that the minimum is near.
         converged = stalled or (predicted <= enough and damping < 1.0)
-        if converged or damping > ROOF:
+        if converged or damping > LARGEST_DAMPING:
             break
         moved = along.move(x, d)
         trial = problem.blocks(moved, gain)
         calls += 1
         new = cost_of(trial)
         ratio = (cost - new) / max(predicted, 1e-12) if np.isfinite(new) else -1.0
-        if ratio > ACCEPTED:
+        if ratio > LEAST_ACTUAL_OVER_PREDICTED:
             x, cost, growth, freed = moved, new, 2.0, False
             R, c = triangle_by_runs(trial)
-            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), FLOOR)
+            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
         else:
             # From 1e-6 upwards: a rejected undamped step would take many more simulations to become shorter.
             damping, growth = max(damping, 1e-6) * growth, 2.0 * growth
         costs.append(cost)
     return Descent(x=x, cost=cost, calls=calls, converged=converged)
+
+
+def _stalls(costs: list[float], enough: float) -> bool:
+    """Return whether the latest simulations decreased the cost by less than ``enough`` each, on average."""
+    count = THRESHOLDS.most_simulations_without_progress
+    return len(costs) > count and costs[-count - 1] - costs[-1] < count * enough
 
 
 def cost_of(blocks: Blocks) -> float:

@@ -23,7 +23,7 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.problem.retraction import Retraction
 from haptid.measurement.values.run import Array
 
-WORST = 80.0
+VALUE_WHERE_NOT_FINITE = 80.0
 """Value of f [1] where a simulation is not finite."""
 
 
@@ -57,7 +57,7 @@ class _Cost:
         now = self._blocks(x)
         r, cost = now.residual, cost_of(now)
         if not np.isfinite(cost):
-            return WORST, np.zeros_like(w)
+            return VALUE_WHERE_NOT_FINITE, np.zeros_like(w)
         if cost < self.cost:
             self.best, self.cost = x, cost
         return float(np.log(cost / self.problem.weight)), self.tangent(w).T @ (2.0 * (now.jacobian.T @ r) / cost)

@@ -9,10 +9,8 @@ import numpy as np
 from scipy.stats import norm, qmc
 
 from haptid.identification.problem.parametrisation import Parametrisation
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-
-FACTOR = 2.0
-"""Logarithmic parameters start within this factor of the first guess, linear ones within their typical size."""
 
 
 def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, seed: int) -> tuple[Array, ...]:
@@ -32,9 +30,9 @@ def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, see
     Returns
     -------
     tuple of ndarray, shape (n_p,) each
-        ``theta``, then points uniform within `FACTOR` of a logarithmic parameter or within the unit of a linear one;
-        a parameter with a prior is normal around ``theta`` with the prior's standard deviation, within two of them.
-        All are clipped to the bounds. ``theta`` alone where no parameter is free.
+        ``theta``, then points uniform within `THRESHOLDS.starts_over_guess` of a logarithmic parameter or within the
+        unit of a linear one; a parameter with a prior is normal around ``theta`` with the prior's standard deviation,
+        within two of them. All are clipped to the bounds. ``theta`` alone where no parameter is free.
     """
     n = len(parametrisation.free)
     if count < 2 or n == 0:
@@ -47,7 +45,7 @@ def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, see
     lower, upper = parametrisation.bounds
     starts = [theta]
     for point in drawn[: count - 1]:
-        s = centre + np.where(parametrisation.log, np.log(FACTOR), 1.0) * (2.0 * point - 1.0)
+        s = centre + np.where(parametrisation.log, np.log(THRESHOLDS.starts_over_guess), 1.0) * (2.0 * point - 1.0)
         for k, q in enumerate(parametrisation.quantities):
             if q.prior is not None:
                 shift = float(np.clip(norm.ppf(np.clip(point[k], 1e-3, 1 - 1e-3)), -2.0, 2.0))

@@ -14,13 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.identification.simulators.protocol import initial_state
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
-
-FIRST_ROWS = 9
-"""Number of rows at the beginning of a run that the parabola of the initial velocity is fitted to."""
-MOVING = 6.0
-"""Initial velocity over its standard deviation above which a run counts as started in motion."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -62,7 +58,7 @@ class Start:
 
 
 def first_slopes(run: Run) -> tuple[Array, Array]:
-    """Estimate the initial velocities by a parabola through the first `FIRST_ROWS` rows.
+    """Estimate the initial velocities by a parabola through the first `THRESHOLDS.rows_of_initial_velocity` rows.
 
     Parameters
     ----------
@@ -76,7 +72,7 @@ def first_slopes(run: Run) -> tuple[Array, Array]:
     std : ndarray, shape (n_joints,)
         Standard deviation of the velocity that the sensor's noise causes [rad/s].
     """
-    n = min(FIRST_ROWS, run.t.size)
+    n = min(THRESHOLDS.rows_of_initial_velocity, run.t.size)
     A = np.stack((np.ones(n), run.t[:n], run.t[:n] ** 2), axis=1)
     inverse = np.linalg.pinv(A)
     return (inverse @ run.y[:n])[1], run.sensor_std * float(np.linalg.norm(inverse[1]))
@@ -93,7 +89,8 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
         Run whose first rows give positions and velocities.
     free_velocity
         Whether the initial velocities are fitted in any case; otherwise they are fitted where the run has measured
-        velocities, or where the slope of a joint's first rows exceeds `MOVING` standard deviations.
+        velocities, or where the slope of a joint's first rows exceeds `THRESHOLDS.least_initial_velocity_in_std`
+        standard deviations.
 
     Returns
     -------
@@ -111,7 +108,7 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
         return Start(base=base, states=tuple(range(base.size)), unit=nominal, prior=np.ones(base.size, dtype=bool))
     states, unit, prior = list(range(n)), list(run.sensor_std), [False] * n
     slope, std = first_slopes(run)
-    moving = np.abs(slope) > MOVING * std
+    moving = np.abs(slope) > THRESHOLDS.least_initial_velocity_in_std * std
     if free_velocity or run.v is not None or bool(moving.any()):
         states += range(n, 2 * n)
         # The prior N(0, w²) is centred at rest without measured velocities: w must then cover the slope itself.

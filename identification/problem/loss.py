@@ -8,13 +8,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
-TURN = 3.0
-"""Residual k at which the loss turns from quadratic to linear, in standard deviations of the noise."""
 
-
-def pseudo_huber(r: Array, k: float = TURN) -> tuple[Array, Array]:
+def pseudo_huber(r: Array, k: float = THRESHOLDS.turn_of_loss_in_std) -> tuple[Array, Array]:
     """Transform residuals so that their squares are the pseudo-Huber loss.
 
     Parameters

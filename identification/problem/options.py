@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from haptid.identification.problem.weights import PAPER
+from haptid.identification.thresholds import THRESHOLDS
 
 Method = Literal["slsqp", "gauss_newton"]
 
@@ -51,7 +51,7 @@ class FitOptions:
     gains: tuple[float, ...] = (60.0, 20.0, 6.0, 2.0, 0.0)
     seed: int = 0
     workers: int = 1
-    weights: tuple[float, float] = PAPER
+    weights: tuple[float, float] = THRESHOLDS.weights_of_run_halves
     start: tuple[float, ...] | None = None
     priors: bool = True
     robust: bool = False

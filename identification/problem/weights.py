@@ -7,13 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
-PAPER = (0.5, 1.0)
-"""Weights of the first and the second half of a run."""
 
-
-def time_weights(run: Run, halves: tuple[float, float] = PAPER) -> Array:
+def time_weights(run: Run, halves: tuple[float, float] = THRESHOLDS.weights_of_run_halves) -> Array:
     """Weight the squared residuals of a run's rows.
 
     Parameters

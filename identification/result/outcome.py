@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.support.errors import NumericalError
 
 
@@ -59,14 +60,6 @@ class Outcome(Enum):
         return self.name.lower()
 
 
-ROWS_PER_PARAMETER = 10
-"""Readings of the fitted runs per fitted parameter, below which nothing is concluded from a residual."""
-EXPLAINED = 0.5
-"""RMS of the residual over the RMS of the motion about its mean, above which a model counts as explaining nothing."""
-UNSEEN_ABOVE = 1.2
-"""Factor on the tolerance for runs that no fit saw: a run's own noise varies about the pooled one."""
-
-
 def outcome_of(
     reached: int, rms_over_noise: float, tolerance: float, *, unseen: float, rows: int, parameters: int
 ) -> Outcome:
@@ -90,11 +83,11 @@ def outcome_of(
     # The order matters: without free parameters or with too few rows, no later comparison means anything.
     if parameters == 0:
         return Outcome.FIXED
-    if rows < ROWS_PER_PARAMETER * parameters:
+    if rows < THRESHOLDS.least_rows_per_parameter * parameters:
         return Outcome.TOO_FEW_ROWS
     quiet = rms_over_noise <= tolerance
     # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.
-    if quiet and not unseen <= UNSEEN_ABOVE * tolerance:
+    if quiet and not unseen <= THRESHOLDS.largest_unseen_residual_over_tolerance * tolerance:
         return Outcome.UNSEEN
     if reached > 1:
         return Outcome.CONVERGED if quiet else Outcome.ABOVE_NOISE
@@ -123,4 +116,4 @@ def with_cause(outcome: Outcome, *, over_motion: float, excited: bool) -> Outcom
         return outcome
     if not excited:
         return Outcome.UNEXCITED
-    return Outcome.UNEXPLAINED if over_motion > EXPLAINED else outcome
+    return Outcome.UNEXPLAINED if over_motion > THRESHOLDS.largest_residual_over_motion else outcome

@@ -13,17 +13,15 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from haptid.identification.result.fit import Fit
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.locked_dynamics import Coefficient
 from haptid.support.linear_algebra import profiled
 
-LEAST = 1e-6
+LEAST_INFORMATION_OVER_PRIOR = 1e-6
 """Smallest information of a measured coefficient, as a share of its prior's information."""
-CAUTION = 3.0
-"""Standard deviation of a carried prior over that of the belief: tests on different days agree less well than their
-noise says."""
 
 
 def carry_over(
@@ -51,7 +49,8 @@ def carry_over(
     Returns
     -------
     Equations
-        With the prior N(A·π, `CAUTION`²·A·P·Aᵀ) of each coefficient, no wider than its prior before.
+        With the prior N(A·π, `THRESHOLDS.carried_std_over_belief_std`²·A·P·Aᵀ) of each coefficient, no wider than its
+        prior before.
     """
     changes: dict[str, dict[str, object]] = {}
     if coefficients:
@@ -59,7 +58,9 @@ def carry_over(
         for coefficient, m, variance in zip(coefficients, mean, np.diag(covariance), strict=True):
             quantity = equations.parameter(coefficient.id)
             if coefficient.id not in stated and not quantity.fixed and variance > 0:
-                changes[coefficient.id] = _prior(quantity, float(m), CAUTION * float(np.sqrt(variance)))
+                changes[coefficient.id] = _prior(
+                    quantity, float(m), THRESHOLDS.carried_std_over_belief_std * float(np.sqrt(variance))
+                )
     for id, value in found.items():
         if id not in stated and any(q.id == id and not q.fixed for q in equations.parameters):
             q = equations.parameter(id)
@@ -100,7 +101,9 @@ def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement
     prior = np.array([1.0 / q.prior.std**2 if q.prior else 0.0 for q in quantities])
     mean = np.array([q.prior.mean if q.prior else 0.0 for q in quantities])
     theta = np.array([fit.values[c.id] for c in chosen])
-    floor = LEAST * np.array([1.0 / c.prior_std**2 if c.prior_std > 0 else 1e-12 for c in chosen])
+    floor = LEAST_INFORMATION_OVER_PRIOR * np.array(
+        [1.0 / c.prior_std**2 if c.prior_std > 0 else 1e-12 for c in chosen]
+    )
     # The fit has divided its information by this product: the prior's information is divided alike.
     inflated = max(fit.cost, 1.0) * max(fit.correlation_time, 1.0)
     covariance = np.linalg.inv(information + np.diag(floor))

@@ -17,14 +17,12 @@ from haptid.identification.links.consistent_links import LinkEstimates, consiste
 from haptid.identification.links.physical_draws import physical_draws
 from haptid.identification.sequence.sequence import joint_values, links_of
 from haptid.identification.sequence.step import Step
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import standard_ids, to_standard
 from haptid.support.linear_algebra import symmetric_inverse
-
-DRAWS = 20
-"""Number of draws of the full model's parameters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +44,9 @@ class Whole:
     links: LinkEstimates
 
 
-def whole_device(device: Device, steps: Sequence[Step], *, seed: int = 0, draws: int = DRAWS) -> Whole:
+def whole_device(
+    device: Device, steps: Sequence[Step], *, seed: int = 0, draws: int = THRESHOLDS.draws_of_whole_device
+) -> Whole:
     """Combine all configurations to the parameters of the full model.
 
     Parameters

@@ -18,7 +18,7 @@ from haptid.model.equations.equations import Equations, Input, Output, State
 from haptid.model.equations.fmu_names import CONTROLLER, of_joint
 from haptid.model.equations.quantity import Quantity
 
-SHORTEST = 1e-9
+SHORTEST_FILTER_S = 1e-9
 """Time constant of the filter where the controller has none, so that ln(1 + h/T) stays finite [s]."""
 
 
@@ -101,7 +101,7 @@ def _gain_rows(controller: Controller, joints: Sequence[int]) -> list[Quantity]:
 
 
 def _times(controller: Controller, sample_s: float) -> tuple[Quantity, Quantity]:
-    T = max(controller.filter_s, SHORTEST)
+    T = max(controller.filter_s, SHORTEST_FILTER_S)
     return (
         Quantity(
             id="filter_rate",
@@ -115,6 +115,6 @@ def _times(controller: Controller, sample_s: float) -> tuple[Quantity, Quantity]
             unit="s",
             description="h + T, over which the reading's change is the velocity",
             initial=sample_s + T,
-            lower=SHORTEST,
+            lower=SHORTEST_FILTER_S,
         ),
     )

@@ -19,11 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import sandwich
-
-LONGEST = 0.1
-"""Longest lag of the autocovariance, as a share of the rows of the shortest run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -145,7 +143,7 @@ def _meat(problem: Problem, blocks: Blocks) -> tuple[Array, float]:
         np.where(root > 0, r / np.where(root > 0, root, 1.0), 0.0) for r, root in zip(blocks.rows, roots, strict=True)
     )
     rows = min(r.shape[0] for r in plain)
-    c = autocovariance(plain, max(int(LONGEST * rows), 1))
+    c = autocovariance(plain, max(int(THRESHOLDS.longest_lag_over_rows * rows), 1))
     weights = _window(c, sum(r.size for r in plain)) * c[: _window(c, sum(r.size for r in plain)).size]
     meat = np.zeros((n, n))
     for J, root in zip(blocks.jacobians or (), roots, strict=True):

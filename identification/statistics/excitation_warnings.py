@@ -11,13 +11,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.law import FrictionLaw
 from haptid.model.friction.registry import law_named
-
-FEW_ROWS = 20
-"""Number of rows in presliding, or in gross sliding, below which a warning is given."""
 
 
 def excitation_warnings(equations: Equations, theta: Array, motions: Sequence[tuple[Array, Array]]) -> tuple[str, ...]:
@@ -58,12 +56,12 @@ def _joint_warnings(
     inside = [presliding(y, length) for _, y in motions]
     rows, total = sum(int(m.sum()) for m in inside), sum(m.size for m in inside)
     fastest = max(float(np.max(np.abs(np.gradient(y, t)))) for t, y in motions)
-    if rows < FEW_ROWS:
+    if rows < THRESHOLDS.least_rows_of_friction_regime:
         yield (
             f"{name}only {rows} rows in presliding: {_listed(law.without_presliding)}; "
             "add a slow run of small amplitude or sample faster"
         )
-    if total - rows < FEW_ROWS:
+    if total - rows < THRESHOLDS.least_rows_of_friction_regime:
         listed = _listed(law.without_sliding)
         yield f"{name}the runs never leave presliding: {listed}; add a run of larger torque"
     roles = law.roles

@@ -11,16 +11,9 @@ import numpy as np
 
 from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Combination
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import inverse, profiled
-
-KNOWN = 0.5
-"""Standard deviation over the parameter's size, or over its prior's, up to which a parameter is identified."""
-SMALL, LONGEST = 0.1, 4
-"""Smallest component of a unit eigenvector that makes a member, and largest number of members: longer combinations say
-nothing to a reader."""
-EDGE = 1e-4
-"""Distance from a bound, as a share of the range, within which a parameter lies on it."""
 
 
 def known_sizes(parametrisation: Parametrisation, s: Array) -> Array:
@@ -39,7 +32,7 @@ def known_sizes(parametrisation: Parametrisation, s: Array) -> Array:
         Half of 1 for a logarithm; half of max(|p|/w, 1) otherwise.
     """
     value = np.abs(parametrisation.physical(s)[list(parametrisation.free)]) / parametrisation.unit
-    return KNOWN * np.where(parametrisation.log, 1.0, np.maximum(value, 1.0))
+    return THRESHOLDS.largest_std_over_size * np.where(parametrisation.log, 1.0, np.maximum(value, 1.0))
 
 
 def on_bound(parametrisation: Parametrisation, s: Array) -> Array:
@@ -55,10 +48,10 @@ def on_bound(parametrisation: Parametrisation, s: Array) -> Array:
     Returns
     -------
     ndarray of bool, shape (n_free,)
-        Whether the distance from a bound is at most `EDGE` of the range.
+        Whether the distance from a bound is at most `THRESHOLDS.largest_bound_distance_over_range` of the range.
     """
     lower, upper = parametrisation.bounds
-    reach = EDGE * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
+    reach = THRESHOLDS.largest_bound_distance_over_range * np.where(np.isfinite(upper - lower), upper - lower, 0.0)
     return np.asarray((s - lower <= reach) | (upper - s <= reach))
 
 
@@ -88,7 +81,9 @@ def statuses(parametrisation: Parametrisation, s: Array, std: Array) -> dict[str
         if edge[k]:
             result[q.id] = "at_bound"
         elif q.prior is not None:
-            result[q.id] = "prior" if std[k] * slope[k] > KNOWN * q.prior.std else "identified"
+            result[q.id] = (
+                "prior" if std[k] * slope[k] > THRESHOLDS.largest_std_over_prior_std * q.prior.std else "identified"
+            )
         else:
             result[q.id] = "unidentifiable" if std[k] > sizes[k] else "identified"
     return result
@@ -120,7 +115,8 @@ def combinations(
     1. Members are the unidentifiable parameters, those known from their prior, and those correlated with them.
     2. The information about the members, all others profiled, is scaled by the parameters' sizes: an eigenvalue above 1
        is a direction whose standard deviation is below the size that `known_sizes` asks for.
-    3. Each such eigenvector of two to `LONGEST` components above `SMALL` is a combination.
+    3. Each such eigenvector of two to `THRESHOLDS.most_members_of_combination` components above
+       `THRESHOLDS.least_component_of_combination` is a combination.
     """
     sizes = known_sizes(parametrisation, s)
     H = information * np.outer(sizes, sizes)
@@ -132,8 +128,8 @@ def combinations(
     slope = parametrisation.slope(parametrisation.physical(s))
     found = []
     for value, vector in zip(values[::-1], vectors.T[::-1], strict=True):
-        keep = np.abs(vector) > SMALL
-        if value > 1.0 and 1 < int(keep.sum()) <= LONGEST:
+        keep = np.abs(vector) > THRESHOLDS.least_component_of_combination
+        if value > 1.0 and 1 < int(keep.sum()) <= THRESHOLDS.most_members_of_combination:
             row = vector / (sizes * slope)[members]
             lead = row[int(np.argmax(np.abs(vector)))]
             chosen = {parametrisation.ids[m]: float(c / lead) for m, c, k in zip(members, row, keep, strict=True) if k}

@@ -29,12 +29,8 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.identifiability import combinations, statuses
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-
-BLOCKS = 6
-"""Smallest number of blocks of all runs together."""
-ITERATIONS = 12
-"""Largest number of simulations of a refit."""
 
 
 def with_jackknife(
@@ -80,7 +76,9 @@ def with_jackknife(
     )
 
 
-def jackknife_std(problem: Problem, x: Array, workers: Workers, blocks: int = BLOCKS) -> Array:
+def jackknife_std(
+    problem: Problem, x: Array, workers: Workers, blocks: int = THRESHOLDS.least_jackknife_blocks
+) -> Array:
     """Compute the standard deviations of the unknowns by leaving out one block at a time.
 
     Parameters
@@ -109,7 +107,7 @@ def jackknife_std(problem: Problem, x: Array, workers: Workers, blocks: int = BL
 
 def _refit(problem: Problem, x: Array) -> tuple[Array, Array]:
     """Return the minimum near x and the standard deviations there."""
-    found = minimise(problem, x, iterations=ITERATIONS, tolerance=0.0, relative=1e-4).x
+    found = minimise(problem, x, iterations=THRESHOLDS.most_simulations_of_refit, tolerance=0.0, relative=1e-4).x
     return found, np.sqrt(np.maximum(np.diag(curvature(problem, found).covariance), 0.0))
 
 

@@ -16,7 +16,7 @@ from haptid.identification.result.fit import RunScore
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array, Run
 
-STEPS = 8
+MOST_GAUSS_NEWTON_STEPS = 8
 """Largest number of Gauss-Newton steps of an initial state."""
 
 
@@ -77,7 +77,7 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
     if not np.isfinite(r).all():
         return start.at(delta)
     step = -np.linalg.lstsq(J, r, rcond=None)[0]
-    for _ in range(STEPS):
+    for _ in range(MOST_GAUSS_NEWTON_STEPS):
         new_r, new_J = _whiten(simulator, theta, run, start, delta + step, rows)
         gained = float(r @ r) - float(new_r @ new_r)
         if gained > 0:

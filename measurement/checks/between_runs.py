@@ -8,13 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.signals.cycles import PERIODIC, find_cycles
+from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
 
-SAME = 1e-9
-"""Relative difference below which two numbers are one number that was written twice."""
-NAMED_LIKE = 0.03
-"""Relative difference between a frequency and the number that names it: names are rounded."""
 NUMBER = re.compile(r"([A-Za-z]*)[_-]?(?<![\d.])(\d+(?:[.p]\d+)?)")
 """Number in a name with the letters before it; "p" may stand for the decimal point."""
 
@@ -49,7 +46,10 @@ def twins(runs: Sequence[Run]) -> dict[str, str]:
 
 def _same_rows(one: Run, other: Run) -> bool:
     for a, b in ((one.t, other.t), (one.u, other.u), (one.y, other.y)):
-        if a.shape != b.shape or np.abs(a - b).max() > SAME * np.abs(a).max():
+        if (
+            a.shape != b.shape
+            or np.abs(a - b).max() > THRESHOLDS.largest_relative_difference_of_copies * np.abs(a).max()
+        ):
             return False
     return True
 
@@ -115,7 +115,7 @@ def _by_letters(runs: Sequence[Run], factor: float) -> Mapping[tuple[tuple[int, 
         if run.use == "excluded" or len(run.free_joints) > 1:
             continue
         cycles = find_cycles(run)
-        if cycles.share < PERIODIC or cycles.count < 2:
+        if cycles.share < THRESHOLDS.least_line_share_of_variance or cycles.count < 2:
             continue
         name = re.sub(r"\.(csv|csv\.gz|parquet)$", "", run.file.rsplit("/", 1)[-1])
         for place, (letters, digits) in enumerate(NUMBER.findall(name)):
@@ -130,4 +130,4 @@ def _swapped(one: _Named, other: _Named) -> bool:
 
 
 def _alike(a: float, b: float) -> bool:
-    return abs(a - b) <= NAMED_LIKE * max(abs(a), abs(b))
+    return abs(a - b) <= THRESHOLDS.largest_relative_difference_of_named_frequency * max(abs(a), abs(b))

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.support.errors import InputError
-
-SLOWEST = 0.5
-"""Median time between rows [s] above which a joint's friction can no longer be resolved."""
-FASTEST = 1e-9
-"""Least time between rows [s]: no joint is sampled faster."""
-LONGEST_GAP, MANY_ROWS = 10.0, 100.0
-"""A gap may last this long [s], or as long as this many rows."""
 
 
 def check_clocks(campaign: Campaign) -> Campaign:
@@ -39,17 +33,19 @@ def check_clocks(campaign: Campaign) -> Campaign:
 
 def _check(run: Run, where: str) -> None:
     gaps = np.diff(run.t)
-    if gaps.min() < FASTEST:
+    if gaps.min() < THRESHOLDS.shortest_row_interval_s:
         row, todo = int(np.argmin(gaps)), "check its unit, and take rows away that repeat a time"
         after = f"{where} after {run.t[row] + run.start_time:.6g} s"
-        expected = f"time in seconds, with rows {FASTEST:g} s apart at least"
+        expected = f"time in seconds, with rows {THRESHOLDS.shortest_row_interval_s:g} s apart at least"
         raise InputError(after, expected=expected, got=f"{gaps[row]:.3g} s", todo=todo)
     usual, row = float(np.median(gaps)), int(np.argmax(gaps))
-    if usual > SLOWEST:
+    if usual > THRESHOLDS.longest_row_interval_s:
         todo = "where the time is in ms, multiply it by 0.001"
-        expected = f"time in seconds, with rows {SLOWEST} s apart at most"
+        expected = f"time in seconds, with rows {THRESHOLDS.longest_row_interval_s} s apart at most"
         raise InputError(where, expected=expected, got=f"{usual:.4g} s", todo=todo)
-    if gaps[row] > max(LONGEST_GAP, MANY_ROWS * usual):
+    if gaps[row] > max(THRESHOLDS.longest_gap_s, THRESHOLDS.longest_gap_in_rows * usual):
         todo = "make two runs of what lies before and after"
         after = f"{where} after {run.t[row] + run.start_time:.6g} s"
-        raise InputError(after, expected=f"no gap above {LONGEST_GAP:g} s", got=f"{gaps[row]:.4g} s", todo=todo)
+        raise InputError(
+            after, expected=f"no gap above {THRESHOLDS.longest_gap_s:g} s", got=f"{gaps[row]:.4g} s", todo=todo
+        )

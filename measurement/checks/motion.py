@@ -7,12 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from haptid.measurement.signals.noise import with_noise
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
-
-AT_REST = 10.0
-"""Travel over the standard deviation of a reading, below which a joint counts as at rest."""
 
 
 def check_motion(campaign: Campaign, prepared: Campaign) -> Campaign:
@@ -41,7 +39,7 @@ def check_motion(campaign: Campaign, prepared: Campaign) -> Campaign:
         if run.use == "fit":
             groups.setdefault((run.free_joints, locked_posture(run)), []).append(run)
     for runs in groups.values():
-        if all(np.all(_travel(run) < AT_REST * run.sensor_std) for run in runs):
+        if all(np.all(_travel(run) < THRESHOLDS.least_travel_over_noise * run.sensor_std) for run in runs):
             raise _at_rest(campaign, runs, [stated[run.file] for run in runs])
     return prepared
 
@@ -67,11 +65,14 @@ def _at_rest(campaign: Campaign, runs: Sequence[Run], stated: Sequence[Run]) -> 
     joints = ", ".join(map(str, first.free_joints))
     travel, noise = max(float(_travel(run).max()) for run in runs), float(first.sensor_std.max())
     unstated = [run.but(noise=np.full(run.noise.shape, np.nan), resolution=run.noise * np.nan) for run in stated]
-    moves = any(np.any(_travel(run) >= AT_REST * with_noise(run).sensor_std) for run in unstated)
+    moves = any(
+        np.any(_travel(run) >= THRESHOLDS.least_travel_over_noise * with_noise(run).sensor_std) for run in unstated
+    )
     told = bool(np.isfinite(stated[0].noise).any() or np.isfinite(stated[0].resolution).any())
     todo = "measure with more torque, or set these runs to excluded"
     if told and moves:
         todo = "correct noise or resolution under [sensor] in campaign.toml: the rows show less"
-    expected = f"a run in which joint {joints} moves more than {AT_REST:.0f} times the sensor's noise"
+    least = f"{THRESHOLDS.least_travel_over_noise:.0f}"
+    expected = f"a run in which joint {joints} moves more than {least} times the sensor's noise"
     got = f"a travel of {travel:.3g} at most, noise {noise:.3g} ({'stated' if told else 'estimated'})"
     return InputError(str(campaign.folder / first.file), expected=expected, got=got, todo=todo)

@@ -12,11 +12,11 @@ import numpy as np
 
 from haptid.measurement.checks.between_runs import misnamed, twins
 from haptid.measurement.checks.limits import limits_of
-from haptid.measurement.checks.motion import AT_REST
 from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
 from haptid.measurement.signals.control_detection import position_control
 from haptid.measurement.signals.noise import with_noise
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
 
@@ -91,8 +91,9 @@ def _stillness(run: Run, full: Run, column: int) -> list[str]:
     found = []
     if np.ptp(run.u[:, column]) == 0:
         found.append("the torque never changes: nothing excites the joint; was it recorded, in this column?")
-    if np.ptp(run.y[:, column]) < AT_REST * float(full.sensor_std[column]):
-        found.append(f"the joint hardly moves: its travel is below {AT_REST:.0f} times the sensor noise")
+    if np.ptp(run.y[:, column]) < THRESHOLDS.least_travel_over_noise * float(full.sensor_std[column]):
+        least = f"{THRESHOLDS.least_travel_over_noise:.0f}"
+        found.append(f"the joint hardly moves: its travel is below {least} times the sensor noise")
     return found
 
 

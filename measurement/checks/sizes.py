@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError
-
-LARGEST_TORQUE, LARGEST_POSITION, LARGEST_SPEED = 1e12, 1e9, 1e9
-"""No drive [N m] or [N], no travel [rad] or [m] and no speed [rad/s] or [m/s] is larger."""
-SMALLEST_TORQUE = 1e-15
-"""A torque that never exceeds this [N m] or [N], and is not 0 throughout, drives nothing that can be measured."""
 
 
 def check_sizes(campaign: Campaign) -> Campaign:
@@ -37,13 +33,19 @@ def check_sizes(campaign: Campaign) -> Campaign:
 def _check(run: Run, column: int, where: str) -> None:
     unit = "m" if run.prismatic[column] else "rad"
     torque = "N" if run.prismatic[column] else "N m"
-    _check_size(run.u[:, column], LARGEST_TORQUE, f"a torque up to {LARGEST_TORQUE:g} {torque}", where)
-    _check_size(run.y[:, column], LARGEST_POSITION, f"a position up to {LARGEST_POSITION:g} {unit}", where)
+    _check_size(
+        run.u[:, column], THRESHOLDS.largest_torque, f"a torque up to {THRESHOLDS.largest_torque:g} {torque}", where
+    )
+    _check_size(
+        run.y[:, column], THRESHOLDS.largest_position, f"a position up to {THRESHOLDS.largest_position:g} {unit}", where
+    )
     if run.v is not None:
-        _check_size(run.v[:, column], LARGEST_SPEED, f"a velocity up to {LARGEST_SPEED:g} {unit}/s", where)
+        _check_size(
+            run.v[:, column], THRESHOLDS.largest_speed, f"a velocity up to {THRESHOLDS.largest_speed:g} {unit}/s", where
+        )
     most = float(np.abs(run.u[:, column]).max())
-    if 0 < most < SMALLEST_TORQUE:
-        expected, todo = f"a torque of {SMALLEST_TORQUE:g} {torque} at least", "check its unit"
+    if 0 < most < THRESHOLDS.smallest_torque:
+        expected, todo = f"a torque of {THRESHOLDS.smallest_torque:g} {torque} at least", "check its unit"
         raise InputError(where, expected=expected, got=f"{most:.3g} at most", todo=todo)
 
 

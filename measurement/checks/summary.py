@@ -9,6 +9,7 @@ import numpy as np
 
 from haptid.measurement.checks.remarks import Remarks, remarks_of
 from haptid.measurement.signals.cycles import find_cycles
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 
@@ -28,8 +29,6 @@ HEADER = (
     "step",
 )
 """Headings of the columns; torque ± is half its range, Hz the rate of the rows, step the encoder's."""
-EVEN = 0.01
-"""Row intervals within this share of their median count as even."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,7 +50,7 @@ class Row:
 def unevenness(run: Run) -> float:
     """Return the share of the row intervals that differ from their median by more than 1 %, from 0 to 1."""
     gaps = np.diff(run.t)
-    return float(np.mean(np.abs(gaps / np.median(gaps) - 1) > EVEN))
+    return float(np.mean(np.abs(gaps / np.median(gaps) - 1) > THRESHOLDS.largest_deviation_of_even_interval))
 
 
 def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None) -> tuple[Row, ...]:

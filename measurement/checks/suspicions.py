@@ -11,29 +11,12 @@ import numpy as np
 from haptid.measurement.checks.limits import Limits
 from haptid.measurement.signals.cycles import find_cycles
 from haptid.measurement.signals.noise import contrasts, robust_std
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
 UNLIMITED = Limits()
-MANY_TURNS = 8 * np.pi
-"""Travel [rad] of a revolute joint, four turns, above which degrees are more likely."""
-SLOW = 0.0501
-"""Time between rows [s] above which milliseconds are more likely; 20 Hz is a usual rate."""
-AGAINST = -0.05
-"""Mean power over RMS torque times RMS velocity, below which a joint would drive its motor."""
-ABOVE = 10.0
-"""Torque over the device's limit above which thousandths of the unit are more likely."""
-BEYOND = 1.5
-"""Travel over the device's range of motion above which degrees are more likely than an inexact range."""
-LEAST_BITS, MOST_BITS, EXACTLY = 8, 26, 1e-4
-"""Fewest and most bits of an encoder, and largest distance of a number of counts from a power of two [bits]."""
-FLICKERS, BESIDE = 0.5, 0.1
-"""Noise over the encoder's step from which readings at rest change level; distance of an end from a level in steps."""
-ORDER, FEWEST = 4, 50
-"""Order of the differences that remove the motion from readings, and fewest of them (or rows) that show the noise."""
-PLATEAU, SHARE = 5, 0.02
-"""Equal extreme readings in a row, and their share of a run, from which it looks clipped."""
-FAR = 10.0
-"""Ratio of stated to estimated noise, or the inverse, above which the two contradict each other."""
+DIFFERENCE_ORDER = 4
+"""Order of the differences that remove the motion from readings."""
 
 
 def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMITED) -> list[str]:
@@ -71,9 +54,9 @@ def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> s
     if run.prismatic[column]:
         return ""
     remedy = "degrees? then multiply the position by 0.0174533"
-    if travel > MANY_TURNS:
+    if travel > THRESHOLDS.largest_travel_of_revolute_joint_rad:
         return f"travel {travel:.3g} rad on a revolute joint: {remedy}"
-    if travel > BEYOND * range_of_motion:
+    if travel > THRESHOLDS.largest_travel_over_range * range_of_motion:
         return f"travel {travel:.3g} rad, the device's joint has {range_of_motion:.3g}: {remedy}"
     if step > 0 and _is_power_of_two(360.0 / step) and not _is_power_of_two(2 * np.pi / step):
         return f"the position's step is 360/{round(360.0 / step)}: {remedy}"
@@ -83,17 +66,22 @@ def _degrees(run: Run, estimated: Run, column: int, range_of_motion: float) -> s
 def _is_power_of_two(counts: float) -> bool:
     """Return whether an encoder may have so many counts per turn: a power of two from 8 to 26 bits."""
     bits = float(np.log2(counts))
-    return LEAST_BITS <= bits <= MOST_BITS and abs(bits - round(bits)) < EXACTLY
+    return (
+        THRESHOLDS.least_encoder_bits <= bits <= THRESHOLDS.most_encoder_bits
+        and abs(bits - round(bits)) < THRESHOLDS.largest_distance_from_whole_bits
+    )
 
 
 def _milliseconds(run: Run) -> str:
     usual = float(np.median(np.diff(run.t)))
-    return f"rows {usual:.3g} s apart: milliseconds? then multiply the time by 0.001" if usual > 1.001 * SLOW else ""
+    if usual <= 1.001 * THRESHOLDS.longest_usual_row_interval_s:
+        return ""
+    return f"rows {usual:.3g} s apart: milliseconds? then multiply the time by 0.001"
 
 
 def _thousandths(run: Run, column: int, limit: float) -> str:
     most, unit = float(np.abs(run.u[:, column]).max()), "N" if run.prismatic[column] else "N m"
-    if most <= ABOVE * limit:
+    if most <= THRESHOLDS.largest_torque_over_limit * limit:
         return ""
     return f"up to {most:.3g} {unit}, the device's limit is {limit:.3g}: in m{unit}? then multiply by 0.001"
 
@@ -114,7 +102,7 @@ def _power(run: Run, column: int) -> str:
     powers = [
         _share(run, column, run.t[-1] - (k + 1) * period, run.t[-1] - k * period) for k in range(cycles.count - 1)
     ]
-    if not powers or max(powers) > AGAINST:
+    if not powers or max(powers) > THRESHOLDS.least_power_over_rms:
         return ""
     return "the joint gives more work than it takes in every cycle: is the torque's sign wrong, or are columns swapped?"
 
@@ -122,7 +110,7 @@ def _power(run: Run, column: int) -> str:
 def _share(run: Run, column: int, begin: float, end: float) -> float:
     rows = (run.t >= begin) & (run.t <= end)
     t, u, y = run.t[rows], run.u[rows, column], run.y[rows, column]
-    if t.size < 2 * PLATEAU:
+    if t.size < 2 * THRESHOLDS.least_rows_of_plateau:
         return 0.0
     u, v = u - u.mean(), np.gradient(y, t)
     scale = float(np.sqrt(np.mean(u**2) * np.mean(v**2)))
@@ -139,7 +127,7 @@ def _clipped(run: Run, estimated: Run, column: int) -> str:
     y, step = run.y[:, column], float(estimated.resolution[column])
     if np.ptp(y) == 0:
         return ""
-    still = step == 0 or _noise_inside(run.t, y, step) > FLICKERS * step
+    still = step == 0 or _noise_inside(run.t, y, step) > THRESHOLDS.least_noise_over_step_of_flicker * step
     ends = [
         name
         for name, end in (("highest", float(y.max())), ("lowest", float(y.min())))
@@ -151,9 +139,9 @@ def _clipped(run: Run, estimated: Run, column: int) -> str:
 def _noise_inside(t: Array, y: Array, step: float) -> float:
     """Return the noise of the readings away from both ends, whose constant readings would hide it."""
     inside = (y > y.min()) & (y < y.max())
-    whole = np.lib.stride_tricks.sliding_window_view(inside, ORDER + 1).all(axis=1)
-    values = contrasts(t, y, ORDER)[whole]
-    if values.size < FEWEST:
+    whole = np.lib.stride_tricks.sliding_window_view(inside, DIFFERENCE_ORDER + 1).all(axis=1)
+    values = contrasts(t, y, DIFFERENCE_ORDER)[whole]
+    if values.size < THRESHOLDS.least_differences_of_noise:
         return 0.0
     return float(np.sqrt(max(robust_std(values) ** 2 - step**2 / 12.0, 0.0)))
 
@@ -163,19 +151,26 @@ def _is_beside_levels(y: Array, end: float, step: float) -> bool:
     others = y[y != end]
     nearest = float(others[np.argmin(np.abs(others - end))])
     counts = (end - nearest) / step
-    return abs(counts - round(counts)) > BESIDE
+    return abs(counts - round(counts)) > THRESHOLDS.least_distance_from_level_in_steps
 
 
 def _is_plateau(at_end: Array) -> bool:
-    return bool(at_end.mean() > SHARE and np.convolve(at_end, np.ones(PLATEAU), "valid").max() == PLATEAU)
+    rows = THRESHOLDS.least_rows_of_plateau
+    in_a_row = np.convolve(at_end, np.ones(rows), "valid").max() == rows
+    return bool(at_end.mean() > THRESHOLDS.least_share_of_rows_at_end and in_a_row)
 
 
 def _noise(run: Run, estimated: Run, column: int) -> str:
     stated, shown = float(run.noise[column]), float(estimated.sensor_std[column])
-    if not np.isfinite(stated) or shown == 0 or np.ptp(run.y[:, column]) == 0 or run.t.size < FEWEST:
+    if (
+        not np.isfinite(stated)
+        or shown == 0
+        or np.ptp(run.y[:, column]) == 0
+        or run.t.size < THRESHOLDS.least_differences_of_noise
+    ):
         return ""
     step = float(run.resolution[column]) if np.isfinite(run.resolution[column]) else 0.0
     ratio = float(np.hypot(stated, step / np.sqrt(12.0))) / shown
-    if 1 / FAR <= ratio <= FAR:
+    if 1 / THRESHOLDS.largest_stated_over_estimated_noise <= ratio <= THRESHOLDS.largest_stated_over_estimated_noise:
         return ""
     return f"a noise of {stated:.2g} is stated, the rows show {shown:.2g}: is it in the position's unit?"

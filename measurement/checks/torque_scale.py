@@ -9,17 +9,12 @@ import numpy as np
 
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.signals.smoothing import smooth
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
 from haptid.model.device.stated_parameters import stated_value
 from haptid.model.joint.coupled_joints import configuration_equations
-
-FAR = 300.0
-"""Torque over acceleration per stated inertia in a joint's fastest run, above which thousandths of the unit are likely.
-
-Friction and springs take most of the torque of slow runs, and in fast runs up to 20 times the inertial torque.
-"""
 
 
 def off_scale(campaign: Campaign) -> dict[str, str]:
@@ -48,9 +43,9 @@ def off_scale(campaign: Campaign) -> dict[str, str]:
         shown = {run.file: gain * _torque_per_acceleration(run) for run in runs}
         file = min(shown, key=lambda name: shown[name])
         remedy = "are torque and position in other units than the columns' names say?"
-        if shown[file] > FAR * inertia:
+        if shown[file] > THRESHOLDS.largest_torque_over_inertial_torque * inertia:
             remedy = "is the torque in thousandths of its unit? then multiply by 0.001"
-        elif shown[file] == 0 or shown[file] > inertia / FAR:
+        elif shown[file] == 0 or shown[file] > inertia / THRESHOLDS.largest_torque_over_inertial_torque:
             continue
         found[file] = (
             f"torque over acceleration is {shown[file]:.2g} in the joint's fastest run, "

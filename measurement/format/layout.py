@@ -12,20 +12,12 @@ from pathlib import Path
 from typing import TextIO
 
 from haptid.measurement.format.damage import refuse_damaged, too_many_cells
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 
-LINES = 200
-"""Number of lines from the start that are checked: a layout is the same throughout a file."""
-LONGEST_LINE = 1_000_000
-"""Characters of a line that are read, so that a file without line breaks does not fill the memory."""
 SEPARATORS = ((";", "semicolons"), ("\t", "tabs"), ("|", "bars"), (" ", "blanks"))
 ALWAYS = ";\t"
 """Signs that separate columns where they occur; the others do where the header holds no comma."""
-BOMB_BYTES, BOMB_RATIO = 64 << 20, 250
-"""Bytes, and bytes per byte of the file, that a table may unpack to, whichever is more.
-
-Measured tables pack to between a third and a twentieth of their size; a larger ratio is made to fill the memory.
-"""
 
 
 def check_layout(path: Path) -> None:
@@ -45,7 +37,8 @@ def check_layout(path: Path) -> None:
         if path.suffix == ".gz":
             _refuse_packed_bomb(path)
         with _open(path) as stream:
-            lines = [stream.readline(LONGEST_LINE) for _ in range(LINES)]
+            longest, most = THRESHOLDS.longest_line_characters, THRESHOLDS.most_lines_of_layout
+            lines = [stream.readline(longest) for _ in range(most)]
     except UnicodeDecodeError as error:  # anywhere in the block that was read ahead
         raise refuse_damaged(path, type(error).__name__) from None
     except (OSError, EOFError, zlib.error):
@@ -63,13 +56,13 @@ def refuse_bomb(path: Path, unpacked: int) -> None:
         Where it is larger than 64 MiB and than 250 times the file.
     """
     packed = path.stat().st_size
-    if unpacked > max(BOMB_BYTES, BOMB_RATIO * packed):
-        expected = f"a table that unpacks to at most {BOMB_RATIO} times its {packed} bytes"
+    if unpacked > max(THRESHOLDS.largest_unpacked_bytes, THRESHOLDS.largest_unpacked_over_packed * packed):
+        expected = f"a table that unpacks to at most {THRESHOLDS.largest_unpacked_over_packed} times its {packed} bytes"
         raise InputError(str(path), expected=expected, got=f"{unpacked >> 20} MiB", todo="export it again")
 
 
 def _refuse_packed_bomb(path: Path) -> None:
-    if path.stat().st_size * 1032 < BOMB_BYTES:  # gzip never packs below a 1032nd
+    if path.stat().st_size * 1032 < THRESHOLDS.largest_unpacked_bytes:  # gzip never packs below a 1032nd
         return
     unpacked = 0
     with gzip.open(path) as stream:

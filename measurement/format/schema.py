@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, TypeGuard
 
 from haptid.measurement.format.toml_source import TomlSource
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.model.friction.registry import laws
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
@@ -69,40 +70,36 @@ def _is_positive(value: object) -> bool:
     return is_number(value) and value > 0
 
 
-LEAST, MOST = 1e-15, 1e3
-"""Least and largest noise or step of a position sensor [rad] or [m], beyond those of any device."""
-
-
 def _is_noise(value: object) -> bool:
-    return is_number(value) and LEAST <= value <= MOST
+    return is_number(value) and THRESHOLDS.smallest_noise_or_step <= value <= THRESHOLDS.largest_noise_or_step
 
 
 def _is_step(value: object) -> bool:
-    return is_number(value) and (value == 0 or LEAST <= value <= MOST)
-
-
-LEAST_CONSTANT, MOST_CONSTANT = 1e-9, 1e9
-"""Torque (force) per ampere of drives [N m/A] ([N/A]), from the smallest to the largest and far beyond."""
-FARTHEST = 1e4
-"""Largest position of a locked joint [rad] or [m], beyond that of any device."""
+    return is_number(value) and (
+        value == 0 or THRESHOLDS.smallest_noise_or_step <= value <= THRESHOLDS.largest_noise_or_step
+    )
 
 
 def _is_constant(value: object) -> bool:
-    return is_number(value) and LEAST_CONSTANT <= abs(value) <= MOST_CONSTANT
+    return (
+        is_number(value) and THRESHOLDS.smallest_torque_per_ampere <= abs(value) <= THRESHOLDS.largest_torque_per_ampere
+    )
 
 
 def _is_posture(value: object) -> bool:
-    return _is_numbers(value) and all(abs(entry) <= FARTHEST for entry in value)  # type: ignore[attr-defined] # a list
+    return _is_numbers(value) and all(abs(entry) <= THRESHOLDS.largest_locked_position for entry in value)  # type: ignore[attr-defined] # a list
 
 
 TEXT = Key(accepts=_is_text, words="a text in quotes")
 NUMBER = Key(accepts=is_number, words="a finite number")
 HOLD = Key(accepts=_one_of("zero", "linear"), words='"zero" or "linear"')
-NOISE = Key(
-    accepts=_is_noise, words=f"a positive number (standard deviation of the white noise, {LEAST:g} to {MOST:g})"
+SIZES = f"{THRESHOLDS.smallest_noise_or_step:g} to {THRESHOLDS.largest_noise_or_step:g}"
+NOISE = Key(accepts=_is_noise, words=f"a positive number (standard deviation of the white noise, {SIZES})")
+STEP = Key(accepts=_is_step, words=f"0, or a positive number (encoder step, {SIZES})")
+CONSTANT = Key(
+    accepts=_is_constant,
+    words=f"a number of size {THRESHOLDS.smallest_torque_per_ampere:g} to {THRESHOLDS.largest_torque_per_ampere:g}",
 )
-STEP = Key(accepts=_is_step, words=f"0, or a positive number (encoder step, {LEAST:g} to {MOST:g})")
-CONSTANT = Key(accepts=_is_constant, words=f"a number of size {LEAST_CONSTANT:g} to {MOST_CONSTANT:g}")
 
 CAMPAIGN = {
     "title": TEXT,
@@ -116,7 +113,8 @@ RUN = {
     "file": Key(accepts=_is_text, words='the name of a table, as in "joint4.csv"', required=True),
     "free_joints": Key(accepts=_is_joints, words="distinct joint numbers, as in [4] or [0, 1]", required=True),
     "locked_positions_rad": Key(
-        accepts=_is_posture, words=f"a list with one number per joint, none beyond {FARTHEST:g}"
+        accepts=_is_posture,
+        words=f"a list with one number per joint, none beyond {THRESHOLDS.largest_locked_position:g}",
     ),
     "use": Key(accepts=_one_of("fit", "validate", "excluded"), words='"fit", "validate" or "excluded"', required=True),
     "reason": TEXT,

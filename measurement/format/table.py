@@ -24,17 +24,14 @@ import pandas as pd
 from haptid.measurement.format.damage import DECIMAL_COMMA, refuse_damaged
 from haptid.measurement.format.layout import check_layout, refuse_bomb
 from haptid.measurement.format.misnamed import advice
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, shorten
 from haptid.support.files.files import is_file
 from haptid.support.installing.extras import need
 
 SUFFIXES = (".csv", ".csv.gz", ".parquet")
-LEAST_ROWS = 8
-"""Rows of the shortest table that is read."""
-LARGEST = 1e100
-"""Largest time, torque, position or velocity that is read, in any unit: squares of such numbers are finite."""
-LONGEST_CELL = 40
+SHOWN_CELL_CHARACTERS = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
 """Python's float() to the last bit, as pandas does by itself from version 3 on."""
@@ -94,7 +91,7 @@ class Table:
         if f"{column}.1" in self.frame:  # the name that pandas gives a second column of the same name
             raise InputError(self.header, expected=f"one column {column}", got="two")
         values = self.loosely(column)
-        bad = np.flatnonzero(~(np.abs(values) < LARGEST))  # negated, so that NaN is bad, too
+        bad = np.flatnonzero(~(np.abs(values) < THRESHOLDS.largest_reading))  # negated, so that NaN is bad, too
         if bad.size:
             raise self._no_number(column, int(bad[0]), values[bad[0]])
         return values
@@ -102,8 +99,8 @@ class Table:
     def _no_number(self, column: str, index: int, value: float) -> InputError:
         """Return the error of a cell that is no finite number or is too large; it shows the cell as it is written."""
         cell = self._as_written(column, index)
-        got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), LONGEST_CELL))
-        todo = "" if np.isnan(value) else f"no value is above {LARGEST:g}"
+        got = "an empty or NaN cell" if pd.isna(cell) else repr(shorten(str(cell), SHOWN_CELL_CHARACTERS))
+        todo = "" if np.isnan(value) else f"no value is above {THRESHOLDS.largest_reading:g}"
         if re.fullmatch(r"\s*[+-]?\d*,\d+(e[+-]?\d+)?\s*", str(cell), re.IGNORECASE):
             todo = DECIMAL_COMMA
         return InputError(f"{self.row(index)}, {column}", expected="a finite number", got=got, todo=todo)
@@ -180,8 +177,8 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
     frame.columns = pd.Index([str(name).strip() for name in frame.columns])
     filled = np.flatnonzero(frame.notna().any(axis=1).to_numpy())
     frame = frame.iloc[: filled[-1] + 1 if filled.size else 0]  # blank lines at the end of a file are no rows
-    if len(frame) < LEAST_ROWS:
-        raise InputError(str(path), expected=f"at least {LEAST_ROWS} rows", got=f"{len(frame)}")
+    if len(frame) < THRESHOLDS.least_rows_of_table:
+        raise InputError(str(path), expected=f"at least {THRESHOLDS.least_rows_of_table} rows", got=f"{len(frame)}")
     return Table(path=path, frame=frame)
 
 
@@ -200,7 +197,9 @@ def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
                         return frame
             return pd.read_csv(path, index_col=False, dtype=str, **common)
     except pd.errors.EmptyDataError:
-        raise InputError(str(path), expected=f"a header and at least {LEAST_ROWS} rows", got="an empty file") from None
+        raise InputError(
+            str(path), expected=f"a header and at least {THRESHOLDS.least_rows_of_table} rows", got="an empty file"
+        ) from None
     except broken as error:
         raise refuse_damaged(path, type(error).__name__) from None
 

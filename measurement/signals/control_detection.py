@@ -5,16 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.measurement.signals.noise import contrasts, robust_std
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-
-STEADY = 0.95
-"""Share of moving rows at one speed, from which a motion counts as a prescribed sweep."""
-COMMANDED = 3e-4
-"""Noise of a torque relative to its range, below which the torque counts as an open-loop command."""
-LINKED = 0.3
-"""Correlation of the torque's and the position's noise, from which the torque counts as fed back from the position."""
-LAGS = 3
-"""Longest delay of a controller that is looked for [rows]."""
 
 
 def position_control(run: Run, column: int = 0) -> str:
@@ -45,16 +37,22 @@ def position_control(run: Run, column: int = 0) -> str:
     joint = run.free_joints[column]
     if any(name in run.extra for name in (f"reference_{joint}_rad", f"reference_{joint}_m")):
         return "a reference position is recorded"
-    if steady_share(run.t, run.y[:, column]) > STEADY and not is_commanded(run, column):
+    if is_steady_sweep(run, column) and not is_commanded(run, column):
         return "position sweeps at constant speed"
-    if noise_link(run, column) > LINKED:
+    if noise_link(run, column) > THRESHOLDS.least_noise_correlation_of_feedback:
         return "torque follows the position's noise"
     return ""
 
 
+def is_steady_sweep(run: Run, column: int) -> bool:
+    """Return whether a joint moves at one speed in nearly all rows in which it moves."""
+    return steady_share(run.t, run.y[:, column]) > THRESHOLDS.least_share_of_steady_rows
+
+
 def is_commanded(run: Run, column: int) -> bool:
-    """Return whether a torque is as smooth as a command: its noise is below 3e-4 of its range."""
-    return robust_std(contrasts(run.t, run.u[:, column], 4)) < COMMANDED * float(np.ptp(run.u[:, column]))
+    """Return whether a torque is as smooth as a command: its noise is a small share of its range."""
+    noise = robust_std(contrasts(run.t, run.u[:, column], 4))
+    return noise < THRESHOLDS.largest_noise_of_command_over_range * float(np.ptp(run.u[:, column]))
 
 
 def steady_share(t: Array, y: Array) -> float:
@@ -107,5 +105,5 @@ def noise_link(run: Run, column: int, order: int = 4) -> float:
     # Steps in a torque and stray readings would decide the correlation alone: both are limited to 3 deviations.
     u = np.clip(u / robust_std(u), -3, 3)
     y = np.clip(y / robust_std(y), -3, 3)
-    pairs = [(u[lag:], y[: y.size - lag]) for lag in range(LAGS + 1)]
+    pairs = [(u[lag:], y[: y.size - lag]) for lag in range(THRESHOLDS.longest_controller_delay_rows + 1)]
     return max(abs(float(np.mean(a * b) / np.sqrt(np.mean(a**2) * np.mean(b**2)))) for a, b in pairs)

@@ -15,15 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
-PERIODIC = 0.5
-"""Least share of the torque's variance on one line for a run to count as periodic."""
-FEW_TURNS = 0.95
-"""Least share of that variance where a run has at most two cycles, so that a drift does not count as a cycle."""
-SLIVER = 0.1
-"""Share of a cycle below which a piece at either end of the run joins its neighbour."""
-ROUNDED, ROUGH, SURE = 1e-6, 1e-4, 5.0
+LEAST_BOUNDARY_ERROR_CYCLES, LARGEST_BOUNDARY_ERROR_CYCLES, BOUNDARY_ERROR_IN_STD = 1e-6, 1e-4, 5.0
 """Least and largest error of a cycle boundary [cycles], and that error in standard errors of the phase."""
 
 
@@ -89,7 +84,9 @@ def find_cycles(run: Run, column: int = 0) -> Cycles:
     omega = _refine_frequency(t, u, _strongest_line(t, u))
     share = _line(t, u, omega)[1]
     turns_in_all = omega * t[-1] / (2 * np.pi)
-    if turns_in_all < 1 or share < (PERIODIC if turns_in_all > 2 else FEW_TURNS):
+    many = turns_in_all > 2
+    least_share = THRESHOLDS.least_line_share_of_variance if many else THRESHOLDS.least_line_share_of_two_cycles
+    if turns_in_all < 1 or share < least_share:
         return Cycles(omega=omega, share=share, index=nothing.index, turns=nothing.turns)
     turns = _turns(t, u, omega, share)
     return Cycles(omega=omega, share=share, index=_number_cycles(turns), turns=turns)
@@ -130,7 +127,7 @@ def _boundary_error(share: float, rows: int) -> float:
     σ² = A²/2·(1/share − 1) the power beside it, as if that were noise.
     """
     error = 2.0 * np.sqrt(max(1.0 / share - 1.0, 0.0) / rows) / (2 * np.pi)
-    return float(np.clip(SURE * error, ROUNDED, ROUGH))
+    return float(np.clip(BOUNDARY_ERROR_IN_STD * error, LEAST_BOUNDARY_ERROR_CYCLES, LARGEST_BOUNDARY_ERROR_CYCLES))
 
 
 def _strongest_line(t: Array, u: Array) -> float:
@@ -162,8 +159,8 @@ def _number_cycles(turns: Array) -> NDArray[np.int64]:
     """Count cycles from 0, slivers at both ends joined to their neighbours."""
     index = np.floor(turns).astype(np.int64)
     # The first boundary is near: the rows before it count to the first whole cycle. Likewise at the end.
-    if 1.0 - turns[0] % 1.0 < SLIVER:
+    if 1.0 - turns[0] % 1.0 < THRESHOLDS.least_share_of_cycle:
         index = np.maximum(index, index[0] + 1)
-    if turns[-1] % 1.0 < SLIVER:
+    if turns[-1] % 1.0 < THRESHOLDS.least_share_of_cycle:
         index = np.minimum(index, index[-1] - 1)
     return np.asarray(index - index[0], dtype=np.int64)

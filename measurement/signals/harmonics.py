@@ -5,15 +5,18 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.measurement.signals.cycles import Cycles
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
-HIGHEST = 40.0
-"""Highest angular frequency of a harmonic [rad/s]."""
-MOST = 24
-"""Most harmonics of a run."""
 
-
-def harmonics(run: Run, cycles: Cycles, *, highest: float = HIGHEST, most: int = MOST, drifting: bool = False) -> Array:
+def harmonics(
+    run: Run,
+    cycles: Cycles,
+    *,
+    highest: float = THRESHOLDS.highest_harmonic_rad_per_s,
+    most: int = THRESHOLDS.most_harmonics,
+    drifting: bool = False,
+) -> Array:
     """Return a basis of harmonics of the drive's frequency.
 
     Parameters

@@ -4,13 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
-
-SHARE = 2.0 / 3.0
-"""Share of a run's duration that is fitted."""
-LEAST_ROWS = 24
-"""Rows of the shortest run that is split."""
 
 
 def hold_out(run: Run) -> tuple[Run, Run]:
@@ -27,7 +23,7 @@ def hold_out(run: Run) -> tuple[Run, Run]:
         Both have the run's file name and a note. ``validate`` holds all rows: it is simulated from the start and
         scored from ``score_from`` on, so that the friction state at the cut need not be guessed.
     """
-    cut = int(np.searchsorted(run.t, SHARE * run.t[-1]))
+    cut = int(np.searchsorted(run.t, THRESHOLDS.fitted_share_of_run * run.t[-1]))
     note = f"no validation run: {run.file} is fitted up to {run.t[cut - 1]:.3g} s, its last third was held out"
     fit = run.but(
         t=run.t[:cut],
@@ -67,7 +63,7 @@ def with_validation(campaign: Campaign) -> Campaign:
 
 
 def _parts(run: Run) -> list[Run]:
-    if run.t.size < LEAST_ROWS:
+    if run.t.size < THRESHOLDS.least_rows_of_split_run:
         note = f"no validation run, and {run.file} is too short ({run.t.size} rows) to hold a part of it out"
         return [run.but(notes=(*run.notes, note))]
     return list(hold_out(run))

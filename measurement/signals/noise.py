@@ -14,15 +14,15 @@ from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array, Run
 
-ORDERS = (3, 4, 5, 6, 7, 8)
+DIFFERENCE_ORDERS = (3, 4, 5, 6, 7, 8)
 """Orders of the divided differences that are tried, ascending."""
-CUT = 3.0
+STRAY_CONTRAST_IN_STD = 3.0
 """Standard deviations beyond which a contrast counts as stray."""
-KEPT = 0.9733
+VARIANCE_OF_CUT_NORMAL = 0.9733
 """Variance of a standard normal variable cut at ±3 (its density renormalised)."""
-FLOOR = 1e-9
+LEAST_NOISE_OVER_RANGE = 1e-9
 """Least noise relative to the range of the readings."""
-BLOCK = 20_000
+ROWS_PER_BLOCK = 20_000
 """Rows whose weights are held at a time: 81 numbers each."""
 
 
@@ -52,7 +52,7 @@ def contrasts(t: Array, y: Array, order: int) -> Array:
     # and a large position does not cost digits.
     rows = np.lib.stride_tricks.sliding_window_view(t / np.median(np.diff(t)), order + 1)
     windows = np.lib.stride_tricks.sliding_window_view(y - y[0], order + 1)
-    parts = [slice(first, first + BLOCK) for first in range(0, len(rows), BLOCK)]
+    parts = [slice(first, first + ROWS_PER_BLOCK) for first in range(0, len(rows), ROWS_PER_BLOCK)]
     return np.concatenate([_contrasts(rows[part], windows[part]) for part in parts])
 
 
@@ -85,8 +85,8 @@ def robust_std(values: Array) -> float:
     """
     std = 1.4826 * float(np.median(np.abs(values)))
     for _ in range(20):
-        kept = values[np.abs(values) <= CUT * std]
-        refined = float(np.sqrt(np.mean(kept**2) / KEPT)) if kept.size else std
+        kept = values[np.abs(values) <= STRAY_CONTRAST_IN_STD * std]
+        refined = float(np.sqrt(np.mean(kept**2) / VARIANCE_OF_CUT_NORMAL)) if kept.size else std
         if abs(refined - std) <= 1e-3 * std:
             return refined
         std = refined
@@ -117,11 +117,12 @@ def estimate_noise(t: Array, y: Array, resolution: float = 0.0) -> float:
     Where the joint rests inside one encoder step for most of the run, the step hides the noise and the estimate
     is near 0: √(σ² + h²/12) is then h/√12. Noise of a filtered reading is not white and comes out too small.
     """
-    estimates = np.array([robust_std(contrasts(t, y, order)) for order in ORDERS if y.size > 2 * order])
+    estimates = np.array([robust_std(contrasts(t, y, order)) for order in DIFFERENCE_ORDERS if y.size > 2 * order])
     least = float(estimates.min())
     # Higher orders remove more motion but average over fewer independent rows: the lowest sufficient one is used.
     lowest = float(estimates[estimates <= 1.05 * least][0])
-    return float(np.sqrt(max(lowest**2 - resolution**2 / 12.0, (FLOOR * float(np.ptp(y)) + 1e-15) ** 2)))
+    least = LEAST_NOISE_OVER_RANGE * float(np.ptp(y)) + 1e-15
+    return float(np.sqrt(max(lowest**2 - resolution**2 / 12.0, least**2)))
 
 
 def with_noise(run: Run) -> Run:

@@ -11,7 +11,7 @@ import numpy as np
 
 from haptid.measurement.values.run import Array
 
-NEGLIGIBLE = 1e-9
+ROUNDING_OVER_RANGE = 1e-9
 """Differences below this share of the range are rounding of binary numbers, not steps."""
 
 
@@ -38,7 +38,7 @@ def estimate_resolution(y: Array) -> float:
     """
     levels = np.unique(y)
     steps = np.diff(levels)
-    steps = steps[steps > NEGLIGIBLE * np.ptp(levels)] if steps.size else steps
+    steps = steps[steps > ROUNDING_OVER_RANGE * np.ptp(levels)] if steps.size else steps
     if steps.size < 2:
         return 0.0
     offsets = levels - levels[0]

@@ -11,12 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-
-SHARE = 1.0 / 60.0
-"""Width of the Gaussian as a share of the motion's period."""
-FEWEST = 2.0
-"""Least width in rows."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -80,7 +76,9 @@ def smooth(run: Run, column: int = 0, *, width: float | None = None) -> Motion:
     t = np.linspace(0.0, run.t[-1], n)
     y, u = (np.interp(t, run.t, signal[:, column]) for signal in (run.y, run.u))
     dt = float(t[1])
-    sigma = max((SHARE * dominant_period(run.t, y) if width is None else width) / dt, FEWEST)
+    if width is None:
+        width = THRESHOLDS.smoothing_width_over_period * dominant_period(run.t, y)
+    sigma = max(width / dt, THRESHOLDS.least_smoothing_width_rows)
     return Motion(
         t=t,
         q=_filter(y, sigma, 0),

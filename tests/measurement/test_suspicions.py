@@ -116,7 +116,7 @@ def test_nothing_is_suspected_of_real_machines(name: str):
 def test_contrasts_do_not_depend_on_the_block(monkeypatch: pytest.MonkeyPatch):
     t, _, y = moved()
     whole = contrasts(t, y, 5)
-    monkeypatch.setattr("haptid.measurement.signals.noise.BLOCK", 777)
+    monkeypatch.setattr("haptid.measurement.signals.noise.ROWS_PER_BLOCK", 777)
     assert np.array_equal(contrasts(t, y, 5), whole)
 
 

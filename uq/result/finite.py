@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from haptid.identification.result.outcome import ROWS_PER_PARAMETER
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
 from haptid.support.errors import InputError, NumericalError
@@ -47,10 +47,11 @@ def early_word(equations: Equations, runs: Sequence[Run], joint: int, folder: Pa
         where, todo = f"{folder / 'campaign.toml'}, joint.{joint}.parameters", "leave one free, with bounds or a prior"
         raise InputError(where, expected="a parameter whose posterior is wanted", got="all fixed", todo=todo)
     rows = sum(run.t.size for run in runs if run.use == "fit")
-    if rows >= ROWS_PER_PARAMETER * free:
+    if rows >= THRESHOLDS.least_rows_per_parameter * free:
         return ""
     return (
-        f"joint {joint}: {rows} rows to fit for {free} free parameters, fewer than {ROWS_PER_PARAMETER} for each: "
+        f"joint {joint}: {rows} rows to fit for {free} free parameters, "
+        f"fewer than {THRESHOLDS.least_rows_per_parameter} for each: "
         "sampling takes long, and much of the posterior will be its prior; measure longer, or fix parameters under "
         f"[joint.{joint}.parameters]"
     )

@@ -5,11 +5,13 @@ from __future__ import annotations
 import io
 import stat
 import zipfile
+from dataclasses import replace
 
 import fmpy
 import pytest
 
-from haptid.identification.foreign.archive import LARGEST, unpack_checked
+from haptid.identification.foreign.archive import unpack_checked
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from tests.identification.foreign_cases import DESCRIPTION, content, write
 
@@ -62,8 +64,9 @@ def test_links(tmp_path, folder):
 
 
 def test_a_bomb_is_refused_by_its_size(tmp_path, folder, monkeypatch):
-    monkeypatch.setattr("haptid.identification.foreign.archive.LARGEST", 1_000_000)
-    assert LARGEST > 1_000_000
+    assert THRESHOLDS.largest_unpacked_bytes > 1_000_000
+    smaller = replace(THRESHOLDS, largest_unpacked_bytes=1_000_000)
+    monkeypatch.setattr("haptid.identification.foreign.archive.THRESHOLDS", smaller)
     path = write(tmp_path / "a.fmu", content() | {"resources/zeros": bytes(5_000_000)})
     assert path.stat().st_size < 100_000
     assert "unpacked, got 3 of 5" in refused(path, folder)

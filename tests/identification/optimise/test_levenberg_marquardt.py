@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from haptid.identification.optimise.levenberg_marquardt import FAR, minimise, triangle_by_runs
+from haptid.identification.optimise.levenberg_marquardt import minimise, triangle_by_runs
 from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.problem.residuals import Blocks
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
 
@@ -78,4 +79,4 @@ def test_far_from_noise_a_fit_ends_where_it_gains_no_share_of_what_is_left():
     found = minimise(far, start, tolerance=1e-3)
     assert found.converged
     assert len(steps_far) < len(steps_near) / 2
-    assert found.cost - 1e8 < 1e-3 * 1e8 / FAR * len(steps_far) + 9.0 * 2.2**2
+    assert found.cost - 1e8 < 1e-3 * 1e8 / THRESHOLDS.excess_cost_at_full_tolerance * len(steps_far) + 9.0 * 2.2**2

@@ -10,8 +10,9 @@ from haptid.identification.links.consistent_links import pseudo_inertia
 from haptid.identification.links.physical_draws import physical_draws
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
-from haptid.identification.sequence.carry_over import CAUTION, carry_over, measurement_of
+from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import configurations_of, order_of
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.device.reader import load_device
 from haptid.model.joint.coupled_joints import configuration_equations
@@ -81,7 +82,7 @@ def test_belief_becomes_the_next_prior():
     quantity = made.parameter("gravity_cos")
     k = [c.id for c in coefficients].index("gravity_cos")
     assert quantity.prior.mean == pytest.approx(mean[k])
-    assert quantity.prior.std <= CAUTION * np.sqrt(covariance[k, k]) * (1 + 1e-9)
+    assert quantity.prior.std <= THRESHOLDS.carried_std_over_belief_std * np.sqrt(covariance[k, k]) * (1 + 1e-9)
     assert made.parameter("Ks").initial == 0.031
     assert made.parameter("Ks").prior is None
     kept = carry_over(equations, belief, coefficients, {"Ks": 0.031}, stated=("Ks", "gravity_cos"))

@@ -1,0 +1,131 @@
+"""Thresholds of identification: every number that decides which strategy, start, status or outcome a fit has.
+
+A number without a derivation in its docstring was chosen, and no study of it is recorded.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Thresholds:
+    """Numbers that decide an outcome of identification, each with its quantity and unit."""
+
+    # Strategy: whether a run is simulated freely or through an observer.
+    largest_growth_of_start_error: float = 30.0
+    """Growth of an error of the initial position over a run [1] above which a free simulation is not compared with the
+    data."""
+    observer_gain_over_motion_frequency: float = 3.0
+    """Observer gain over the circular frequency of the fastest joint's strongest spectral line [1]."""
+    least_observer_gain_per_s: float = 5.0
+    """Smallest observer gain [1/s], however slow the motion is."""
+    largest_observer_gain_per_s: float = 60.0
+    """Largest observer gain [1/s], however fast the motion is."""
+    most_starts_of_trial: int = 2
+    """Largest number of starts of the fit through an observer that decides whether the torque is fitted [1]."""
+
+    # Starts: first guesses, their bounds and initial states.
+    least_travel_for_gravity_rad: float = 1.2
+    """Range of positions [rad] above which the first guess distinguishes gravity from a spring."""
+    bounds_over_guess: float = 100.0
+    """Factor [1] of a positive parameter's first guess to its bounds on either side."""
+    starts_over_guess: float = 2.0
+    """Factor [1] of the first guess within which logarithmic parameters start; linear ones start within their typical
+    size."""
+    rows_of_initial_velocity: int = 9
+    """Number of rows at the beginning of a run that the parabola of the initial velocity is fitted to [1]."""
+    least_initial_velocity_in_std: float = 6.0
+    """Initial velocity over its standard deviation [1] above which a run counts as started in motion, so that its
+    initial velocity is fitted."""
+
+    # Cost: what a row and its residual weigh.
+    weights_of_run_halves: tuple[float, float] = (0.5, 1.0)
+    """Weights [1] of the first and the second half of a run: the first has the transients. From Tam, Kubica and Wang
+    (2005), equation 3."""
+    turn_of_loss_in_std: float = 3.0
+    """Residual in standard deviations of the noise [1] at which the loss turns from quadratic to linear."""
+
+    # Minimisation: when a step, a descent and the search for starts end.
+    largest_inner_step_error_over_residual: float = 0.1
+    """Largest change of the residual by halving the inner step, as a share of the residual's norm [1]: a coarser inner
+    step is used up to it."""
+    excess_cost_at_full_tolerance: float = 1e4
+    """Excess of the cost over one square a row [squares over the noise] from which the tolerance of a descent grows in
+    proportion: a small decrease decides nothing where the residual is so far above the noise, and Gauss-Newton steps
+    creep there."""
+    most_simulations_without_progress: int = 10
+    """Number of successive simulations [1] whose average decrease of the cost must reach the tolerance."""
+    largest_cost_difference_in_basin: float = 2.0
+    """Difference of costs [squares over the noise] up to which two starts share a minimum: far below a difference that
+    distinguishes two models."""
+    largest_relative_cost_difference_in_basin: float = 1e-3
+    """The same as a share of the smaller cost [1]; the larger of both counts."""
+    agreeing_starts_above_noise: int = 4
+    """Number of starts [1] that must share the best minimum where it lies above the noise: there the residual cannot
+    confirm that a minimum is the best."""
+
+    # Outcome: in which words a fit ends.
+    least_rows_per_parameter: int = 10
+    """Readings of the fitted runs per fitted parameter [1], below which nothing is concluded from a residual."""
+    largest_residual_over_motion: float = 0.5
+    """RMS of the residual over the RMS of the motion about its mean [1], above which a model counts as explaining
+    nothing."""
+    largest_unseen_residual_over_tolerance: float = 1.2
+    """Factor [1] on the tolerance for runs that no fit saw: a run's own noise varies about the pooled one."""
+
+    # Identifiability: the status of a parameter and what is told of combinations.
+    largest_std_over_size: float = 0.5
+    """Standard deviation over the parameter's size [1], up to which a parameter without a prior is identified."""
+    largest_std_over_prior_std: float = 0.5
+    """Standard deviation over the prior's [1], above which the prior counts as what determines the parameter."""
+    largest_bound_distance_over_range: float = 1e-4
+    """Distance from a bound, as a share of the range [1], within which a parameter lies on it."""
+    least_component_of_combination: float = 0.1
+    """Smallest component of a unit eigenvector [1] that makes a parameter a member of a combination."""
+    most_members_of_combination: int = 4
+    """Largest number of members of a combination [1]: longer ones say nothing to a reader."""
+    least_rows_of_friction_regime: int = 20
+    """Number of rows in presliding, or in gross sliding [1], below which a warning is given."""
+
+    # Covariance: from which residuals and refits it is estimated.
+    longest_lag_over_rows: float = 0.1
+    """Longest lag of the autocovariance, as a share of the rows of the shortest run [1]."""
+    least_jackknife_blocks: int = 6
+    """Smallest number of blocks of the jackknife, of all runs together [1]."""
+    most_simulations_of_refit: int = 12
+    """Largest number of simulations of a refit of the jackknife [1]."""
+
+    # Links and sequence: how tests are joined into one device.
+    least_p_of_consistent_tests: float = 1e-3
+    """Family-wise p-value (Bonferroni over one configuration's comparisons) [1] below which tests contradict each
+    other."""
+    least_eigenvalue_of_pseudo_inertia: float = 1e-5
+    """Smallest eigenvalue of the scaled pseudo-inertia [1]: strictly physical, so that forward dynamics always
+    exists."""
+    steps_between_physical_draws: int = 300
+    """Number of steps between draws of physical links [1]: several times the number of directions that the data do not
+    identify."""
+    carried_std_over_belief_std: float = 3.0
+    """Standard deviation of a carried prior over that of the belief [1]: tests on different days agree less well than
+    their noise says."""
+    draws_of_whole_device: int = 20
+    """Number of draws of the full model's parameters [1]."""
+
+    # Foreign FMUs: what an archive and its process may take.
+    largest_unpacked_bytes: int = 2_000_000_000
+    """Largest size of an unpacked archive [B]."""
+    most_archive_entries: int = 100_000
+    """Largest number of entries of an archive [1]."""
+    largest_description_bytes: int = 100_000_000
+    """Largest size of a model description [B]."""
+    largest_written_file_bytes: int = 100_000_000
+    """Largest size of a file that an FMU may write [B]."""
+    longest_simulation_s: float = 60.0
+    """Longest wait for one simulation [s]."""
+    longest_start_of_process_s: float = 120.0
+    """Longest wait for a process to import this package [s], which takes long on a loaded machine."""
+
+
+THRESHOLDS = Thresholds()
+"""Thresholds that the code of `identification/` uses."""

@@ -1,0 +1,147 @@
+"""Thresholds of measurement: every number that decides whether a campaign is read, remarked on, and how it is split.
+
+A number without a derivation in its docstring was chosen, and no study of it is recorded. Positions, speeds and torques
+are those of rotary joints; a prismatic joint has metres and newtons instead.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Thresholds:
+    """Numbers that decide an outcome of measurement, each with its quantity and unit."""
+
+    # Tables: what is read of a file.
+    least_rows_of_table: int = 8
+    """Rows of the shortest table that is read [1]."""
+    largest_reading: float = 1e100
+    """Largest time, torque, position or velocity that is read, in any unit: squares of such numbers are finite."""
+    most_lines_of_layout: int = 200
+    """Number of lines from the start whose layout is checked [1]: a layout is the same throughout a file."""
+    longest_line_characters: int = 1_000_000
+    """Characters of a line that are read [1], so that a file without line breaks does not fill the memory."""
+    largest_unpacked_bytes: int = 64 << 20
+    """Size [B] that a table may unpack to in any case."""
+    largest_unpacked_over_packed: int = 250
+    """Size over the size of its file [1] that a larger table may unpack to. Measured tables pack to between a third and
+    a twentieth of their size; a larger ratio is made to fill the memory."""
+
+    # Keys of campaign.toml: ranges beyond any device.
+    smallest_noise_or_step: float = 1e-15
+    """Smallest noise or step of a position sensor [rad]."""
+    largest_noise_or_step: float = 1e3
+    """Largest noise or step of a position sensor [rad]."""
+    smallest_torque_per_ampere: float = 1e-9
+    """Smallest torque constant of a drive [N m/A]."""
+    largest_torque_per_ampere: float = 1e9
+    """Largest torque constant of a drive [N m/A]."""
+    largest_locked_position: float = 1e4
+    """Largest position of a locked joint [rad]."""
+
+    # Sizes of signals: beyond them a unit is wrong, and the run is refused.
+    largest_torque: float = 1e12
+    """Largest torque of a drive [N m]."""
+    smallest_torque: float = 1e-15
+    """Torque [N m] below which a run drives nothing that can be measured; a torque that is 0 throughout is no wrong
+    unit."""
+    largest_position: float = 1e9
+    """Largest travel [rad]."""
+    largest_speed: float = 1e9
+    """Largest speed [rad/s]."""
+    least_travel_over_noise: float = 10.0
+    """Travel over the standard deviation of a reading [1], below which a joint counts as at rest."""
+
+    # Clock: the time between rows.
+    shortest_row_interval_s: float = 1e-9
+    """Least time between rows [s]: no joint is sampled faster."""
+    longest_row_interval_s: float = 0.5
+    """Median time between rows [s] above which a joint's friction can no longer be resolved."""
+    longest_usual_row_interval_s: float = 0.0501
+    """Median time between rows [s] above which milliseconds are more likely; 20 Hz is a usual rate."""
+    longest_gap_s: float = 10.0
+    """A gap may last this long [s] in any case."""
+    longest_gap_in_rows: float = 100.0
+    """A longer gap may last as long as this many rows [1]."""
+    largest_deviation_of_even_interval: float = 0.01
+    """Deviation of a row interval from the median, over the median [1], up to which it counts as even."""
+
+    # Remarks on units and signs of one joint.
+    largest_travel_of_revolute_joint_rad: float = 8.0 * math.pi
+    """Travel of a revolute joint [rad], four turns, above which degrees are more likely."""
+    largest_travel_over_range: float = 1.5
+    """Travel over the device's range of motion [1] above which degrees are more likely than an inexact range."""
+    largest_torque_over_limit: float = 10.0
+    """Torque over the device's limit [1] above which thousandths of the unit are more likely."""
+    largest_torque_over_inertial_torque: float = 300.0
+    """Torque over acceleration per stated inertia in a joint's fastest run [1], above which thousandths of the unit are
+    likely. Friction and springs take most of the torque of slow runs, and in fast runs up to 20 times the inertial
+    torque."""
+    least_power_over_rms: float = -0.05
+    """Mean power over RMS torque times RMS velocity [1], below which a joint would drive its motor."""
+
+    # Remarks on the position sensor.
+    largest_stated_over_estimated_noise: float = 10.0
+    """Ratio of stated to estimated noise [1], or the inverse, above which the two contradict each other."""
+    least_differences_of_noise: int = 50
+    """Fewest differences of readings, or rows, that show the noise [1]."""
+    least_encoder_bits: int = 8
+    """Fewest bits of an encoder [bits]."""
+    most_encoder_bits: int = 26
+    """Most bits of an encoder [bits]."""
+    largest_distance_from_whole_bits: float = 1e-4
+    """Largest distance of a number of counts from a power of two [bits]."""
+    least_noise_over_step_of_flicker: float = 0.5
+    """Noise over the encoder's step [1] from which readings at rest change level."""
+    least_distance_from_level_in_steps: float = 0.1
+    """Distance of an end from the nearest level [encoder steps] from which it lies between the levels."""
+    least_rows_of_plateau: int = 5
+    """Equal extreme readings in a row [1] from which a run looks clipped, if they are a large share of it, too."""
+    least_share_of_rows_at_end: float = 0.02
+    """Share of the run at that reading [1] from which the run looks clipped."""
+
+    # Remarks on pairs of runs.
+    largest_relative_difference_of_copies: float = 1e-9
+    """Relative difference [1] below which two numbers are one number that was written twice."""
+    largest_relative_difference_of_named_frequency: float = 0.03
+    """Relative difference [1] between a frequency and the number that names it: names are rounded."""
+
+    # Position control: its signs in a run.
+    least_share_of_steady_rows: float = 0.95
+    """Share of moving rows at one speed [1], from which a motion counts as a prescribed sweep."""
+    largest_noise_of_command_over_range: float = 3e-4
+    """Noise of a torque relative to its range [1], below which the torque counts as an open-loop command."""
+    least_noise_correlation_of_feedback: float = 0.3
+    """Correlation of the torque's and the position's noise [1], from which the torque counts as fed back from the
+    position."""
+    longest_controller_delay_rows: int = 3
+    """Longest delay of a controller that is looked for [rows]."""
+
+    # Cycles and harmonics of the torque.
+    least_line_share_of_variance: float = 0.5
+    """Least share of the torque's variance on one line [1] for a run to count as periodic."""
+    least_line_share_of_two_cycles: float = 0.95
+    """Least share of that variance [1] where a run has at most two cycles, so that a drift does not count as a
+    cycle."""
+    least_share_of_cycle: float = 0.1
+    """Share of a cycle [1] below which a piece at either end of the run joins its neighbour."""
+    highest_harmonic_rad_per_s: float = 40.0
+    """Highest angular frequency of a harmonic [rad/s]."""
+    most_harmonics: int = 24
+    """Most harmonics of a run [1]."""
+
+    # Preparation: held-out rows and smoothed motion.
+    fitted_share_of_run: float = 2.0 / 3.0
+    """Share of a run's duration that is fitted [1] where no run validates."""
+    least_rows_of_split_run: int = 24
+    """Rows of the shortest run that is split [1]."""
+    smoothing_width_over_period: float = 1.0 / 60.0
+    """Width of the Gaussian that smooths a motion, as a share of the motion's period [1]."""
+    least_smoothing_width_rows: float = 2.0
+    """Least width of that Gaussian [rows]."""
+
+
+THRESHOLDS = Thresholds()
+"""Thresholds that the code of `measurement/` uses."""
