@@ -28,7 +28,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.verdict.verdict import at_their_bounds
 from haptid.identification.problem.initial_states import first_slopes, start_of
 from haptid.identification.problem.residuals import Blocks
-from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from haptid.model.friction.registry import DEFAULT, law_named
@@ -382,7 +382,7 @@ def test_a_run_whose_start_moves_only_once_its_scatter_is_out_is_predicted(begun
     slope, std = (float(each[0]) for each in first_slopes(run))
     moved = slope
     for _ in range(3):
-        aim = np.sign(moved - slope) * THRESHOLDS.least_initial_velocity_in_std * std - (moved - slope) / 2
+        aim = np.sign(moved - slope) * IDENTIFICATION.least_initial_velocity_in_std * std - (moved - slope) / 2
         ramp = (aim - slope) * run.t * np.exp(-((run.t / 0.3) ** 4))
         run = run.but(y=run.y + ramp[:, None])
         about, _ = relinearise_cycles(simulator, run, noise, solution.theta, solution.x0[0])
