@@ -25,6 +25,15 @@ class Thresholds:
     most_starts_of_trial: int = 2
     """Largest number of starts of the fit through an observer that decides whether the torque is fitted [1]."""
 
+    largest_stiction_over_coulomb: float = 3.0
+    """Largest Fs over the first guess of Fc [1] in a fit of the torque, where the user states none."""
+    stiction_prior_std_over_coulomb: float = 0.5
+    """Standard deviation of the prior of Fs over the first guess of Fc [1] in a fit of the torque."""
+    stribeck_speed_over_top_speed: float = 0.02
+    """Mean and standard deviation of the prior of vs over the top speed [1] in a fit of the torque."""
+    largest_stribeck_speed_over_top_speed: float = 0.05
+    """Largest vs over the top speed [1] in a fit of the torque."""
+
     # Starts: first guesses, their bounds and initial states.
     least_travel_for_gravity_rad: float = 1.2
     """Range of positions [rad] above which the first guess distinguishes gravity from a spring."""

@@ -12,14 +12,17 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from haptid.identification.baseline.filtered_motion import FilteredMotion, filter_run
 from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
 from haptid.identification.baseline.regressor import UNITS, Regressor
+from haptid.measurement.signals.filtered_motion import FilteredMotion, filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
 
+REST_OF_RMS_SPEED = 0.05
+"""Speed over the RMS speed up to which a joint counts as at rest in the least squares [1]."""
 LEAST_ROWS = 50
 """Fewest interior rows of all fitted runs together for which the plain model is fitted."""
 
@@ -111,9 +114,16 @@ def fit_baseline(
     fitted = [run for run in runs if run.use == "fit"]
     regressor = Regressor.of(device, fitted[0].free_joints, posture, fitted[0].prismatic)
     motions = [filter_run(run) for run in fitted]
-    columns = [regressor.columns(m)[m.interior] for m in motions]
-    torques = [(m.torque * np.asarray(gain))[m.interior] for m in motions]
-    if sum(tau.shape[0] for tau in torques) < max(LEAST_ROWS, 2 * len(regressor.ids)):
+    moving = [_moving(m)[m.interior] for m in motions]
+    columns = [regressor.columns(m)[m.interior] * rows[:, :, None] for m, rows in zip(motions, moving, strict=True)]
+    torques = [(m.torque * np.asarray(gain))[m.interior] * rows for m, rows in zip(motions, moving, strict=True)]
+    if sum(rows.all(axis=1).sum() for rows in moving) < max(LEAST_ROWS, 2 * len(regressor.ids)):
         return None
     estimate = weighted_least_squares(columns, torques, regressor.nonnegative)
     return Baseline(regressor=regressor, estimate=estimate, gain=np.asarray(gain, dtype=np.float64))
+
+
+def _moving(motion: FilteredMotion) -> NDArray[np.bool_]:
+    """Say which rows of which joint move, shape (n, n_joints): at rest friction takes any value up to its level."""
+    rms = np.sqrt(np.mean(motion.v**2, axis=0))
+    return np.asarray(np.abs(motion.v) > REST_OF_RMS_SPEED * rms)

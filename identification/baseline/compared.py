@@ -10,10 +10,10 @@ import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline, fit_baseline
 from haptid.identification.baseline.figures import Figures, Model, figures_of
-from haptid.identification.baseline.filtered_motion import filter_run
 from haptid.identification.baseline.regressor import Regressor
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
@@ -39,6 +39,19 @@ class Compared:
 
     baseline: Baseline | None
     figures: Mapping[tuple[str, str], Mapping[str, Figures]]
+
+    def badness(self, name: str, use: str) -> float:
+        """Return the mean `Figures.badness` of a model, ``model`` or ``baseline``, over the runs of one use.
+
+        Infinite where there is no such model or run.
+        """
+        values = [both[name].badness for (_, of), both in self.figures.items() if of == use and name in both]
+        return float(np.mean(values)) if values else np.inf
+
+    @property
+    def plain_is_better(self) -> bool:
+        """Whether the plain model predicts the runs that no fit saw better than the fit."""
+        return self.badness("baseline", "validate") < self.badness("model", "validate")
 
     def as_json(self, file: str, use: str) -> dict[str, Any] | None:
         """Return ``figures`` of a run; None where it has none."""

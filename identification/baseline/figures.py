@@ -16,14 +16,16 @@ from typing import Any
 import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline
-from haptid.identification.baseline.filtered_motion import FilteredMotion, filter_run
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import initial_state
+from haptid.measurement.signals.filtered_motion import FilteredMotion, filter_run
 from haptid.measurement.values.run import Array, Run
 
 HORIZONS_S = (0.1, 1.0, 10.0)
 """Lengths of the simulations from the measured state [s]."""
+LONGEST_OF_BADNESS_S = 1.0
+"""Longest horizon by which models are compared [s]: longer ones show drift alone."""
 MOST_WINDOWS = 200
 """Largest number of simulations for one horizon; they are spread over the run."""
 
@@ -79,6 +81,18 @@ class Figures:
     torque_rmse: Array
     torque_error: Array
     horizon_rmse: Mapping[str, Array] = field(default_factory=dict)
+
+    @property
+    def badness(self) -> float:
+        """Mean logarithm over torque and position: of the torque's RMS and of that over 1 s, or the longest below.
+
+        Both count, because each fails where the other works: near resonance inertia and weight cancel in the torque,
+        and under feedback a simulation drifts. Infinite where a simulation did not stay finite.
+        """
+        lengths = [h for h in self.horizon_rmse if float(h) <= LONGEST_OF_BADNESS_S]
+        position = self.horizon_rmse[max(lengths, key=float)] if lengths else self.free_rmse
+        both = np.concatenate([self.torque_rmse, position])
+        return float(np.mean(np.log(both))) if np.isfinite(both).all() and (both > 0).all() else np.inf
 
     def as_json(self) -> dict[str, Any]:
         """Return ``figures.model`` or ``figures.baseline`` of a run: a number a joint, a list for several joints."""

@@ -88,7 +88,12 @@ def _solve(A: Array, b: Array, nonnegative: Array) -> Array:
     size = np.linalg.norm(A, axis=0)
     Q, R = np.linalg.qr(A / size)
     lower = np.where(nonnegative, 0.0, -np.inf)
-    return np.asarray(lsq_linear(R, Q.T @ b, bounds=(lower, np.inf), method="bvls").x / size)
+    bounded = lsq_linear(R, Q.T @ b, bounds=(lower, np.inf), method="bvls")
+    # BVLS ends at a tolerance; with its active bounds known, the others follow exactly.
+    free = bounded.active_mask == 0
+    theta = np.zeros(size.size)
+    theta[free] = np.linalg.lstsq(R[:, free], Q.T @ b, rcond=None)[0]
+    return np.asarray(np.where(nonnegative, np.maximum(theta, 0.0), theta) / size)
 
 
 def _rms(values: Array) -> float:

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 import sympy as sp
 
-from haptid.identification.baseline.filtered_motion import FilteredMotion
+from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.model.algebra.trig_polynomials import position_symbol, velocity_symbol

@@ -13,16 +13,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.identification.baseline.filtered_motion import FilteredMotion
 from haptid.identification.baseline.regressor import Regressor
 from haptid.identification.simulators.inverse_dynamics import torque_equations
+from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.compiled import CompiledKernel
 
-NOT_FRICTION = {"inertia": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0, "Ks": 0.0, "epos": 0.0, "Kp": 1.0}
-"""Values at which the torque equation of one joint holds friction alone."""
+NOT_FRICTION = {"inertia": 1.0, "gravity_cos": 0.0, "gravity_sin": 0.0, "Ks": 0.0, "epos": 0.0, "Kp": 1.0}
+"""Values at which the torque of one joint is its acceleration plus friction: the equation divides by the inertia."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -138,4 +138,4 @@ class TorqueAlong:
         inputs = np.column_stack([motion.q[:, k], motion.v[:, k], motion.a[:, k]])[rows]
         start = np.zeros(len(kernel.equations.states)) if state is None else state
         y, last = kernel.simulate_through(motion.t[rows], inputs, np.array(values), start, linear=True)
-        return y[:, 0], last
+        return y[:, 0] - inputs[:, 2], last

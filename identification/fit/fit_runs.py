@@ -1,15 +1,22 @@
-"""The fit of one configuration: `Equations` and `Run`s in, `Fit` out, by the strategy that the runs allow.
+"""The fit of one configuration: `Equations` and `Run`s in, `Fitted` out, by the strategy that the runs allow.
 
 1. Choose a strategy from the runs (`identification.fit.strategy`).
-2. Fit by simulation, freely or through an observer, unless the strategy is ``torque``.
-3. For ``torque``, fit through an observer with few starts, and keep that fit where its residual is at the noise.
-4. Otherwise fit the torque (`identification.fit.torque_fit`).
+2. Fit by simulation, freely or through an observer. Under position control few starts do at first.
+3. Keep that fit where its residual is at the noise: a position is the stricter test.
+4. Under position control of a single joint, fit the torque as well (`identification.fit.torque_fit`), and keep the fit
+   with the better figures (`Figures.badness`) on the fitted runs.
+5. Hold the fit against the plain model. Where that predicts the runs that no fit saw better, it is the result.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
+import numpy as np
+
+from haptid.identification.baseline.compared import Compared, compare
+from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.fit.torque_fit import fit_torque
 from haptid.identification.optimise.workers import Workers
@@ -18,19 +25,33 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
+from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
 from haptid.support.numbers import plain
 
 
-def fit_runs(
-    equations: Equations,
-    build: Callable[[Equations], Simulator],
-    runs: Sequence[Run],
-    *,
-    options: FitOptions | None = None,
-    workers: Workers | None = None,
-) -> tuple[Fit, bool]:
-    """Fit one configuration by the strategy that its runs allow.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitted:
+    """Fit of a configuration.
+
+    Parameters
+    ----------
+    fit
+        Its notes say which strategy was used and why, where the simulation was not free.
+    torque_scored
+        Whether the residual is a torque.
+    compared
+        The plain model, and the figures of both models on every run.
+    """
+
+    fit: Fit
+    torque_scored: bool
+    compared: Compared
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class JointTest:
+    """What is fitted.
 
     Parameters
     ----------
@@ -40,6 +61,34 @@ def fit_runs(
         Function from equations to a simulator.
     runs
         All runs of the configuration.
+    device
+        Device of the campaign; None for a single joint.
+    posture
+        Positions of the locked joints [rad]; may be empty without a device.
+    stated
+        Ids of the parameters that the user stated.
+    """
+
+    equations: Equations
+    build: Callable[[Equations], Simulator]
+    runs: Sequence[Run]
+    device: Device | None = None
+    posture: tuple[float, ...] = ()
+    stated: tuple[str, ...] = ()
+
+    def compare(self, found: Fit) -> Compared:
+        """Hold a fit against the plain model."""
+        theta = np.array([found.values[q.id] for q in self.equations.parameters])
+        return compare(self.equations, theta, self.runs, self.device, self.posture)
+
+
+def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Workers | None = None) -> Fitted:
+    """Fit one configuration by the strategy that its runs allow.
+
+    Parameters
+    ----------
+    test
+        Equations, runs, and what is known of them.
     options
         Choices of the fit; the defaults where None.
     workers
@@ -47,10 +96,7 @@ def fit_runs(
 
     Returns
     -------
-    fit : Fit
-        Its notes say which strategy was used and why, where the simulation was not free.
-    torque_scored : bool
-        Whether the residual is a torque.
+    Fitted
 
     Raises
     ------
@@ -58,15 +104,23 @@ def fit_runs(
         Where no start gave a finite simulation.
     """
     options = options or FitOptions()
-    strategy = choose_for(runs)
-    if strategy.kind != "torque":
-        return fit_simulated(build(equations), runs, options=options, workers=workers), False
-    # The observer comes first because a position is the stricter test: at the noise there, no torque need be scored.
-    trial = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial))
-    seen = fit_simulated(build(equations), runs, options=trial, workers=workers)
+    strategy = choose_for(test.runs)
+    simulator = test.build(test.equations)
+    both = strategy.kind != "open_loop" and len(test.runs[0].free_joints) == 1
+    trial = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial)) if both else options
+    seen = fit_simulated(simulator, test.runs, options=trial, workers=workers)
+    best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen))
     if quiet(seen, options):
-        return seen, False
-    found = fit_torque(equations, runs, options=options, workers=workers)
-    over = plain(seen.basins[0].over_noise)
-    left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
-    return found.but(notes=(*found.notes, strategy.reason, left)), True
+        return best
+    if both:
+        found = fit_torque(test.equations, test.runs, stated=test.stated, options=options, workers=workers)
+        over = plain(seen.basins[0].over_noise)
+        left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
+        found = found.but(notes=(*found.notes, strategy.reason, left))
+        scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found))
+        if scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit"):
+            best = scored
+    if best.compared.plain_is_better:
+        made = plain_fit(simulator, best.fit, best.compared, test.runs)
+        best = Fitted(fit=made, torque_scored=False, compared=best.compared)
+    return best

@@ -20,15 +20,20 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
 from haptid.identification.statistics.jackknife import with_jackknife
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.values.run import Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Normal
+from haptid.model.friction.registry import law_named
 
 
 def fit_torque(
     equations: Equations,
     runs: Sequence[Run],
     *,
+    stated: Sequence[str] = (),
     options: FitOptions | None = None,
     workers: Workers | None = None,
 ) -> Fit:
@@ -40,6 +45,8 @@ def fit_torque(
         Equations of the joint.
     runs
         All runs of the joint: those with ``use == "fit"`` are fitted, the others scored.
+    stated
+        Ids of the parameters that the user stated, which stay as they are.
     options
         Choices of the fit; the observer gains are replaced by 0.
     workers
@@ -56,12 +63,53 @@ def fit_torque(
         Where no start gave a finite simulation.
     """
     options = (options or FitOptions()).but(gains=(0.0,))
-    simulator = TorqueSimulator.of(equations)
+    simulator = TorqueSimulator.of(restrain_stribeck(equations, runs, stated))
     turned = tuple(torque_run(run) for run in runs)
     found = fit(simulator, turned, options=options, workers=workers)
     if found.basins[0].over_noise > options.tolerance:
         found = with_jackknife(simulator, found, turned, options, workers)
     return found.but(outcome=Outcome.TORQUE_SCORED, notes=(*found.notes, *_sentences(found, turned)))
+
+
+def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequence[str]) -> Equations:
+    """Hold stiction and Stribeck speed near what friction has in general, as far as the data do not pay for more.
+
+    Along a motion that hardly creeps a free Stribeck curve takes the Coulomb torque's part: its speed rises to half of
+    the top speed and Fc collapses, or Fs grows without bound.
+
+    Parameters
+    ----------
+    equations
+        Equations of the joint, whose first guesses are those of the data.
+    runs
+        Runs that scale the speeds.
+    stated
+        Ids of the parameters that the user stated, which stay as they are.
+
+    Returns
+    -------
+    Equations
+        With normal priors of Fs and vs, and with bounds Fs ≤ 3·Fc and vs ≤ 5 % of the top speed.
+    """
+    roles = law_named(equations.friction[0]).roles
+    changes: dict[str, dict[str, object]] = {}
+    if roles.stiction != roles.coulomb and roles.stiction not in stated:
+        level = equations.parameter(roles.coulomb).initial
+        changes[roles.stiction] = {
+            "initial": 1.2 * level,
+            "upper": THRESHOLDS.largest_stiction_over_coulomb * level,
+            "prior": Normal(mean=1.2 * level, std=THRESHOLDS.stiction_prior_std_over_coulomb * level),
+        }
+    if roles.stribeck_velocity and roles.stribeck_velocity not in stated:
+        top = max(float(np.max(np.abs(filter_run(run).v))) for run in runs if run.use == "fit")
+        usual = THRESHOLDS.stribeck_speed_over_top_speed * top
+        changes[roles.stribeck_velocity] = {
+            "initial": usual,
+            "lower": usual / 100.0,
+            "upper": THRESHOLDS.largest_stribeck_speed_over_top_speed * top,
+            "prior": Normal(mean=usual, std=usual),
+        }
+    return equations.with_parameters(changes)
 
 
 def _sentences(found: Fit, turned: Sequence[Run]) -> list[str]:

@@ -49,6 +49,10 @@ class Outcome(Enum):
         "recorded under position control: fitted to the torque with the measured motion as input, "
         "because a simulation from this torque drifts"
     )
+    PLAIN = (
+        "the plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts the runs that no "
+        "fit saw better than a fit of the whole model, so that it is the result"
+    )
     OBSERVED = (
         "small errors grow during these runs: fitted with the measured position fed back through an observer, "
         "not as a free simulation"

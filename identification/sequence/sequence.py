@@ -16,10 +16,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from haptid.identification.baseline.compared import Compared, compare
-from haptid.identification.fit.fit_runs import fit_runs
+from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.links.consistency import Agreement, coefficients_agree, parameters_agree
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
@@ -100,7 +97,6 @@ class Sequence:
                 step = replace(step, agreements=_agreements(step, belief, one, done))
                 if one.coefficients:
                     belief = belief.update(one.coefficients, one.values, one.covariance)
-            step = replace(step, compared=self._compared(step))
             found |= joint_values(configuration.free_joints, step.fit.values)
             done.append(step)
             yield step
@@ -127,23 +123,33 @@ class Sequence:
         own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
         return carry_over(equations, belief, coefficients, own, stated)
 
-    def _compared(self, step: Step) -> Compared:
-        """Hold the fit against the plain model, both as simulators of position, whatever was scored."""
-        one = step.configuration
-        equations = equations_for(self.campaign, self.device, one.free_joints, one.posture)
-        theta = np.array([step.fit.values[q.id] for q in equations.parameters])
-        return compare(equations, theta, one.runs, self.device, one.posture)
-
     def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
         if kept is not None:
             with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
                 torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
                 fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
-                return Step(configuration=configuration, fit=fitted, torque_scored=torque)
-        runs = configuration.runs
+                return Step(
+                    configuration=configuration,
+                    fit=fitted,
+                    torque_scored=torque,
+                    compared=self._test(configuration, equations).compare(fitted),
+                )
         with named(self.campaign, configuration.free_joints):
-            made, torque = fit_runs(equations, self.build, runs, options=self.options, workers=self.workers)
-        return Step(configuration=configuration, fit=made, torque_scored=torque)
+            made = fit_runs(self._test(configuration, equations), options=self.options, workers=self.workers)
+        return Step(configuration=configuration, fit=made.fit, torque_scored=made.torque_scored, compared=made.compared)
+
+    def _test(self, configuration: Configuration, equations: Equations) -> JointTest:
+        joints = configuration.free_joints
+        single = len(joints) == 1
+        stated = (id if single else f"{id}_{j}" for j in joints for id in self.campaign.parameter_overrides.get(j, {}))
+        return JointTest(
+            equations=equations,
+            build=self.build,
+            runs=configuration.runs,
+            device=self.device,
+            posture=configuration.posture,
+            stated=tuple(stated),
+        )
 
 
 def joint_values(joints: tuple[int, ...], values: Mapping[str, float]) -> dict[str, float]:

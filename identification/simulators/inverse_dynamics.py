@@ -9,9 +9,9 @@ effects driven by the measured position and speed:
 Effects on the path of the torque or of the reading cannot be inverted in this way.
 
 1. `torque_equations` turns the equation of motion of a joint into the torque equation.
-2. `torque_run` exchanges torque and position of a run, so that the residual is a torque.
-3. `measured_motion` smooths the position into position, speed and acceleration.
-4. `TorqueSimulator` evaluates the torque equation along that motion.
+2. `torque_run` exchanges torque and position of a run, both through the same filter: what holds for the raw signals
+   holds for the filtered ones, and nothing but the torque's own noise is left in the residual.
+3. `TorqueSimulator` evaluates the torque equation along that motion.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ import numpy as np
 import sympy as sp
 
 from haptid.identification.simulators.protocol import Trajectory
+from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
-from haptid.measurement.signals.smoothing import smooth
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations, Input, Output
 from haptid.model.friction.registry import law_named
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.kernel.generate import DEFAULT_STEP
 
-WIDTH_S = 0.02
-"""Standard deviation of the Gaussian that smooths the measured motion [s]."""
+SPEED, ACCELERATION = "filtered_speed", "filtered_acceleration"
+"""Columns of a `torque_run` that hold the filtered speed [rad/s] and acceleration [rad/s²]."""
 
 
 def torque_equations(equations: Equations) -> Equations:
@@ -116,7 +116,7 @@ def _acceleration(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
 
 
 def torque_run(run: Run) -> Run:
-    """Exchange torque and position of a single joint's run.
+    """Exchange torque and position of a single joint's run, both filtered alike.
 
     Parameters
     ----------
@@ -126,16 +126,23 @@ def torque_run(run: Run) -> Run:
     Returns
     -------
     Run
-        ``u`` is the position [rad], ``y`` the torque [N m]; noise and resolution are estimated from the torque, and
-        measured velocities are left out.
+        On an even grid without the rows at either end that the filter has no full surroundings for: ``u`` is the
+        filtered position [rad], ``y`` the filtered torque [N m], ``extra`` holds filtered speed and acceleration. The
+        noise is that of the raw torque's neighbouring rows after the filter.
     """
-    step = estimate_resolution(run.u[:, 0])
+    m = filter_run(run)
+    rows = slice(0, m.interior.stop)
+    noise = estimate_noise(run.t, run.u[:, 0], estimate_resolution(run.u[:, 0]))
     return run.but(
-        u=run.y,
-        y=run.u,
+        t=m.t[rows],
+        u=m.q[rows],
+        y=m.torque[rows],
         v=None,
-        noise=np.array([estimate_noise(run.t, run.u[:, 0], step)]),
-        resolution=np.array([step]),
+        noise=np.array([noise * m.white_noise_gain]),
+        resolution=np.zeros(1),
+        hold="linear",
+        score_from=m.interior.start,
+        extra={SPEED: m.v[rows, 0], ACCELERATION: m.a[rows, 0]},
     )
 
 
@@ -208,19 +215,16 @@ class TorqueSimulator:
 
 
 def measured_motion(run: Run) -> Array:
-    """Smooth the position of a `torque_run` and differentiate it at the times that the torques belong to.
+    """Return the filtered motion that a `torque_run` holds.
 
     Parameters
     ----------
     run
-        Run whose ``u`` is the measured position [rad].
+        Run whose ``u`` is the filtered position [rad].
 
     Returns
     -------
     ndarray, shape (n_t, 3)
         Position [rad], speed [rad/s] and acceleration [rad/s²].
     """
-    m = smooth(run.but(y=run.u), width=WIDTH_S)
-    # A torque that holds until the next row belongs to the motion half a step after its row.
-    t = run.t + 0.5 * np.diff(run.t, append=run.t[-1]) if run.hold == "zero" else run.t
-    return np.column_stack([np.interp(t, m.t, signal) for signal in (m.q, m.v, m.a)])
+    return np.column_stack([run.u[:, 0], run.extra[SPEED], run.extra[ACCELERATION]])

@@ -60,6 +60,11 @@ class FilteredMotion:
     width: float
     interior: slice
 
+    @property
+    def white_noise_gain(self) -> float:
+        """Standard deviation of white noise after the filter over that before it, √(Δt/(2·√π·w))."""
+        return math.sqrt(float(self.t[1]) / (2.0 * math.sqrt(math.pi) * self.width))
+
     def through_filter(self, signal: Array) -> Array:
         """Filter a signal of the unfiltered motion, such as sgn q̇, as motion and torque were filtered.
 

@@ -1,0 +1,169 @@
+"""The plain model against an independent integration, and the rule that no fit does worse than it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+
+from haptid.identification.baseline.baseline import fit_baseline
+from haptid.identification.baseline.compared import compare
+from haptid.identification.baseline.least_squares import weighted_least_squares
+from haptid.identification.fit.fit_runs import JointTest, fit_runs
+from haptid.identification.fit.initial_guess import guess
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.signals.filtered_motion import filter_run
+from haptid.measurement.values.run import Run
+from haptid.model.joint.locked_joint import joint_equations
+
+TRUE = {"inertia": 0.05, "gravity_sin": 0.8, "Fv": 0.03, "Fc": 0.12, "offset": 0.05}
+
+
+def torque_at(t: float, seed: int) -> float:
+    phase = 0.7 * seed
+    return 0.4 * np.sin(2.0 * t + phase) + 0.25 * np.sin(5.3 * t) + 0.2 * np.sin(9.1 * t + phase)
+
+
+def plain_run(seed: int, *, use: str = "fit", noise: float = 1e-4, seconds: float = 20.0) -> Run:
+    """Integrate a joint with Coulomb and viscous friction by SciPy, smooth over 1e-3 rad/s."""
+    t = np.arange(0.0, seconds, 2e-3)
+
+    def rate(t: float, x: np.ndarray) -> list[float]:
+        q, v = x
+        load = TRUE["gravity_sin"] * np.sin(q) + TRUE["Fv"] * v + TRUE["Fc"] * np.tanh(v / 1e-3) + TRUE["offset"]
+        return [v, (torque_at(t, seed) - load) / TRUE["inertia"]]
+
+    q = solve_ivp(rate, (0.0, t[-1]), [0.0, 0.0], t_eval=t, method="LSODA", rtol=1e-8, atol=1e-10).y[0]
+    return Run(
+        file=f"run_{seed}.csv",
+        free_joints=(0,),
+        t=t,
+        u=np.array([[torque_at(x, seed)] for x in t]),
+        y=(q + noise * np.random.default_rng(seed).standard_normal(t.size))[:, None],
+        noise=[noise],
+        resolution=[0.0],
+        posture=np.zeros(0),
+        use=use,
+        hold="linear",
+    )
+
+
+@pytest.fixture(scope="module")
+def runs() -> list[Run]:
+    return [plain_run(1), plain_run(2), plain_run(3, use="validate")]
+
+
+def test_the_plain_model_finds_the_truth_within_its_intervals(runs):
+    found = fit_baseline(runs, None, (), [1.0])
+    rows = found.as_json()["parameters"]
+    for id, true in TRUE.items():
+        assert abs(rows[id]["value"] - true) < 4 * rows[id]["std"] + 0.01 * abs(true), id
+        assert abs(rows[id]["value"] - true) < 0.05 * abs(true), id
+
+
+def test_the_gain_scales_all_parameters_and_no_prediction(runs):
+    one, two = (fit_baseline(runs, None, (), [gain]) for gain in (1.0, 2.0))
+    motion = filter_run(runs[0])
+    assert two.values["inertia"] == pytest.approx(2 * one.values["inertia"])
+    assert two.torque(motion) == pytest.approx(one.torque(motion), abs=1e-9)
+
+
+def test_a_held_torque_belongs_to_the_middle_of_its_step(runs):
+    held = [run.but(hold="zero", u=np.interp(run.t + 1e-3, run.t, run.u[:, 0])[:, None]) for run in runs]
+    early, late = (fit_baseline(some, None, (), [1.0]).values["Fv"] for some in (held, runs))
+    assert early == pytest.approx(late, rel=1e-3)
+
+
+def test_figures_of_the_plain_model_are_small_on_an_unseen_run(runs):
+    equations = guess(joint_equations(0), runs, given={})
+    theta = np.array([q.initial for q in equations.parameters])
+    figures = compare(equations, theta, runs, None, ()).figures["run_3.csv", "validate"]["baseline"]
+    # Where the joint sticks, the friction of the plain model is not that of the joint.
+    assert figures.torque_error[0] < 0.08
+    assert figures.free_rmse[0] < 0.05 * np.std(runs[2].y)
+    assert figures.horizon_rmse["0.1"][0] < figures.horizon_rmse["10"][0] < 0.05 * np.std(runs[2].y)
+    assert set(figures.as_json()) == {"free_rmse", "torque_rmse", "torque_error", "horizon_rmse"}
+
+
+def test_a_run_shorter_than_a_horizon_leaves_it_out(runs):
+    equations = joint_equations(0)
+    theta = np.array([q.initial for q in equations.parameters])
+    short = runs[0].but(t=runs[0].t[:800], u=runs[0].u[:800], y=runs[0].y[:800])
+    figures = compare(equations, theta, [short], None, ()).figures["run_1.csv", "fit"]["model"]
+    assert set(figures.horizon_rmse) == {"0.1", "1"}
+
+
+def test_a_fit_that_predicts_worse_than_the_plain_model_is_replaced(runs):
+    # Friction held far from the truth: the fit cannot follow, and the plain model can.
+    equations = guess(joint_equations(0), runs, given={})
+    held = {id: {"initial": 1.0, "fixed": True} for id in ("Fc", "Fs")}
+    test = JointTest(equations=equations.with_parameters(held), build=KernelSimulator.of, runs=runs)
+    made = fit_runs(test, options=FitOptions(method="gauss_newton", starts=1))
+    assert made.fit.outcome is Outcome.PLAIN
+    assert not made.torque_scored
+    assert made.fit.values["inertia"] == pytest.approx(TRUE["inertia"], rel=0.05)
+    assert made.fit.statuses["sigma0"] == "fixed"
+    spring = made.fit.values["Ks"] * made.fit.values["epos"]
+    assert -spring == pytest.approx(TRUE["offset"], rel=0.2)
+    unseen = next(score for score in made.fit.runs if score.use == "validate")
+    assert unseen.rmse_rad < 0.1 * np.std(runs[2].y)
+
+
+def test_friction_and_inertia_are_never_negative(runs):
+    driving = [run.but(u=-run.u) for run in runs]
+    found = fit_baseline(driving, None, (), [1.0])
+    assert all(found.values[id] >= 0 for id in ("inertia", "Fv", "Fc"))
+    assert found.as_json()["parameters"]["Fc"]["std"] is None
+
+
+def test_too_few_rows_have_no_plain_model(runs):
+    few = runs[0].but(t=runs[0].t[:40], u=runs[0].u[:40], y=runs[0].y[:40])
+    assert fit_baseline([few], None, (), [1.0]) is None
+
+
+def test_the_filter_grows_with_the_noise():
+    quiet, loud = (filter_run(plain_run(1, noise=noise, seconds=5.0)).width for noise in (1e-6, 1e-2))
+    assert quiet < loud
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), joints=st.integers(1, 3))
+def test_least_squares_gives_back_the_parameters_of_exact_rows(seed, joints):
+    rng = np.random.default_rng(seed)
+    theta = rng.standard_normal(4)
+    scale = 10.0 ** rng.integers(-3, 3, 4)
+    columns = [rng.standard_normal((60, joints, 4)) * scale for _ in range(2)]
+    torques = [W @ theta for W in columns]
+    found = weighted_least_squares(columns, torques, np.zeros(4, dtype=bool))
+    assert found.theta == pytest.approx(theta, rel=1e-6)
+
+
+def test_a_column_that_others_explain_is_left_out():
+    W = np.random.default_rng(0).standard_normal((80, 1, 3))
+    W[:, :, 2] = W[:, :, 0] + W[:, :, 1]
+    found = weighted_least_squares([W], [W @ np.array([1.0, 2.0, 0.0])], np.zeros(3, dtype=bool))
+    assert found.theta == pytest.approx([1.0, 2.0, 0.0])
+    assert np.isnan(found.std[2])
+
+
+def test_noise_in_blocks_widens_the_standard_deviation():
+    rng = np.random.default_rng(3)
+    W = np.ones((4000, 1, 1))
+    slow = np.repeat(rng.standard_normal(40), 100)[:, None]
+    white = rng.standard_normal((4000, 1))
+    free = np.zeros(1, dtype=bool)
+    wide, narrow = (weighted_least_squares([W], [W[:, :, 0] + e], free).std[0] for e in (slow, white))
+    assert wide == pytest.approx(1 / np.sqrt(40), rel=0.6)
+    assert narrow == pytest.approx(1 / np.sqrt(4000), rel=0.6)
+
+
+def test_runs_are_left_as_they_were(runs):
+    before = replace(runs[0])
+    filter_run(runs[0])
+    assert np.array_equal(before.y, runs[0].y)
