@@ -101,7 +101,7 @@ def _alone(
     read: Campaign, chosen: tuple[int, ...], entries: dict[str, Effect], out: Path, choices: dict[str, Any]
 ) -> None:
     """Study joints, each in the runs in which it moves alone."""
-    swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind == "torque"]
+    swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind != "open_loop"]
     if swept and choices["stage"] != "all":
         where = f"--stage {choices['stage']}"
         raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")

@@ -20,6 +20,7 @@ from haptid.discrepancy.detect.localise import Map, Region, maps, regions
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import rms
+from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.search import TorqueSearch, search_torque
 from haptid.discrepancy.torque.study import TorqueStudy, readable
 from haptid.discrepancy.verdict.estimate import Estimate
@@ -27,6 +28,7 @@ from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
+from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect
 from haptid.support.processes.threads import on_one_thread
 
@@ -65,6 +67,10 @@ class TorqueFinding:
         Residual energy of the nominal model, and the regions that hold most of it.
     remaining
         Mean residual torque of the final model over position.
+    floor
+        RMS of the final model's residual that does not repeat [N m]; None where no position is passed again.
+    black_box
+        RMS that a table over position and speed leaves of that residual on held-out rows [N m]; None without such rows.
     fmu
         FMU with the effects of the final model, or None.
     considered
@@ -78,34 +84,66 @@ class TorqueFinding:
     regions: tuple[Region, ...]
     maps: tuple[Map, ...]
     remaining: Remaining
+    floor: float | None
+    black_box: float | None
     fmu: Fmu | None
     considered: int
     wall_s: float
 
     @property
     def verdict(self) -> str:
-        """Verdict of INTERFACES; a name alone stands only where the residual is no larger than the torque's noise."""
-        gap = self.gaps["validate"]
-        if gap.after > THRESHOLDS.finding.largest_rms_over_torque_noise * gap.noise:
+        """Verdict of INTERFACES.
+
+        Names stand alone where they leave no more than does not repeat, or close nearly all that the best black box
+        closes; else they name a part.
+        """
+        gap, names = self.gaps["validate"], self.search.final.effects
+        aim = max(gap.noise, self.floor or 0.0)
+        if gap.after <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim:
+            return "named" if names else "nothing_missing"
+        if not names:
             return "unlisted"
-        return "named" if self.search.final.effects else "nothing_missing"
+        closed, possible = self.shares
+        if possible is None or possible <= 0:
+            return "partly_named"
+        return "named" if closed >= THRESHOLDS.torque.least_share_of_black_box * possible else "partly_named"
+
+    @property
+    def shares(self) -> tuple[float, float | None]:
+        """Shares of the held-out residual's energy that the named effects and the best black box close."""
+        gap = self.gaps["validate"]
+        energy = max(gap.before, np.finfo(float).tiny) ** 2
+        box = None if self.black_box is None else 1.0 - self.black_box**2 / energy
+        return 1.0 - gap.after**2 / energy, box
 
     @property
     def sentence(self) -> str:
         """Sentence that an engineer reads first."""
         names = " and ".join(f"{e.id} ({e.title})" for e in self.search.final.effects)
-        gap = self.gaps["validate"]
         if self.verdict == "nothing_missing":
-            return "Nothing is missing: what is left of the torque is its noise."
+            return "Nothing is missing: what is left of the torque does not repeat."
         if self.verdict == "named":
-            return f"Missing in the model: {names}."
-        left = f"what is left is {gap.after / gap.noise:.1f} times the torque's noise, and no entry explains it"
+            return f"Missing in the model: {names}. {self._measured}"
         if not names:
-            return f"Something is missing that no entry of the catalogue explains: {left}."
-        return (
-            f"Something is missing that the catalogue explains in part: the nearest names, {names}, close "
-            f"{100 * (gap.closed or 0.0):.0f} % of the gap on held-out stretches and are stand-ins; {left}."
-        )
+            return f"Something is missing that no entry of the catalogue explains. {self._measured}"
+        return f"Missing in the model: {names}; they explain a part. {self._measured}"
+
+    @property
+    def _measured(self) -> str:
+        """Sentences on what is left, what could be closed, and what does not repeat."""
+        gap, unit = self.gaps["validate"], unit_for("N m", [self.search.study.prismatic])
+        closed, possible = self.shares
+        told = [f"On held-out rows the torque's RMS error falls from {gap.before:.3g} to {gap.after:.3g} {unit}"]
+        if possible is not None:
+            told.append(
+                f"names close {100 * max(closed, 0.0):.0f} % of its energy, a table over position and speed "
+                f"{100 * max(possible, 0.0):.0f} %"
+            )
+        if self.floor is None:
+            told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
+        else:
+            told.append(f"{self.floor:.3g} {unit} do not repeat")
+        return "; ".join(told) + "."
 
 
 @on_one_thread
@@ -168,6 +206,8 @@ def find_torque(
         regions=regions(energy),
         maps=energy,
         remaining=_remaining(found),
+        floor=floor_of(final),
+        black_box=black_box_rms(base),
         fmu=_build_fmu(found, out / "fmu", kind) if final.effects else None,
         considered=len(known),
         wall_s=time.perf_counter() - began,
@@ -251,9 +291,18 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         "next_experiment": None,
         "where": [r.as_json() for r in finding.regions],
         "gap": {
-            name: {"before": g.before, "after": g.after, "noise": g.noise, "closed": g.closed}
+            name: {
+                "before": g.before,
+                "after": g.after,
+                "noise": g.noise,
+                "closed": g.closed,
+                "floor": finding.floor,
+                "black_box": finding.black_box if name == "validate" else None,
+            }
             for name, g in finding.gaps.items()
-        },
+        }
+        | {"sealed": None},
+        "residual": "torque",
         "unnamed_shape": {
             "variable": "position_rad",
             "knots": left.position.tolist(),
@@ -261,7 +310,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
             "torque_down_Nm": left.down.tolist(),
             "std_Nm": left.std.tolist(),
         }
-        if finding.verdict == "unlisted"
+        if finding.verdict in ("unlisted", "partly_named")
         else None,
         "fmu": f"fmu/{finding.fmu.path.name}" if finding.fmu else None,
         "refit": found.final.values,

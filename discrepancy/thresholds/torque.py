@@ -29,5 +29,15 @@ class TorqueThresholds:
     # What is accepted.
     least_twice_gain: float = 2.0
     """Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows [1]."""
-    mean_span_s: float = 0.1
-    """Span over which the residual torque is averaged [s]: the residual is correlated over many rows."""
+    stretch_in_correlation_lengths: float = 5.0
+    """Length of a held-out stretch whose energy counts as one fact, in correlation lengths of the residual."""
+    least_gain_in_standard_errors: float = 1.0
+    """Least decrease of the residual's energy on held-out stretches, in its standard errors over the stretches."""
+    least_amplitude_in_standard_errors: float = 3.0
+    """Least amplitude of an effect in its standard errors."""
+    cells_of_position: int = 25
+    """Cells of position of the table that stands for the best black box, and of the passes that are compared."""
+    cells_of_speed: int = 12
+    """Cells of speed of the same table."""
+    least_share_of_black_box: float = 0.9
+    """Least share of what the best black box closes that names have to close to stand alone."""

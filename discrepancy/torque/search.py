@@ -5,8 +5,8 @@
 3. Add the best effect that gains on fitted and on held-out stretches; repeat from step 2 until none does.
 
 Under position control the residual is far above the torque's noise and correlated over many rows. So models are
-compared by the predictive score of means over `mean_span_s`, each given the mean before: a first-order autoregression,
-whose two numbers are estimated on the fitted stretches.
+compared by the energy of their residuals in stretches of several correlation lengths (`discrepancy.torque.stretches`).
+An autoregression estimated from the residual of the model under suspicion would filter out whatever is slow.
 """
 
 from __future__ import annotations
@@ -19,26 +19,9 @@ import numpy as np
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, rms
 from haptid.discrepancy.torque.scan import Promise, promises
-from haptid.discrepancy.torque.study import Mask, TorqueStudy
-from haptid.measurement.values.run import Array
+from haptid.discrepancy.torque.stretches import gain_of
+from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.model.effects.effect import Effect
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Scores:
-    """Log scores of the averaged residuals of one model.
-
-    Parameters
-    ----------
-    fitted, unseen
-        Log predictive score on fitted and on held-out stretches.
-    n
-        Number of averages on fitted stretches.
-    """
-
-    fitted: float
-    unseen: float
-    n: int
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,20 +35,32 @@ class TorqueCandidate:
     model
         Refitted model.
     bic
-        Gain in BIC on fitted stretches.
+        Gain in BIC on fitted stretches, each correlation length counted as one row.
     evidence
-        Twice the gain in log predictive score on held-out stretches.
+        Twice the gain in log predictive score on held-out stretches, counted alike.
+    errors_gained
+        Decrease of the residual's energy on held-out stretches, in its standard errors over the stretches.
+    significance
+        Largest amplitude of the effect in its standard errors.
     """
 
     key: str
     model: TorqueFit
     bic: float
     evidence: float
+    errors_gained: float
+    significance: float
 
     @property
     def acceptable(self) -> bool:
-        """Whether the model gains on fitted stretches after the charge for its parameters, and on held-out ones."""
-        return self.bic > THRESHOLDS.torque.least_twice_gain and self.evidence > THRESHOLDS.torque.least_twice_gain
+        """Whether the model gains on fitted and on held-out stretches, and its amplitude is not 0."""
+        limits = THRESHOLDS.torque
+        return (
+            self.bic > limits.least_twice_gain
+            and self.evidence > limits.least_twice_gain
+            and self.errors_gained > limits.least_gain_in_standard_errors
+            and self.significance > limits.least_amplitude_in_standard_errors
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,41 +109,6 @@ class TorqueSearch:
         models = [self.base, *(c.model for step in self.steps for c in step.candidates)]
         signatures = sum(p.columns for step in self.steps for p in step.promises)
         return len(self.study.runs) * (sum(m.calls for m in models) + signatures)
-
-
-def scores(model: TorqueFit) -> Scores:
-    """Score the averaged residuals of a model, each given the average before.
-
-    Parameters
-    ----------
-    model
-        Fitted model.
-
-    Returns
-    -------
-    Scores
-        Log scores Σ −½(e/s)² − ln s of the innovations e = rₖ − φ·rₖ₋₁, up to a constant; φ and s are estimated on the
-        fitted stretches.
-    """
-    now, before, seen = _averages(model)
-    phi = float(now[seen] @ before[seen]) / max(float(before[seen] @ before[seen]), 1e-300)
-    innovation = now - phi * before
-    s = float(np.sqrt(np.mean(innovation[seen] ** 2)))
-    log_p = -0.5 * (innovation / s) ** 2 - np.log(s)
-    return Scores(fitted=float(log_p[seen].sum()), unseen=float(log_p[~seen].sum()), n=int(seen.sum()))
-
-
-def _averages(model: TorqueFit) -> tuple[Array, Array, Mask]:
-    """Return means over spans, those of the spans before, and which spans were fitted, each of shape (n,)."""
-    now, before, fitted = [], [], []
-    for run, r, seen in zip(model.study.runs, model.residual, model.study.seen, strict=True):
-        span = np.floor((run.t - run.t[0]) / THRESHOLDS.torque.mean_span_s).astype(int)
-        count = np.bincount(span).clip(1)
-        means = np.bincount(span, r) / count
-        now.append(means[1:])
-        before.append(means[:-1])
-        fitted.append((np.bincount(span, seen.astype(float)) / count)[1:] > 0.5)
-    return np.concatenate(now), np.concatenate(before), np.concatenate(fitted)
 
 
 def search_torque(
@@ -249,7 +209,21 @@ def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCand
     TorqueCandidate
         The larger model with its gain in BIC and its evidence on held-out stretches.
     """
-    a, b = scores(less), scores(more)
+    gain = gain_of(less, more)
     extra = more.problem.n_parameters - less.problem.n_parameters
-    bic = 2.0 * (b.fitted - a.fitted) - extra * float(np.log(b.n))
-    return TorqueCandidate(key=key, model=more, bic=bic, evidence=2.0 * (b.unseen - a.unseen))
+    return TorqueCandidate(
+        key=key,
+        model=more,
+        bic=gain.fitted - extra * float(np.log(gain.n_fitted)),
+        evidence=gain.unseen,
+        errors_gained=gain.errors_unseen,
+        significance=_significance(more),
+    )
+
+
+def _significance(model: TorqueFit) -> float:
+    """Return the largest amplitude of the effect that was added last, in its standard errors."""
+    effect, std = model.effects[-1], model.std
+    amplitudes = [q.id for q in effect.parameters[: effect.amplitudes]]
+    ratios = [abs(model.values[id]) / std[id] for id in amplitudes if std[id] > 0]
+    return max(ratios, default=0.0)

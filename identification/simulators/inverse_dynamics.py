@@ -131,17 +131,18 @@ def torque_run(run: Run) -> Run:
         noise is that of the raw torque's neighbouring rows after the filter.
     """
     m = filter_run(run)
-    rows = slice(0, m.interior.stop)
+    rows = slice(m.edge, m.t.size - m.edge)
     noise = estimate_noise(run.t, run.u[:, 0], estimate_resolution(run.u[:, 0]))
     return run.but(
-        t=m.t[rows],
+        t=m.t[rows] - m.t[m.edge],
         u=m.q[rows],
         y=m.torque[rows],
         v=None,
         noise=np.array([noise * m.white_noise_gain]),
         resolution=np.zeros(1),
         hold="linear",
-        score_from=m.interior.start,
+        score_from=m.interior.start - m.edge,
+        start_time=run.start_time + float(m.t[m.edge]),
         extra={SPEED: m.v[rows, 0], ACCELERATION: m.a[rows, 0]},
     )
 

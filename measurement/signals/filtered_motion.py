@@ -48,6 +48,8 @@ class FilteredMotion:
         Torque [N m], shape (n, n_joints), at the same times.
     width
         Standard deviation of the filter [s].
+    edge
+        Rows at either end that the filter has no full surroundings for.
     interior
         Rows whose surroundings the filter saw whole, and that are scored.
     """
@@ -58,6 +60,7 @@ class FilteredMotion:
     a: Array
     torque: Array
     width: float
+    edge: int
     interior: slice
 
     @property
@@ -109,6 +112,7 @@ def filter_run(run: Run) -> FilteredMotion:
         a=_gaussian(y, rows, 2) / dt**2,
         torque=_gaussian(_torque(run, t), rows, 0),
         width=width,
+        edge=edge,
         interior=slice(max(first, edge), n - edge),
     )
 
