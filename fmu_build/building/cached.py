@@ -1,7 +1,7 @@
 """FMUs that are built once and kept in the cache: `Equations` in, `Fmu` out.
 
 The key of an entry holds everything that its archive is made from: the formulas, what the FMU shows of them, and the
-source of this package and of the kernel. A change of any of them builds the FMU anew.
+source of this package, of the kernel, and of names and observer. A change of any of them builds the FMU anew.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from pythonfmu.builder import FmuBuilder
 
 from haptid import fmu_build
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.model import equations as shared_equations
 from haptid.model import kernel
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.generate import DEFAULT_STEP
@@ -25,7 +26,9 @@ GUESSED = ("initial", "lower", "upper", "std", "fixed", "prior", "guess")
 
 
 def builder_digest() -> str:
-    """Return a digest of the code that turns equations into an FMU: pythonfmu's version, this package, the kernel.
+    """Return a digest of the code that turns equations into an FMU.
+
+    It covers pythonfmu's version, this package, the kernel, and the names and the observer in `model.equations`.
 
     Returns
     -------
@@ -33,7 +36,7 @@ def builder_digest() -> str:
         Sixteen hex digits.
     """
     digest = hashlib.sha256(f"pythonfmu {version('pythonfmu')}".encode())
-    for package in (fmu_build, kernel):
+    for package in (fmu_build, kernel, shared_equations):
         here = Path(package.__path__[0])
         for path in sorted(path for path in here.rglob("*") if path.suffix in (".py", ".c", ".h", ".j2", ".txt")):
             digest.update(path.read_bytes())

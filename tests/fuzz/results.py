@@ -13,13 +13,13 @@ from haptid.fmu_build.exchange.discrepancy_json import apply_refits, read_findin
 from haptid.fmu_build.exchange.identification_check import check_for_device, check_orders
 from haptid.fmu_build.exchange.identification_json import Identified, of_device, of_joint, read_identification
 from haptid.fmu_build.exchange.recorded_device import device_of_results
-from haptid.fmu_build.exchange.ssv import ssv_bytes
 from haptid.fmu_build.exchange.start_values import with_start_values
 from haptid.identification.foreign.archive import unpack_checked
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.virtual_device.recording.planned import read_planned
+from tests.fmu_build.ssv_cases import GOOD
 from tests.fuzz.harness import Target
 from tests.identification.foreign_cases import DESCRIPTION
 
@@ -41,8 +41,6 @@ FINDING = {
 }  # fmt: skip
 DEVICE = load_device("freedom6s")
 JOINT = joint_equations(4)
-VALUES = {"joint4.spring.Ks": 0.02, "joint4.friction.vs": 0.1, "joint4.position": 0.3}
-UNITS = {"joint4.spring.Ks": "N m/rad", "joint4.friction.vs": "rad/s", "joint4.position": "rad"}
 PLAN = {"postures": {"tests": [{"free_joints": [4], "locked_positions_rad": [0, 0.1, 0, 0, 0, 0]}]}}
 
 
@@ -118,7 +116,7 @@ KEYS = (b'"schema"', b'"value"', b'"../x.toml"', b'"configurations": []', b'"fre
 RESULTS = (
     Target(name="identification", examples=(_bytes(IDENTIFICATION),), read=read_identification_file, nasty=KEYS),
     Target(name="discrepancy", examples=(_bytes(FINDING),), read=read_finding_file, nasty=KEYS),
-    Target(name="ssv", examples=(ssv_bytes(VALUES, UNITS),), read=read_ssv_file, nasty=XML),
+    Target(name="ssv", examples=(GOOD.encode(),), read=read_ssv_file, nasty=XML),
     Target(name="locking_plan", examples=(_bytes(PLAN),), read=read_plan_file, nasty=KEYS),
     Target(name="fmu", examples=(_archive(),), read=read_fmu, nasty=(b"PK\x03\x04", b"PK\x01\x02", b"PK\x05\x06")),
     Target(

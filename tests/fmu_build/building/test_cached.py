@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from haptid.fmu_build.building.cached import cached_fmu, description_digest, identification_fmu
+from haptid.fmu_build.building.cached import builder_digest, cached_fmu, description_digest, identification_fmu
 from haptid.fmu_build.native.platforms import this_platform
 from tests.fmu_build.fmu_cases import equations
 
@@ -35,3 +37,10 @@ def test_first_guesses_tell_shipped_fmus_apart_but_not_those_of_fits():
 def test_native_where_pythonfmu_has_no_loader(monkeypatch):
     monkeypatch.setattr("haptid.fmu_build.building.cached.FmuBuilder.has_binary", lambda: False)
     assert identification_fmu(equations("joint4"), kind="python").kind == "native"
+
+
+@pytest.mark.parametrize("name", ["fmu_names.py", "output_injection.py", "stepper.h", "fmi2_xml.py"])
+def test_other_code_that_writes_an_fmu_has_another_key(monkeypatch, name: str):
+    before, read = builder_digest(), Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: read(path) + b"# changed" * (path.name == name))
+    assert builder_digest() != before

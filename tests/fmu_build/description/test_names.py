@@ -14,6 +14,7 @@ from haptid.model.equations.output_injection import with_observer
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.generate import generate
+from haptid.support.installing.environment import ROOT
 
 SCHEME = (
     fmu_names.JOINT + ".{part}", fmu_names.HANDLE, fmu_names.COUPLING, fmu_names.SENSITIVITY,
@@ -55,3 +56,11 @@ def test_every_variable_is_named_by_the_scheme(equations: Equations, identificat
 def test_what_belongs_to_a_joint_says_so():
     plain = [name.removeprefix("der(") for name in names_of(joint_equations(4), identification=False)]
     assert [name for name in plain if not fmu_names.is_of_joint(name)] == []
+
+
+def test_the_pages_name_variables_that_exist():
+    page = (ROOT / "docs" / "how-to" / "other_simulators.md").read_text(encoding="utf-8")
+    written = set(re.findall(r"[`']joint4\.((?!fmu)[\w.]+)[`']", page))
+    names = names_of(full_equations(load_device("freedom6s")), identification=False)
+    assert written >= {fmu_names.TORQUE, fmu_names.READING}
+    assert {fmu_names.of_joint(4, part) for part in written} <= set(names)
