@@ -52,6 +52,11 @@ class CandidateThresholds:
     most_fits_under_new_noise: int = 5
     """Largest number of fits under a re-estimated noise: a fit that has not converged yet passes for noise that is not
     there."""
+    settled_gain_change: float = 0.05
+    """Relative change of the low-frequency gain of the sensor's noise below which the noise has settled [1]."""
+    settled_scatter_change: float = 0.1
+    """Relative change of a scatter's size, and change of its centre's effect on the reading over the sensor's standard
+    deviation, up to which the scatter has settled [1]."""
 
     # Step 8: where a refit begins.
     largest_start_size: float = 10.0
