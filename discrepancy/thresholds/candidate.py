@@ -22,9 +22,8 @@ class CandidateThresholds:
     largest_excess_over_stated_noise: float = 0.02
     """Largest excess of a run's mean square over the stated noise that a model with effects may have [1].
 
-    What lies beyond chance counts.
-    A model discrepancy may pass for correlated noise: a friction lag that was left out of the catalogue was named as
-    two other effects, and the rest was taken for noise.
+    What chance explains is taken off before. A model discrepancy may pass for correlated noise: a friction lag that was
+    left out of the catalogue was named as two other effects, and the rest was taken for noise.
     """
     least_own_squared_sine: float = 1e-4
     """Squared sine of the angle to the tangent space of the fit below which a direction does not count as a run's own
