@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.measurement.values.run import Array
+from haptid.noise.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -95,6 +96,11 @@ class Hyper:
     start: float
 
 
+def noise_prior_width(*, stated: bool) -> float:
+    """Return the standard deviation of ln(noise factor) in its prior [1], by whether the campaign states the noise."""
+    return THRESHOLDS.stated_noise_log_std if stated else THRESHOLDS.estimated_noise_log_std
+
+
 def noise_factor(width: float) -> Hyper:
     """Return the factor on the sensor's standard deviation √(noise² + resolution²/12).
 
@@ -110,13 +116,15 @@ def noise_factor(width: float) -> Hyper:
 def cycle_scatter() -> Hyper:
     """Return the scatter s of a cycle's amplitude factor 1 + s·ξ, ξ ~ N(0, 1)."""
     text = "relative scatter of the amplitude from cycle to cycle"
-    return Hyper(id="cycle_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
+    prior = HalfNormal(scale=THRESHOLDS.scatter_prior_scale)
+    return Hyper(id="cycle_scatter", unit="1", description=text, prior=prior, start=3e-4)
 
 
 def run_scatter() -> Hyper:
     """Return the scatter s of a run's amplitude factor 1 + s·ξ, ξ ~ N(0, 1)."""
     text = "relative scatter of the amplitude from run to run"
-    return Hyper(id="run_scatter", unit="1", description=text, prior=HalfNormal(scale=0.1), start=3e-4)
+    prior = HalfNormal(scale=THRESHOLDS.scatter_prior_scale)
+    return Hyper(id="run_scatter", unit="1", description=text, prior=prior, start=3e-4)
 
 
 def model_error(travel: float) -> tuple[Hyper, Hyper]:
@@ -132,14 +140,9 @@ def model_error(travel: float) -> tuple[Hyper, Hyper]:
     tuple of Hyper
         ``model_error`` [rad] and ``error_time`` [s].
     """
-    size = HalfNormal(scale=0.05 * travel)
+    size = HalfNormal(scale=THRESHOLDS.model_error_prior_scale_over_travel * travel)
+    time = LogNormal(median=THRESHOLDS.error_time_prior_median_s, width=THRESHOLDS.error_time_prior_log_std)
     return (
         Hyper(id="model_error", unit="rad", description="correlated model error", prior=size, start=1e-3 * travel),
-        Hyper(
-            id="error_time",
-            unit="s",
-            description="correlation time of the model error",
-            prior=LogNormal(median=0.3, width=1.0),
-            start=0.3,
-        ),
+        Hyper(id="error_time", unit="s", description="correlation time of the model error", prior=time, start=0.3),
     )

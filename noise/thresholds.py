@@ -43,6 +43,14 @@ class Thresholds:
     """Standard deviation of ln(noise factor) in its prior, where the campaign states the sensor's noise [1]."""
     estimated_noise_log_std: float = 0.5
     """The same where the sensor's noise was estimated [1]."""
+    scatter_prior_scale: float = 0.1
+    """Scale of the half-normal prior of the scatter of amplitudes, from cycle to cycle and from run to run [1]."""
+    model_error_prior_scale_over_travel: float = 0.05
+    """Scale of the half-normal prior of the model error's standard deviation, over the travel [1]."""
+    error_time_prior_median_s: float = 0.3
+    """Median of the prior of the model error's correlation time [s]."""
+    error_time_prior_log_std: float = 1.0
+    """Standard deviation of that time's logarithm in its prior [1]."""
     initial_position_std_over_travel: float = 0.05
     """Prior standard deviation of the initial position around the first sample, as a share of the travel [1].
 

@@ -453,23 +453,26 @@ def alike(a: Noise, b: Noise, std: Array) -> bool:
     Returns
     -------
     bool
-        True if both have the same terms, low-frequency gains within 5 %, and scatters as in `_as_large`.
+        True if both have the same terms, low-frequency gains within `settled_gain_change`, and scatters as in
+        `_as_large`.
     """
     if a.colour.white != b.colour.white or len(a.scatters) != len(b.scatters):
         return False
-    near = abs(a.colour.low_frequency_gain / b.colour.low_frequency_gain - 1.0) < 0.05
+    change = abs(a.colour.low_frequency_gain / b.colour.low_frequency_gain - 1.0)
+    near = change < THRESHOLDS.candidate.settled_gain_change
     return near and all(_as_large(x, y, std) for x, y in zip(a.scatters, b.scatters, strict=True))
 
 
 def _as_large(a: Scatter, b: Scatter, std: Array) -> bool:
     """Say whether two scatters are equal within what changes a fit.
 
-    They act on the same joint and path, their sizes differ by at most 10 %, and the shift of the centre changes the
-    reading by at most a tenth of the sensor noise.
+    They act on the same joint and path. Their sizes differ by at most the share `settled_scatter_change`, and the shift
+    of the centre changes the reading by at most that share of the sensor noise.
     """
+    share = THRESHOLDS.candidate.settled_scatter_change
     same = (a.column, a.path) == (b.column, b.path)
-    centred = abs(a.centre - b.centre) * a.size <= 0.1 * float(std[a.column])
-    return same and centred and abs(a.size - b.size) <= 0.1 * max(a.size, b.size)
+    centred = abs(a.centre - b.centre) * a.size <= share * float(std[a.column])
+    return same and centred and abs(a.size - b.size) <= share * max(a.size, b.size)
 
 
 def refit_with(study: Study, solution: Solution, effects: Sequence[Effect], values: Mapping[str, float]) -> Candidate:

@@ -191,7 +191,7 @@ def scatter_along(study: Study, solution: Solution, path: Path, column: int, whi
         return _estimate_by_reml(solution, _columns(study, solution, scatter), whiteners, scatter)
     readings = [run.y[:, column] for run in study.fitted]
     middle = float(np.mean([y.mean() for y in readings]))
-    reach = 0.3 * max(float(np.ptp(y)) for y in readings)
+    reach = THRESHOLDS.fit.centre_reach_over_range * max(float(np.ptp(y)) for y in readings)
     # M is linear in the centre, so one simulation serves all centres.
     columns = _columns(study, solution, Scatter(path=path, centre=middle, column=column))
     masks = [M != 0 for M in columns]

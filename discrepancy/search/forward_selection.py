@@ -262,11 +262,8 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
             return trials, []
         if fits and fits[0].noise == Noise():
             begun = s.best_of_each(begun, fits)
-            pairs += (
-                _two_at_once(s, leads_of(begun, THRESHOLDS.search.most_leading_fits), start, _clear)
-                if all_far(trials)
-                else []
-            )
+            if all_far(trials):
+                pairs += _two_at_once(s, leads_of(begun, THRESHOLDS.search.most_leading_fits), start, _clear)
             if explains_all(pairs):
                 return trials + pairs, []
     pairs += _two_at_once(s, leads_of(begun, 1), start, _anew) if all_far(trials) else []
@@ -391,10 +388,8 @@ def gets_on(now: Trial, before: Trial) -> bool:
         share of the gain before.
     """
     left, was = (t.left.energy - t.left.dof for t in (now, before))
-    return (
-        left < (1.0 - THRESHOLDS.search.least_share_that_asks_for_more) * was
-        or now.gain > THRESHOLDS.search.least_share_that_asks_for_more * before.gain
-    )
+    share = THRESHOLDS.search.least_share_that_asks_for_more
+    return left < (1.0 - share) * was or now.gain > share * before.gain
 
 
 def simpler(winner: Trial, start: Trial) -> bool:
@@ -406,8 +401,5 @@ def _refit_nominal(found: Search) -> Solution | None:
     """Refit the nominal model from the winner's optimum; return the refit where it is better, else None."""
     winner, plain = found.best.solution, found.plain.solution
     again = solve(found.study, (), plain.noise, winner.values, x0=winner.x0)
-    return (
-        again
-        if again.log_likelihood > plain.log_likelihood + THRESHOLDS.search.least_deviance_drop_of_stuck_fit / 2
-        else None
-    )
+    likelier = plain.log_likelihood + THRESHOLDS.search.least_deviance_drop_of_stuck_fit / 2
+    return again if again.log_likelihood > likelier else None

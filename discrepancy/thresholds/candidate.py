@@ -22,9 +22,8 @@ class CandidateThresholds:
     largest_excess_over_stated_noise: float = 0.02
     """Largest excess of a run's mean square over the stated noise that a model with effects may have [1].
 
-    What lies beyond chance counts.
-    A model discrepancy may pass for correlated noise: a friction lag that was left out of the catalogue was named as
-    two other effects, and the rest was taken for noise.
+    What chance explains is taken off before. A model discrepancy may pass for correlated noise: a friction lag that was
+    left out of the catalogue was named as two other effects, and the rest was taken for noise.
     """
     least_own_squared_sine: float = 1e-4
     """Squared sine of the angle to the tangent space of the fit below which a direction does not count as a run's own
@@ -52,6 +51,11 @@ class CandidateThresholds:
     most_fits_under_new_noise: int = 5
     """Largest number of fits under a re-estimated noise: a fit that has not converged yet passes for noise that is not
     there."""
+    settled_gain_change: float = 0.05
+    """Relative change of the low-frequency gain of the sensor's noise below which the noise has settled [1]."""
+    settled_scatter_change: float = 0.1
+    """Relative change of a scatter's size, and change of its centre's effect on the reading over the sensor's standard
+    deviation, up to which the scatter has settled [1]."""
 
     # Step 8: where a refit begins.
     largest_start_size: float = 10.0

@@ -27,6 +27,8 @@ class FitThresholds:
     """Twice the gain in restricted log-likelihood from which cycles count as scattering [1]."""
     least_twice_gain_for_centre: float = 4.0
     """Least such gain about a fixed centre for which the centre of a scatter on the reading is optimised [1]."""
+    centre_reach_over_range: float = 0.3
+    """Largest distance of that centre from the mean of the readings, over the range of a run's readings [1]."""
     most_linearisations: int = 12
     """Most linearisations of a run about the amplitudes of its cycles.
 

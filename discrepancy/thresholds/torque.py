@@ -12,6 +12,8 @@ class TorqueThresholds:
     # How runs are simulated and cut.
     inner_step_s: float = 2.5e-3
     """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
+    slow_share_of_fast_speed: float = 0.3
+    """Share of the 90 % quantile of the speed up to which rows are slow: noise may turn the sign of their speed [1]."""
     stretches_per_run: int = 48
     """Number of stretches into which a run is divided."""
     stretches_per_held_out_one: int = 3

@@ -58,7 +58,8 @@ class TorqueStudy:
         for run in self.runs:
             v = measured_motion(run)[:, 1]
             # Slow rows are left out, since noise may turn the sign of their speed.
-            moving = np.sign(v[np.abs(v) > 0.3 * np.quantile(np.abs(v), 0.9)])
+            least = THRESHOLDS.torque.slow_share_of_fast_speed * np.quantile(np.abs(v), 0.9)
+            moving = np.sign(v[np.abs(v) > least])
             turns += int(np.sum(moving[1:] != moving[:-1]))
         return len(self.runs) + turns > 2
 

@@ -261,9 +261,8 @@ def _evidence(study: Study, rival: _Rival, run: Run, x0: Array) -> Array:
     _, new = np.linalg.qr(np.column_stack([J[:, rival.free], J[:, n:], blocks.rows[0][:, 0]]))
     there = np.column_stack([rival.R, np.zeros((m, starts)), rival.told])
     # k equal runs weigh as one run times √k.
-    return np.array(
-        [_least_norm(np.vstack([there, math.sqrt(k) * new])) for k in range(1, THRESHOLDS.verdict.most_repeats + 1)]
-    )
+    repeats = range(1, THRESHOLDS.verdict.most_repeats + 1)
+    return np.array([_least_norm(np.vstack([there, math.sqrt(k) * new])) for k in repeats])
 
 
 def _least_norm(rows: Array) -> float:

@@ -18,8 +18,8 @@ import numpy as np
 from haptid.identification.optimise.workers import Here, Workers
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array, Run
+from haptid.noise.hyper import noise_prior_width
 from haptid.noise.noise_model import NoiseModel
-from haptid.noise.thresholds import THRESHOLDS
 from haptid.uq.density.density import Density
 from haptid.uq.density.forward import EachForward, KernelForward
 from haptid.uq.density.likelihood import cycle_scores
@@ -148,7 +148,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         forward=EachForward(simulator=simulator),
         fitted=tuple(run for run in runs if run.use == "fit"),
         unseen=tuple(run for run in runs if run.use == "validate"),
-        noise_width=THRESHOLDS.stated_noise_log_std if options.noise_given else THRESHOLDS.estimated_noise_log_std,
+        noise_width=noise_prior_width(stated=options.noise_given),
     )
     chosen = (_choose if through_simulator else _with_longest_step)(problem, theta, options)
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed

@@ -16,7 +16,7 @@ EFFECT = Effect(
     lives_in="reversal",
     side="torque",
     parameters=(
-        parameter("hysteresis_stiffness", "N m/rad", "stiffness before slip", 0.05, -1.0, 20.0),
+        parameter("hysteresis_stiffness", "N m/rad", "stiffness before slip", 0.05, 0.0, 20.0),
         parameter("hysteresis_travel", "rad", "travel after which it slips", 0.2, 0.005, 3.0, scale="log"),
     ),
     relative={"hysteresis_stiffness": TORQUE / POSITION, "hysteresis_travel": POSITION},
