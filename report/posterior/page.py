@@ -12,9 +12,9 @@ from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.common.style import data_uri
 from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
 from haptid.report.posterior.overview import lead, overview, physical, width
-from haptid.uq.prediction.choice import MARGIN
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.thresholds import THRESHOLDS
 
 BANDS = (
     "Left: measured position and 95 % predictive band. Right: what is left after the predictive median, with the "
@@ -174,8 +174,8 @@ def _choice_words(p: Posterior) -> str:
     if len(p.candidates) == 1:
         return f"Noise model, as asked for: {p.chosen.model.words}."
     return (
-        f"Used: {p.chosen.model.words}. It is the simplest one within {MARGIN:g} of the best log predictive density of "
-        "the runs that were not fitted."
+        f"Used: {p.chosen.model.words}. It is the simplest one within {THRESHOLDS.least_gain_of_held_out_score:g} "
+        "of the best log predictive density of the runs that were not fitted."
     )
 
 

@@ -23,7 +23,7 @@ from haptid.noise.noise_model import NoiseModel
 from haptid.uq.density.density import Density
 from haptid.uq.density.forward import EachForward, KernelForward
 from haptid.uq.density.likelihood import cycle_scores
-from haptid.uq.density.solver_step import STEPS, longest_step
+from haptid.uq.density.solver_step import longest_step
 from haptid.uq.prediction.choice import Problem, Scored, best, compare, unseen_terms
 from haptid.uq.prediction.next_run import next_run
 from haptid.uq.prediction.predict import predict
@@ -32,6 +32,7 @@ from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import chains_of, summarise
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.sampling import Report, Sample, SamplingOptions, sample
+from haptid.uq.thresholds import THRESHOLDS
 
 Say = Callable[[str], None]
 
@@ -94,7 +95,7 @@ def _with_longest_step(problem: Problem, theta: Array, options: InferOptions) ->
         return replace(problem, simulator=forward.simulator(), forward=forward)
 
     _, first = longest_step(lambda step: stepped(step).mode(NoiseModel(), theta), lambda mode: mode)
-    steps = [step for step in STEPS if step <= first]
+    steps = [step for step in THRESHOLDS.inner_steps_s if step <= first]
     return longest_step(lambda step: _choose(stepped(step), theta, options), lambda made: made.one.mode, steps)[0]
 
 

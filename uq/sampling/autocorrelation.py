@@ -12,9 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.measurement.values.run import Array
-
-WINDOW = 5.0
-"""Lag over τ(M) from which the sum of autocorrelations is cut off (Sokal's window) [1]."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 def autocorrelation_time(chain: Array) -> Array:
@@ -49,5 +47,5 @@ def _times(ensemble: Array) -> Array:
 
 def _windowed(rho: Array) -> float:
     times = 2.0 * np.cumsum(rho) - 1.0
-    inside = np.flatnonzero(np.arange(rho.size) >= WINDOW * times)
+    inside = np.flatnonzero(np.arange(rho.size) >= THRESHOLDS.window_over_autocorrelation_time * times)
     return float(times[inside[0]] if inside.size else times.max())  # a chain too short for its window: the largest sum
