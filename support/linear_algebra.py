@@ -80,7 +80,7 @@ def sandwich(bread: Array, meat: Array) -> Array:
     return np.asarray(half @ half.T)
 
 
-def profiled(information: Array, places: Sequence[int]) -> Array:
+def profile_out(information: Array, places: Sequence[int]) -> Array:
     """Return the information about some unknowns with all others profiled out (Schur's complement).
 
     Parameters

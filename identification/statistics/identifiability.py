@@ -13,7 +13,7 @@ from haptid.identification.problem.parametrisation import Scaling
 from haptid.identification.result.fit import Combination
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-from haptid.support.linear_algebra import inverse, profiled
+from haptid.support.linear_algebra import inverse, profile_out
 
 
 def known_sizes(scaling: Scaling, s: Array) -> Array:
@@ -121,7 +121,7 @@ def combinations(scaling: Scaling, s: Array, information: Array, status: dict[st
     members = _members(scaling, H, status)
     if len(members) < 2:
         return ()
-    values, vectors = np.linalg.eigh(profiled(H, members))
+    values, vectors = np.linalg.eigh(profile_out(H, members))
     theta = scaling.physical(s)[list(scaling.free)]
     slope = scaling.slope(scaling.physical(s))
     found = []

@@ -135,8 +135,8 @@ def _check_tree(path: Path, root: Element) -> None:
     above: dict[str, Element] = {}
     for joint in joints:
         where = _place(path, joint)
-        _linked(joint, "parent", names, where)
-        child = _linked(joint, "child", names, where)
+        _check_link(joint, "parent", names, where)
+        child = _check_link(joint, "child", names, where)
         if child in above:
             got = f"{child!r}, carried by {above[child].get('name')}"
             raise InputError(where, expected="one joint for every link", got=got)
@@ -172,7 +172,7 @@ def _check_distinct(path: Path, parts: list[Element]) -> None:
         raise InputError(str(path), expected=f"every {parts[0].tag} once", got=f"{twice!r} twice")
 
 
-def _linked(joint: Element, side: str, names: list[str], where: str) -> str:
+def _check_link(joint: Element, side: str, names: list[str], where: str) -> str:
     link = _end(joint, side)
     if link not in names:
         place = f"{where}, {side}"

@@ -155,7 +155,7 @@ def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float =
     largest = _largest_torque(device, joint, kernel, quantities)
     frequencies = _frequencies(device, joint, quantities)
     pool = [
-        _run(kernel, quantities, free, units, share * largest, omega, noise)
+        _make_run(kernel, quantities, free, units, share * largest, omega, noise)
         for share in AMPLITUDES
         for omega in frequencies
     ]
@@ -220,7 +220,7 @@ def _simulate(
     return t, y[:, 0]
 
 
-def _run(
+def _make_run(
     kernel: CompiledKernel,
     quantities: Sequence[Quantity],
     free: list[int],

@@ -20,15 +20,13 @@ def lead(posteriors: Sequence[Posterior]) -> str:
     apart = [p.joint for p in posteriors if not p.agree]
     short = [p.joint for p in posteriors if not p.sample.reached and p.joint not in apart]
     if apart:
-        text += f" Do not use joint {_listed(apart)}: independent ensembles disagree."
+        text += f" Do not use joint {_join(apart)}: independent ensembles disagree."
     if short:
-        text += (
-            f" The chains of joint {_listed(short)} agree but are short: ends of intervals may move by a few percent."
-        )
+        text += f" The chains of joint {_join(short)} agree but are short: ends of intervals may move by a few percent."
     return text
 
 
-def _listed(joints: Sequence[int]) -> str:
+def _join(joints: Sequence[int]) -> str:
     return ", ".join(map(str, joints))
 
 

@@ -113,7 +113,7 @@ def _widths(p: Posterior) -> Picture:
 
 
 def _intervals(parameters: Sequence[ParameterSummary]) -> Table:
-    rows = [[p.id, p.description, p.verdict, *_spelled(p, (0.95,)), p.unit, p.prior] for p in parameters]
+    rows = [[p.id, p.description, p.verdict, *_list_ends(p, (0.95,)), p.unit, p.prior] for p in parameters]
     header = ["parameter", "meaning", "verdict", "median", "95 % interval", "unit", "prior"]
     return Table(header=header, rows=rows, caption=INTERVALS)
 
@@ -121,10 +121,10 @@ def _intervals(parameters: Sequence[ParameterSummary]) -> Table:
 def _further_intervals(parameters: Sequence[ParameterSummary]) -> Table:
     levels = tuple(parameters[0].intervals)
     header = ["parameter", "median", *(f"{100 * level:.0f} % interval" for level in levels), "unit"]
-    return Table(header=header, rows=[[p.id, *_spelled(p, levels), p.unit] for p in parameters], caption=INTERVALS)
+    return Table(header=header, rows=[[p.id, *_list_ends(p, levels), p.unit] for p in parameters], caption=INTERVALS)
 
 
-def _spelled(p: ParameterSummary, levels: Sequence[float]) -> list[str]:
+def _list_ends(p: ParameterSummary, levels: Sequence[float]) -> list[str]:
     ends = [p.intervals[level] for level in levels]
     return [
         round_to_error(p.median, p.std),

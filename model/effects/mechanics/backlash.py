@@ -56,7 +56,7 @@ EFFECTS = (
             ("gear_rotor_share", (0.3,)),
             ("gear_damping_time", (0.005,)),
         ),
-        derived=tendons.derived(NAME),
+        derived=tendons.derive_stiffness(NAME),
         rivals=("tendon_slack",),
         acceleration=_acceleration,
         states=_states,
