@@ -81,7 +81,7 @@ def places(campaign: Campaign, joint: int) -> Callable[[str], str]:
         From the parameter's id to file, line and key.
     """
     path, section = Path(campaign.folder) / "campaign.toml", f"joint.{joint}.parameters"
-    source = TomlSource.read(path) if path.is_file() else None
+    source = TomlSource.parse(path) if path.is_file() else None
     return lambda id: f"{path}, {section}.{id}" if source is None else source.where(section, id)
 
 

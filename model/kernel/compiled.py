@@ -121,7 +121,7 @@ class CompiledKernel:
         e = self.equations
         return len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
 
-    def _prepared(self, t: Any, u: Any, p: Any, x0: Any) -> tuple[Array, Array, Array, Array]:
+    def _check_arguments(self, t: Any, u: Any, p: Any, x0: Any) -> tuple[Array, Array, Array, Array]:
         nx, nu, np_, _ = self._sizes
         times = _array(t)
         return (
@@ -192,7 +192,7 @@ class CompiledKernel:
             State at the last row, shape (n_x,); a simulation that continues from it has the same bits as one without
             interruption.
         """
-        times, inputs, parameters, start = self._prepared(t, u, p, x0)
+        times, inputs, parameters, start = self._check_arguments(t, u, p, x0)
         y, state, h = np.full((times.size, self._sizes[3]), np.nan), start.copy(), step or self.kernel.step
         for rows in pieces(times, h):
             size = rows.stop - rows.start
@@ -230,7 +230,7 @@ class CompiledKernel:
         ValueError
             Where the kernel has no sensitivities, or an array has the wrong shape.
         """
-        times, inputs, parameters, start = self._prepared(t, u, p, x0)
+        times, inputs, parameters, start = self._check_arguments(t, u, p, x0)
         columns = len(self.kernel.columns)
         if not columns:
             msg = f"{self.equations.name} was generated without sensitivities"

@@ -76,14 +76,14 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
     """
     best = -np.inf
     for _ in range(rounds):
-        density = density.linearised(simulator, eta)
+        density = density.linearise(simulator, eta)
         density, eta = _climb_parameters(density, simulator, eta, steps)
         eta = _climb_noise(density, eta)
         value = float(density(eta)[0])
         if abs(value - best) < THRESHOLDS.largest_last_change_of_log_posterior:
             break
         best = value
-    density = density.linearised(simulator, eta)
+    density = density.linearise(simulator, eta)
     value = float(density(eta)[0])
     if not np.isfinite(value):
         msg = f"{density.equations.name}: the posterior density is not finite at the fit"
@@ -155,7 +155,7 @@ def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:
 def _climb_noise(density: Density, eta: Array) -> Array:
     """Return η (n,) with the noise parameters of largest posterior density for the simulations at η."""
     n = len(density.coordinates.free)
-    simulated = [density.simulated(eta[None], terms) for terms in density.terms]
+    simulated = [density.simulate(eta[None], terms) for terms in density.terms]
 
     def negative(tail: Array) -> float:
         point = np.concatenate([eta[:n], tail])[None]
@@ -224,7 +224,7 @@ def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
     """
     n = len(density.coordinates.free)
     k = eta.size - n
-    simulated = [density.simulated(eta[None], terms) for terms in density.terms]
+    simulated = [density.simulate(eta[None], terms) for terms in density.terms]
     shifts = [(a, b, sa, sb) for a in range(k) for b in range(a + 1) for sa in (1, -1) for sb in (1, -1)]
     points = np.tile(eta, (len(shifts), 1))
     for row, (a, b, sa, sb) in zip(points, shifts, strict=True):

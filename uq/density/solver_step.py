@@ -51,7 +51,7 @@ def solver_error(mode: Laplace, *, draws: int = THRESHOLDS.draws_of_solver_error
     if len(kept) < 2:
         return 0.0
     thetas = density.coordinates.thetas(kept)
-    coarse = [density.simulated(kept, terms) for terms in density.terms]
+    coarse = [density.simulate(kept, terms) for terms in density.terms]
     fine = [
         y + density.forward.shortfall(thetas, terms.run, terms.x0) - terms.correction
         for y, terms in zip(coarse, density.terms, strict=True)

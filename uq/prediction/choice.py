@@ -147,8 +147,8 @@ def unseen_terms(mode: Laplace, simulator: Simulator, runs: Sequence[Run]) -> tu
     """
     density = mode.density.but(terms=tuple(prepare(simulator.equations, run) for run in runs))
     for _ in range(2):  # each pass moves the starts to their conditional means; the columns are then taken there
-        density = expand(density.linearised(simulator, mode.eta), simulator, mode.eta).density
-    return density.linearised(simulator, mode.eta).terms
+        density = expand(density.linearise(simulator, mode.eta), simulator, mode.eta).density
+    return density.linearise(simulator, mode.eta).terms
 
 
 def held_out_score(mode: Laplace, simulator: Simulator, runs: Sequence[Run], draws: Array) -> float:
@@ -174,7 +174,7 @@ def held_out_score(mode: Laplace, simulator: Simulator, runs: Sequence[Run], dra
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
     total = np.zeros(len(draws))
     for terms in unseen_terms(mode, simulator, runs):
-        simulated = density.simulated(draws, terms)
+        simulated = density.simulate(draws, terms)
         total += predictive_score(terms, density.model, density.equations, thetas, hyper, simulated)
     return float(logsumexp(total) - np.log(total.size))
 

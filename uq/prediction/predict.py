@@ -61,7 +61,7 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
         Source of the random numbers.
     """
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
-    simulated = density.simulated(draws, terms)
+    simulated = density.simulate(draws, terms)
     sound = np.isfinite(simulated).all(axis=1)  # one diverged draw would make every quantile NaN
     thetas, simulated = thetas[sound], simulated[sound]
     hyper = {name: value[sound] for name, value in hyper.items()}

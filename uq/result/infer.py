@@ -196,7 +196,7 @@ def _log_densities(density: Density, draws: Array) -> tuple[Array, Array]:
     cycles, runs = [], []
     for block in np.array_split(flat, max(len(flat) // 64, 1)):  # blocks bound the memory of the simulated positions
         thetas, hyper = density.coordinates.thetas(block), density.hyper(block)
-        simulated = [density.simulated(block, terms) for terms in density.terms]
+        simulated = [density.simulate(block, terms) for terms in density.terms]
         runs.append(density.log_likelihoods(block, simulated))
         scores = [
             cycle_scores(terms, density.model, density.equations, thetas, hyper, y)

@@ -138,7 +138,7 @@ def as_json(posterior: Posterior) -> dict[str, Any]:
             {
                 "file": b.run.file,
                 "use": b.run.use,
-                "covered": _covered(b),
+                "covered": _share_by_content(b),
                 "cycle_factors": b.cycle_factors.tolist(),
             }
             for b in posterior.bands
@@ -155,7 +155,7 @@ def _next_run(posterior: Posterior) -> dict[str, Any] | None:
     return None if run is None else {name: getattr(run, name) for name in run.__slots__}
 
 
-def _covered(bands: Bands) -> dict[str, float]:
+def _share_by_content(bands: Bands) -> dict[str, float]:
     """Return the share of readings within each predictive band, by the band's probability content."""
     return {f"{p:g}": float(c) for p, c in zip(THRESHOLDS.probability_contents, bands.covered, strict=True)}
 

@@ -153,12 +153,12 @@ def _scatter_verdict(id: str, median: float, interval: tuple[float, float]) -> s
     }
     words = name.get(id, "The correlated model error")
 
-    def shown(x: float) -> str:
+    def write_size(x: float) -> str:
         return percent(x) if relative else f"{x:.2g} rad"
 
     if low < THRESHOLDS.least_ratio_of_scatter_ends * high:
-        return f"{words} is not seen: with 95 % it is below {shown(high)}."
-    return f"{words} is {shown(median)} ({shown(low)} to {shown(high)}, 95 %)."
+        return f"{words} is not seen: with 95 % it is below {write_size(high)}."
+    return f"{words} is {write_size(median)} ({write_size(low)} to {write_size(high)}, 95 %)."
 
 
 def percent(share: float) -> str:

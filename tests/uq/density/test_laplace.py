@@ -39,7 +39,7 @@ def test_gradient_is_that_of_the_log_likelihood(equations, runs):
     density = make_density(NoiseModel(), runs[:1], equations)
     eta = truth_eta(density)
     eta[0] += 0.01
-    density = density.linearised(kernel_of(equations), eta)
+    density = density.linearise(kernel_of(equations), eta)
     at = expand(density, kernel_of(equations), eta)
     for i in range(len(FREE)):
         h = np.zeros_like(eta)
