@@ -28,7 +28,7 @@ NUMBERS = {
     "mimic": ("multiplier", "offset"),
 }
 """Attributes that hold numbers, by element."""
-LARGEST = 1e12
+LARGEST_VALUE_SI = 1e12
 """No length, mass, torque or angle of a robot is larger in SI units."""
 
 
@@ -117,12 +117,14 @@ def _check_number(text: str, key: str, where: str) -> None:
     words = text.split()
     count = 3 if key in ("xyz", "rpy") else 1
     if len(words) != count or not all(_is_sensible(word) for word in words):
-        raise InputError(where, expected=f"{count} finite number{'s' * (count > 1)} below {LARGEST:g}", got=repr(text))
+        raise InputError(
+            where, expected=f"{count} finite number{'s' * (count > 1)} below {LARGEST_VALUE_SI:g}", got=repr(text)
+        )
 
 
 def _is_sensible(word: str) -> bool:
     try:
-        return math.isfinite(float(word)) and abs(float(word)) < LARGEST and "_" not in word
+        return math.isfinite(float(word)) and abs(float(word)) < LARGEST_VALUE_SI and "_" not in word
     except ValueError:
         return False
 

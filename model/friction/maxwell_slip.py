@@ -61,7 +61,7 @@ ATTRACTION = Row(
     upper=1e6,
     structured="friction.C",
 )
-FOLLOWS = 50.0
+FOLLOWING_RATE_PER_S = 50.0
 """First guess of C over Fc [1/s]."""
 FORCES = tuple(
     State(id=f"element{i}", unit="N m", description=f"friction of element {i}", nominal=1e-3,
@@ -130,7 +130,7 @@ def _guess(s: Sliding) -> dict[str, float]:
     return {
         "sigma0": s.coulomb / (BRISTLE_SHARE * s.travel),
         "spread": SPREAD.initial,
-        "C": FOLLOWS * s.coulomb,
+        "C": FOLLOWING_RATE_PER_S * s.coulomb,
         "sigma2": s.viscous,
         "vs": 0.1 * s.speed,
         "Fs": 1.2 * s.coulomb,

@@ -21,7 +21,7 @@ from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 from haptid.support.numbers import plain
 
-PARTLY = 0.5
+LEAST_SHARE_EXPLAINED = 0.5
 """Share of the model discrepancy below which a torque over one or two variables does not explain most of it [1]."""
 
 
@@ -261,7 +261,7 @@ def _describe_unnamed(shape: Shape, runs: str, finding: Finding) -> Section:
         lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_write_closed(shape.alone)}.")
     if len(finding.joints) > 1 and "position_rad" in shape.variables:
         lines.append("Gravity in the base bends with position too: the base may hold a part of the bend.")
-    if shape.closed < PARTLY:
+    if shape.closed < LEAST_SHARE_EXPLAINED:
         lines.append("Most of it does not live there: it depends on other variables, or has a state of its own.")
     if shape.suggestion:
         lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")

@@ -90,13 +90,13 @@ def _with_longest_step(problem: Problem, theta: Array, options: InferOptions) ->
     The search begins at the step that suffices under white noise: one mode a step, where a choice takes one per model.
     """
 
-    def stepped(step: float) -> Problem:
+    def with_step(step: float) -> Problem:
         forward = KernelForward(equations=problem.simulator.equations, step=step)
         return replace(problem, simulator=forward.simulator(), forward=forward)
 
-    _, first = longest_step(lambda step: stepped(step).mode(NoiseModel(), theta), lambda mode: mode)
+    _, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode)
     steps = [step for step in THRESHOLDS.inner_steps_s if step <= first]
-    return longest_step(lambda step: _choose(stepped(step), theta, options), lambda made: made.one.mode, steps)[0]
+    return longest_step(lambda step: _choose(with_step(step), theta, options), lambda made: made.one.mode, steps)[0]
 
 
 def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains are kept

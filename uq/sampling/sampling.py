@@ -223,7 +223,7 @@ def sample(
     proposal = Proposal.of(mean, covariance)
     if options.burn:
         for number, steps in enumerate(_shares(options.burn)):
-            proposal = refitted(ensembles.step("burn", number, steps, names, proposal))
+            proposal = fit_proposal(ensembles.step("burn", number, steps, names, proposal))
     move, trials = options.move, {}
     if options.pilot:
         tried = [MOVES[e % len(MOVES)] for e in range(options.ensembles)]
@@ -265,7 +265,7 @@ def _run(
     )
 
 
-def refitted(chunks: Sequence[Chunk]) -> Proposal:
+def fit_proposal(chunks: Sequence[Chunk]) -> Proposal:
     """Fit the proposal of independent draws to the second halves of all ensembles' chunks.
 
     Parameters
