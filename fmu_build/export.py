@@ -137,7 +137,7 @@ def export_parameters(device: Device, identification: Mapping[str, Any], path: P
         ``path``. The set holds every parameter by FMU variable name; first guesses where none was identified.
     """
     equations = full_equations(device.with_friction(friction_by_joint(identification)))
-    return write_ssv(path, *of_device(identification).among(equations).named(equations), name=device.name)
+    return write_ssv(path, *of_device(identification).among(equations).name_values(equations), name=device.name)
 
 
 def _set_within_bounds(q: Quantity, value: float, entry: Mapping[str, Any]) -> Quantity:

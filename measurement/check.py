@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from haptid.measurement.checks.preparation import accepted
+from haptid.measurement.checks.preparation import prepare_campaign
 from haptid.measurement.checks.summary import summarise, table_text
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.format.reading import read_campaign
@@ -30,7 +30,7 @@ def main(campaign: Path | None, quiet: bool) -> None:
     """
     with warnings_on_stderr():
         found = read_campaign(campaign)
-        accepted(found)
+        prepare_campaign(found)
     click.echo(f"{found.title}\n{_counts(found)}\n")
     bar: Any = progress(total=len(found.runs), title="check", quiet=quiet or not sys.stderr.isatty())
     with bar:

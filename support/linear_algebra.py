@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-ROUNDING = 1e-12
+ROUNDING_OVER_LARGEST_EIGENVALUE = 1e-12
 """Ratio to the largest eigenvalue of a scaled matrix below which an eigenvalue is rounding [1]."""
 
 
@@ -80,7 +80,7 @@ def sandwich(bread: Array, meat: Array) -> Array:
     return np.asarray(half @ half.T)
 
 
-def profiled(information: Array, places: Sequence[int]) -> Array:
+def profile_out(information: Array, places: Sequence[int]) -> Array:
     """Return the information about some unknowns with all others profiled out (Schur's complement).
 
     Parameters
@@ -110,7 +110,7 @@ def profiled(information: Array, places: Sequence[int]) -> Array:
     values, vectors = np.linalg.eigh(information / np.outer(size, size))
     root = np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
     U, s, _ = np.linalg.svd(root[:, others], full_matrices=False)
-    taken = U[:, s > np.sqrt(ROUNDING) * s.max(initial=0.0)]
+    taken = U[:, s > np.sqrt(ROUNDING_OVER_LARGEST_EIGENVALUE) * s.max(initial=0.0)]
     left = root[:, kept] - taken @ (taken.T @ root[:, kept])
     left = left * size[kept]
     return np.asarray(left.T @ left)
@@ -152,7 +152,7 @@ def scaled_covariance(jacobian: Array) -> tuple[Array, Array]:
     return symmetric_inverse(scaled.T @ scaled), size
 
 
-def symmetric_inverse(matrix: Array, rounding: float = ROUNDING) -> Array:
+def symmetric_inverse(matrix: Array, rounding: float = ROUNDING_OVER_LARGEST_EIGENVALUE) -> Array:
     """Return the Moore–Penrose inverse of a symmetric matrix whose unknowns are scaled already.
 
     Parameters

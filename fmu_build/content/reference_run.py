@@ -23,9 +23,9 @@ from haptid.model.friction.registry import law_named
 from haptid.support.errors import InputError
 
 Array = NDArray[np.float64]
-ROWS, STEP, OMEGA, TIMES_STICTION = 401, 0.005, 2.0, 4.0
+ROWS, STEP, OMEGA, AMPLITUDE_OVER_STICTION = 401, 0.005, 2.0, 4.0
 """Rows, time between rows [s], angular frequency of the torque [rad/s], and its amplitude over the stiction."""
-PLAIN_AMPLITUDE = 1e-2
+AMPLITUDE_WITHOUT_STICTION_NM = 1e-2
 """Torque [N m] where the equations have no stiction to measure it by."""
 
 
@@ -136,7 +136,7 @@ def _inputs(interface: Interface, t: Array) -> Array:
     for i, v in enumerate(interface.of_role("input")):
         if v.id.startswith("tau"):
             stiction = start.get(_stiction(interface.equations, v.id))
-            amplitude = TIMES_STICTION * stiction if stiction else PLAIN_AMPLITUDE
+            amplitude = AMPLITUDE_OVER_STICTION * stiction if stiction else AMPLITUDE_WITHOUT_STICTION_NM
             u[:, i] = amplitude * np.cos(OMEGA * t)
     return u
 

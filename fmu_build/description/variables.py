@@ -12,7 +12,7 @@ from haptid.model.equations.output_injection import GAIN
 from haptid.model.equations.quantity import Quantity
 from haptid.model.kernel.generate import Kernel
 
-LARGEST = 1.7976931348623157e308
+LARGEST_DOUBLE = 1.7976931348623157e308
 """Finite inputs and states lie within ± this."""
 
 
@@ -69,12 +69,12 @@ class Variable:
     @property
     def minimum_set(self) -> float:
         """Smallest value that may be set; above `maximum_set` where no value may be set."""
-        return max(self.minimum, -LARGEST) if self.settable else LARGEST
+        return max(self.minimum, -LARGEST_DOUBLE) if self.settable else LARGEST_DOUBLE
 
     @property
     def maximum_set(self) -> float:
         """Largest value that may be set."""
-        return min(self.maximum, LARGEST) if self.settable else -LARGEST
+        return min(self.maximum, LARGEST_DOUBLE) if self.settable else -LARGEST_DOUBLE
 
 
 def structured_name(equations: Equations, id: str, structured: str) -> str:

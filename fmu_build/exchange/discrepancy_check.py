@@ -51,13 +51,13 @@ def check_refit(refit: Mapping[str, float], effects: Sequence[Effect], where: st
 
 def _check_complete(refit: Mapping[str, float], effects: Sequence[Effect], where: str) -> None:
     for effect in effects:
-        for id in _needed(effect):
+        for id in _list_needed_parameters(effect):
             if id not in refit:
                 todo = f"{effect.id} has no value without it"
                 raise InputError(where, expected=f"the key {id!r}", got=", ".join(refit), todo=todo)
 
 
-def _needed(effect: Effect) -> list[str]:
+def _list_needed_parameters(effect: Effect) -> list[str]:
     """Return the parameters of an effect that a refit must state.
 
     None for an effect that the whole device does not include; else all that are fitted or scaled to the test.

@@ -13,7 +13,7 @@ from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.exchange.discrepancy_check import check_estimates, check_refit
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.model.effects.effect import Effect
-from haptid.model.effects.registry import named
+from haptid.model.effects.registry import find_effects
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.joint_in_device import Effects, of_the_test_alone
 from haptid.support.errors import InputError
@@ -107,7 +107,7 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
         raise InputError(at, expected=expected, got=repr(data["verdict"]))
     joint = data["joint"]
     keys = [":".join(filter(None, (e["id"], e.get("variant")))) for e in data["effects"]]
-    found = _named(keys, where, entries)
+    found = _find_effects(keys, where, entries)
     taken = tuple(e for e in found if not of_the_test_alone(e))
     refit = {id: float(value) for id, value in (data.get("refit") or {}).items()}
     check_refit(refit, found, f"{where}: refit")
@@ -126,7 +126,7 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     )
 
 
-def _named(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple[Effect, ...]:
+def _find_effects(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple[Effect, ...]:
     known = {name for key, e in entries.items() for name in (key, e.id)}
     for key in keys:
         if key not in known:
@@ -134,7 +134,7 @@ def _named(keys: Sequence[str], where: str, entries: dict[str, Effect]) -> tuple
             todo = f"is {near[0]!r} meant?" if near else "--effects names the folder of effects of your own"
             at = f"{where}: effects"
             raise InputError(at, expected="ids of the catalogue", got=repr(key), todo=todo)
-    found = named(keys, entries)
+    found = find_effects(keys, entries)
     ids = [e.id for e in found]
     for id in ids:
         if ids.count(id) > 1:

@@ -40,7 +40,7 @@ class Identified:
             provenance={k: v for k, v in self.provenance.items() if k in known},
         )
 
-    def named(self, equations: Equations) -> tuple[dict[str, float], dict[str, str]]:
+    def name_values(self, equations: Equations) -> tuple[dict[str, float], dict[str, str]]:
         """Return all parameters of some equations by FMU variable name.
 
         Parameters

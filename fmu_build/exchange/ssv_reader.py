@@ -165,7 +165,7 @@ class _Reader:
         exponents = tuple((base, int(powers[base])) for base in BASE if powers.get(base))
         self.units[self.unit] = Unit(name=self.unit, factor=factor, exponents=exponents)
 
-    def stated(self) -> dict[str, Stated]:
+    def list_parameters(self) -> dict[str, Stated]:
         """Return the parameters with their units, which the file may define below them."""
         return {
             name: Stated(value=value, unit=None if unit is None else self._unit_of(unit, line), line=line)
@@ -212,4 +212,4 @@ def read_ssv(path: Path) -> dict[str, Stated]:
         raise InputError(where, expected=f"XML, {WANTED}", got=expat.ErrorString(error.code)) from None
     except LookupError as error:
         raise InputError(str(path), expected="XML in an encoding that is known", got=str(error)) from None
-    return reader.stated()
+    return reader.list_parameters()

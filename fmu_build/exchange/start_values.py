@@ -9,8 +9,8 @@ from haptid.fmu_build.description.units import parse_unit
 from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.fmu_build.exchange.possible import (
-    LARGEST,
-    MEETING,
+    LARGEST_MAGNITUDE_SI,
+    LARGEST_SHORTFALL_OF_STICTION,
     Possible,
     check_order,
     check_value,
@@ -53,8 +53,10 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
     ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
     ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
     possible = {q.id: _possible(q) for q in equations.parameters}
-    possible |= {s.id: Possible(least=-LARGEST, most=LARGEST, units=(s.unit,), description=s.description)
-                 for s in equations.states}  # fmt: skip
+    for s in equations.states:
+        possible[s.id] = Possible(
+            least=-LARGEST_MAGNITUDE_SI, most=LARGEST_MAGNITUDE_SI, units=(s.unit,), description=s.description
+        )
     values = dict(found.values)
     stated = read_ssv(path)
     if not stated:
@@ -83,7 +85,7 @@ def _in_order(found: Identified, equations: Equations) -> Identified:
     values = dict(found.values)
     for larger, smaller in equations.orderings:
         a, b = values.get(larger), values.get(smaller)
-        if a is not None and b is not None and b - MEETING * abs(b) <= a < b:
+        if a is not None and b is not None and b - LARGEST_SHORTFALL_OF_STICTION * abs(b) <= a < b:
             values[larger] = b
     return Identified(values=values, provenance=found.provenance)
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.description.variables import LARGEST
+from haptid.fmu_build.description.variables import LARGEST_DOUBLE
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.printing import slopes
 from haptid.model.kernel.text import assignments
@@ -46,8 +46,8 @@ def tables(interface: Interface, guid: str) -> str:
             f"#define FMU_STALE_FROM {interface.stale_from}",
             c_array("char *const", "fmu_name", [json.dumps(v.name) if v else '""' for v in rows]),
             c_array("unsigned char", "fmu_role", [ROLES.index(v.role) if v else 0 for v in rows]),
-            c_array("double", "fmu_min", [repr(v.minimum_set) if v else repr(LARGEST) for v in rows]),
-            c_array("double", "fmu_max", [repr(v.maximum_set) if v else repr(-LARGEST) for v in rows]),
+            c_array("double", "fmu_min", [repr(v.minimum_set) if v else repr(LARGEST_DOUBLE) for v in rows]),
+            c_array("double", "fmu_max", [repr(v.maximum_set) if v else repr(-LARGEST_DOUBLE) for v in rows]),
             c_array("double", "fmu_start", [repr(value) for value in interface.start]),
             c_array("double", "fmu_nominal", [repr(x.nominal) for x in interface.equations.states]),
             f"enum {{ fmu_orders = {len(orderings)} }};",

@@ -18,7 +18,7 @@ from pythonfmu.builder import FmuBuilder
 from haptid.fmu_build.description.fmi2_xml import model_description
 from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.description.variables import LARGEST
+from haptid.fmu_build.description.variables import LARGEST_DOUBLE
 from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.native.c_source import bare_libraries, flat_source, functions
 from haptid.fmu_build.native.platforms import Platform
@@ -52,7 +52,7 @@ def plan_of(interface: Interface, module: str) -> dict[str, object]:
         Start values and ranges by value reference, variables, ordered pairs and names, ready for JSON.
     """
     start = interface.start
-    minimum, maximum = [LARGEST] * len(start), [-LARGEST] * len(start)
+    minimum, maximum = [LARGEST_DOUBLE] * len(start), [-LARGEST_DOUBLE] * len(start)
     for v in interface.variables:
         minimum[v.reference], maximum[v.reference] = v.minimum_set, v.maximum_set
     return {

@@ -32,7 +32,7 @@ from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import score, score_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-from haptid.support.linear_algebra import profiled
+from haptid.support.linear_algebra import profile_out
 from haptid.support.processes.threads import single_threaded
 
 
@@ -128,7 +128,7 @@ def _result(
     theta, bent = problem.theta(best.x), curvature(problem, best.x)
     slope = parametrisation.slope(theta)
     # Divided by the residual's excess over the noise and by its correlation time, as `Fit.information` promises.
-    data = profiled(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
+    data = profile_out(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
     status = statuses(parametrisation, s, np.sqrt(np.diag(bent.covariance)[:n]))
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}

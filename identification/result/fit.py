@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from haptid.identification.result.outcome import Outcome
-from haptid.measurement.values.run import Array, frozen
+from haptid.measurement.values.run import Array, freeze
 from haptid.model.equations.equations import Equations
 
 
@@ -167,7 +167,7 @@ class Fit:
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
         for name in ("theta", "covariance", "information"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+            object.__setattr__(self, name, freeze(getattr(self, name)))
 
     @property
     def std(self) -> Array:

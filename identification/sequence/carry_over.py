@@ -18,7 +18,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.locked_dynamics import Coefficient
-from haptid.support.linear_algebra import profiled
+from haptid.support.linear_algebra import profile_out
 
 LEAST_INFORMATION_OVER_PRIOR = 1e-6
 """Smallest information of a measured coefficient, as a share of its prior's information."""
@@ -96,7 +96,7 @@ def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement
     """
     chosen = [c for c in coefficients if c.id in fit.free]
     places = [fit.free.index(c.id) for c in chosen]
-    information = profiled(fit.information, places)
+    information = profile_out(fit.information, places)
     quantities = [fit.equations.parameter(c.id) for c in chosen]
     prior = np.array([1.0 / q.prior.std**2 if q.prior else 0.0 for q in quantities])
     mean = np.array([q.prior.mean if q.prior else 0.0 for q in quantities])

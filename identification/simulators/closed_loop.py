@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from haptid.measurement.values.run import Array, Run, frozen
+from haptid.measurement.values.run import Array, Run, freeze
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.support.errors import InputError
 
@@ -44,8 +44,8 @@ class Controller:
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
-        object.__setattr__(self, "proportional", frozen(self.proportional))
-        object.__setattr__(self, "derivative", frozen(self.derivative))
+        object.__setattr__(self, "proportional", freeze(self.proportional))
+        object.__setattr__(self, "derivative", freeze(self.derivative))
 
     @classmethod
     def from_table(cls, table: Mapping[str, Any], joints: int) -> Controller:
@@ -117,7 +117,7 @@ def _gains(table: Mapping[str, Any], key: str, joints: int) -> Array:
     if not right or not all(isinstance(v, int | float) and np.isfinite(v) for v in values or ()):
         where = f"{TABLE}.{key}"
         raise InputError(where, expected=f"{joints} numbers, one per joint", got=repr(values))
-    return frozen(values or ())
+    return freeze(values or ())
 
 
 def _filter(table: Mapping[str, Any]) -> float:

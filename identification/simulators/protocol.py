@@ -11,7 +11,7 @@ from typing import Protocol, runtime_checkable
 
 import numpy as np
 
-from haptid.measurement.values.run import Array, Run, frozen
+from haptid.measurement.values.run import Array, Run, freeze
 from haptid.model.equations.equations import Equations
 
 
@@ -114,7 +114,7 @@ def initial_state(equations: Equations, run: Run) -> Array:
     x0[:n] = run.y[0]
     if run.v is not None:
         x0[n : 2 * n] = run.v[0]
-    return frozen(x0)
+    return freeze(x0)
 
 
 def observer_inputs(run: Run, gain: float) -> Array:

@@ -13,7 +13,7 @@ from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Combination
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-from haptid.support.linear_algebra import inverse, profiled
+from haptid.support.linear_algebra import inverse, profile_out
 
 
 def known_sizes(parametrisation: Parametrisation, s: Array) -> Array:
@@ -123,7 +123,7 @@ def combinations(
     members = _members(parametrisation, H, status)
     if len(members) < 2:
         return ()
-    values, vectors = np.linalg.eigh(profiled(H, members))
+    values, vectors = np.linalg.eigh(profile_out(H, members))
     theta = parametrisation.physical(s)[list(parametrisation.free)]
     slope = parametrisation.slope(parametrisation.physical(s))
     found = []

@@ -73,7 +73,7 @@ class _Named:
         return _alike(self.number, self.frequency)
 
 
-def misnamed(runs: Sequence[Run]) -> dict[str, str]:
+def find_misnamed(runs: Sequence[Run]) -> dict[str, str]:
     """Find runs whose name states another frequency than their torque has.
 
     Parameters
@@ -98,7 +98,7 @@ def misnamed(runs: Sequence[Run]) -> dict[str, str]:
             wrong = [one for one in named if not one.agrees]
             agreed = len(named) - len(wrong) >= max(2, len(wrong) + 1)
             for one in wrong:
-                other = next((o for o in wrong if o is not one and _swapped(one, o)), None)
+                other = next((o for o in wrong if o is not one and _are_swapped(one, o)), None)
                 if agreed or other is not None:
                     whose = "" if other is None else f", {other.run.file} has that"
                     found[one.run.file] = (
@@ -125,7 +125,7 @@ def _by_letters(runs: Sequence[Run], factor: float) -> Mapping[tuple[tuple[int, 
     return table
 
 
-def _swapped(one: _Named, other: _Named) -> bool:
+def _are_swapped(one: _Named, other: _Named) -> bool:
     return _alike(one.number, other.frequency) and _alike(other.number, one.frequency)
 
 

@@ -32,7 +32,7 @@ def prepare(campaign: Campaign) -> Campaign:
     return with_validation(campaign_with_noise(campaign))
 
 
-def accepted(campaign: Campaign) -> Campaign:
+def prepare_campaign(campaign: Campaign) -> Campaign:
     """Return a campaign ready for fits; no other function decides whether a command can use a campaign.
 
     Parameters
@@ -75,7 +75,7 @@ def campaign_for_command(folder: Path | str | None) -> Campaign:
     """
     with warnings_on_stderr():
         campaign = read_campaign(folder)
-        prepared = accepted(campaign)
+        prepared = prepare_campaign(campaign)
     # Remarks are on the campaign as it was read: the prepared one no longer shows which noise was stated.
     return prepared.but(remarks=tuple(remark_lines(remarks_of(campaign))))
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.checks.between_runs import misnamed, twins
+from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import limits_of
 from haptid.measurement.checks.suspicions import UNLIMITED, suspicions
 from haptid.measurement.checks.torque_scale import off_scale
@@ -59,7 +59,7 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     tuple of Remarks
         In the order of the runs.
     """
-    limits, between = limits_of(campaign), (twins(campaign.runs), misnamed(campaign.runs), off_scale(campaign))
+    limits, between = limits_of(campaign), (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
     made = []
     for run in campaign.runs:
         full = with_noise(run)

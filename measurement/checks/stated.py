@@ -81,7 +81,7 @@ def places(campaign: Campaign, joint: int) -> Callable[[str], str]:
         From the parameter's id to file, line and key.
     """
     path, section = Path(campaign.folder) / "campaign.toml", f"joint.{joint}.parameters"
-    source = TomlSource.read(path) if path.is_file() else None
+    source = TomlSource.parse(path) if path.is_file() else None
     return lambda id: f"{path}, {section}.{id}" if source is None else source.where(section, id)
 
 
@@ -120,11 +120,11 @@ def overridden(
         if f"{id}{suffix}" not in quantities:
             todo = did_you_mean(id, [q.removesuffix(suffix) for q in quantities])
             raise InputError(place, expected="a parameter of this joint", got=id, todo=todo)
-        changes[f"{id}{suffix}"] = changed(quantities[f"{id}{suffix}"], entry, place)
+        changes[f"{id}{suffix}"] = fields_changed_by(quantities[f"{id}{suffix}"], entry, place)
     return equations.with_parameters(changes)
 
 
-def changed(quantity: Quantity, entry: Mapping[str, Any], where: str) -> dict[str, Any]:
+def fields_changed_by(quantity: Quantity, entry: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return the fields of a quantity that a stated entry changes.
 
     Parameters

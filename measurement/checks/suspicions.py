@@ -43,7 +43,7 @@ def suspicions(run: Run, estimated: Run, column: int, *, limits: Limits = UNLIMI
         _milliseconds(run),
         _thousandths(run, column, limits.torque),
         _power(run, column),
-        _clipped(run, estimated, column),
+        _find_clipping(run, estimated, column),
     )
     return [remark for remark in (*checks, _noise(run, estimated, column)) if remark]
 
@@ -118,7 +118,7 @@ def _share(run: Run, column: int, begin: float, end: float) -> float:
     return work / float(t[-1] - t[0]) / scale if scale > 0 else 0.0
 
 
-def _clipped(run: Run, estimated: Run, column: int) -> str:
+def _find_clipping(run: Run, estimated: Run, column: int) -> str:
     """Look for readings that rest exactly at their highest or lowest value.
 
     With an encoder step, a joint that reverses or sticks rests at a level, too. Such a rest is clipping only where the

@@ -37,7 +37,7 @@ def off_scale(campaign: Campaign) -> dict[str, str]:
     found = {}
     for joint in campaign.joints:
         runs = [run for run in campaign.runs_of((joint,)) if run.use != "excluded" and np.ptp(run.y) > 0]
-        inertia, gain = _stated(campaign, joint)
+        inertia, gain = _find_stated_inertia(campaign, joint)
         if not runs or inertia is None:
             continue
         shown = {run.file: gain * _torque_per_acceleration(run) for run in runs}
@@ -60,7 +60,7 @@ def _torque_per_acceleration(run: Run) -> float:
     return float(np.std(motion.torque)) / acceleration if acceleration > 0 else 0.0
 
 
-def _stated(campaign: Campaign, joint: int) -> tuple[float | None, float]:
+def _find_stated_inertia(campaign: Campaign, joint: int) -> tuple[float | None, float]:
     """Return the inertia that is stated of a joint (None where nothing is), and Kp."""
     given = campaign.parameter_overrides.get(joint, {})
     gain = stated_value(given.get("Kp", {})) or 1.0

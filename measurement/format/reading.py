@@ -91,7 +91,7 @@ def _open(folder: Path) -> TomlSource:
     if not path.is_file():
         todo = f"make it with python -m measurement.new {folder} --out NEW_FOLDER"
         raise InputError(str(path), expected="the file that describes the campaign", got="no such file", todo=todo)
-    source = TomlSource.read(path)
+    source = TomlSource.parse(path)
     for name in source.data:
         todo = did_you_mean(name, TABLES)
         mistyped = todo.startswith("did") or not isinstance(source.data[name], dict)

@@ -62,13 +62,13 @@ def read_runs(
         signals = read_signals(table, joints, drive_constants(tables))
         noise, resolution = sensor_of(source, tables, joints, signals.prismatic)
         unknown.update(dict.fromkeys(signals.unknown))
-        run = _run({"hold": hold, **entry}, signals, _posture(entry, device, count))
+        run = _make_run({"hold": hold, **entry}, signals, _posture(entry, device, count))
         runs.append(run.but(noise=noise, resolution=resolution))
     _check_fit_runs(source, runs)
     return tuple(runs), tuple(unknown)
 
 
-def _run(entry: dict[str, Any], signals: Signals, posture: Array) -> Run:
+def _make_run(entry: dict[str, Any], signals: Signals, posture: Array) -> Run:
     joints = tuple(sorted(entry["free_joints"]))
     return Run(
         file=entry["file"],

@@ -37,7 +37,7 @@ class TomlSource:
     data: dict[str, Any]
 
     @classmethod
-    def read(cls, path: Path) -> TomlSource:
+    def parse(cls, path: Path) -> TomlSource:
         """Read and parse ``path``, UTF-8 with or without byte order mark.
 
         Raises

@@ -19,7 +19,7 @@ Hold = Literal["zero", "linear"]
 """Torque between two rows: that of the row before, or interpolated."""
 
 
-def frozen(values: ArrayLike) -> Array:
+def freeze(values: ArrayLike) -> Array:
     """Return a read-only float64 copy of ``values``, in C order and of the same shape."""
     array = np.array(values, dtype=np.float64, order="C")
     array.flags.writeable = False
@@ -100,11 +100,11 @@ class Run:
     def __post_init__(self) -> None:
         """Check shapes and make the arrays read-only."""
         object.__setattr__(self, "prismatic", tuple(self.prismatic) or (False,) * len(self.free_joints))
-        object.__setattr__(self, "extra", {name: frozen(column) for name, column in self.extra.items()})
+        object.__setattr__(self, "extra", {name: freeze(column) for name, column in self.extra.items()})
         for name in ("t", "u", "y", "noise", "resolution", "posture"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+            object.__setattr__(self, name, freeze(getattr(self, name)))
         if self.v is not None:
-            object.__setattr__(self, "v", frozen(self.v))
+            object.__setattr__(self, "v", freeze(self.v))
         shape = (self.t.size, len(self.free_joints))
         for name in ("u", "y", "v"):
             value = getattr(self, name)

@@ -84,7 +84,7 @@ class Echelon:
         """The columns in which at least one row of the span is not zero."""
         return frozenset(column for row, _ in self._rows.values() for column in row)
 
-    def reduced(self) -> dict[int, Row]:
+    def reduce_rows(self) -> dict[int, Row]:
         """Return the reduced row echelon form.
 
         Returns

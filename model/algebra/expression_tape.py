@@ -125,7 +125,7 @@ class Tape:
         if not isinstance(b, Node):
             return a if b == 0 else self._node(("+c", a.number, Fraction(b)))
         # signs are taken out of the operands: −a − b shares the node of a + b, and a + (−b) becomes a difference
-        (factor_a, base_a), (factor_b, base_b) = self._signed(a), self._signed(b)
+        (factor_a, base_a), (factor_b, base_b) = self._split_sign(a), self._split_sign(b)
         if base_a == base_b:
             return self.product(Node(self, base_a), factor_a + factor_b)
         if factor_a < 0 and factor_b < 0:
@@ -152,21 +152,21 @@ class Tape:
         if not isinstance(a, Node):
             a, b = b, a
         if isinstance(b, Node):
-            (factor_a, base_a), (factor_b, base_b) = self._factored(a), self._factored(b)
+            (factor_a, base_a), (factor_b, base_b) = self._split_factor(a), self._split_factor(b)
             node = self._node(("*", min(base_a, base_b), max(base_a, base_b)))
             return self.product(node, factor_a * factor_b)
-        factor, base = self._factored(a)
+        factor, base = self._split_factor(a)
         factor = factor * Fraction(b)
         if factor == 0:
             return 0
         return Node(self, base) if factor == 1 else self._node(("*c", base, factor))
 
-    def _factored(self, node: Node) -> tuple[Fraction, int]:
+    def _split_factor(self, node: Node) -> tuple[Fraction, int]:
         key = self._keys[node.number]
         return (key[2], key[1]) if key[0] == "*c" else (Fraction(1), node.number)
 
-    def _signed(self, node: Node) -> tuple[Fraction, int]:
-        factor, base = self._factored(node)
+    def _split_sign(self, node: Node) -> tuple[Fraction, int]:
+        factor, base = self._split_factor(node)
         return (factor, base) if factor in (1, -1) else (Fraction(1), node.number)
 
     def _node(self, key: Key) -> Node:

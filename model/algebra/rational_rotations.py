@@ -8,7 +8,7 @@ from fractions import Fraction
 from haptid.model.algebra.vectors import IDENTITY, Mat, Scalar, Vec, add_matrices, plus, product, scale, times
 from haptid.model.device.device import Link, Vector
 
-DENOMINATOR = 10**8
+LARGEST_DENOMINATOR = 10**8
 """Largest denominator of the rational parameter t = tan(angle/2); the error of t is about its inverse squared."""
 
 
@@ -49,7 +49,7 @@ def cos_sin(angle: float) -> tuple[Fraction | int, Fraction | int]:
     """
     quarters = round(angle / (math.pi / 2))
     rest = angle - quarters * (math.pi / 2)
-    t = Fraction(math.tan(rest / 2)).limit_denominator(DENOMINATOR) if abs(rest) > 1e-14 else Fraction(0)
+    t = Fraction(math.tan(rest / 2)).limit_denominator(LARGEST_DENOMINATOR) if abs(rest) > 1e-14 else Fraction(0)
     c, s = (1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)
     # a quarter turn as an exchange of cosine and sine keeps both exact
     for _ in range(quarters % 4):
@@ -89,7 +89,7 @@ def unit_vector(axis: Vector) -> Vec:
     largest = max(range(3), key=lambda i: abs(axis[i]))
     sign = 1 if axis[largest] > 0 else -1
     others = [i for i in range(3) if i != largest]
-    u, v = (Fraction(axis[i] / (1 + abs(axis[largest]))).limit_denominator(DENOMINATOR) for i in others)
+    u, v = (Fraction(axis[i] / (1 + abs(axis[largest]))).limit_denominator(LARGEST_DENOMINATOR) for i in others)
     square = 1 + u * u + v * v
     result: list[Scalar] = [0, 0, 0]
     result[largest] = _whole(sign * (2 - square) / square)

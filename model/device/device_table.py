@@ -15,7 +15,7 @@ from haptid.model.device.device import Device, Link
 from haptid.model.device.entries import check_moved, joint_of, link_of, motor_of, uncertainty_of, vector_of
 from haptid.support.errors import InputError, one_line
 from haptid.support.files.json_schema import check_content
-from haptid.support.files.place import KeyPath, Place, dotted
+from haptid.support.files.place import KeyPath, Place, join_path
 from haptid.support.suggestion import did_you_mean
 
 Table = Mapping[str, Any]
@@ -43,7 +43,7 @@ def parse_device(table: Table, where: str | Place) -> Device:
     """
     place = where if isinstance(where, Place) else Place(file=where, words=key_words)
     check_content(table, place, "a device", ("haptid.model.device", "device.schema.json"))
-    table = _shown(table)
+    table = _make_printable(table)
     joints = tuple(joint_of(entry, place.at("joints", j)) for j, entry in enumerate(table["joints"]))
     uncertainty = uncertainty_of(table.get("uncertainty", {}), place.at("uncertainty"))
     links: list[Link] = []
@@ -74,13 +74,13 @@ def parse_device(table: Table, where: str | Place) -> Device:
 
 def key_words(path: KeyPath) -> str:
     """Return a key as errors name it."""
-    return dotted(path) or "top level"
+    return join_path(path) or "top level"
 
 
-def _shown(value: Any) -> Any:
+def _make_printable(value: Any) -> Any:
     """Return the table with every text on one printable line: texts go into XML, HTML, C and pictures."""
     if isinstance(value, str):
         return one_line(value)
     if isinstance(value, Mapping):
-        return {key: _shown(entry) for key, entry in value.items()}
-    return [_shown(entry) for entry in value] if isinstance(value, list) else value
+        return {key: _make_printable(entry) for key, entry in value.items()}
+    return [_make_printable(entry) for entry in value] if isinstance(value, list) else value

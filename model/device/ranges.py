@@ -9,7 +9,7 @@ from haptid.model.device.device import Guess
 from haptid.support.errors import InputError
 from haptid.support.files.place import Place
 
-SHARPEST = 1e-12
+LEAST_STD_OVER_VALUE = 1e-12
 """Smallest standard deviation relative to its value; the square of a much smaller one underflows."""
 
 
@@ -87,7 +87,7 @@ class Range:
             if math.isfinite(bound) and abs(bound) > self.most:
                 expected = f"a bound of at most {self.most:g} {self.unit}"
                 raise InputError(str(place.at(name)), expected=expected, got=f"{bound:g}", todo="or leave it out")
-        least = SHARPEST * max(abs(guess.initial), SHARPEST)
+        least = LEAST_STD_OVER_VALUE * max(abs(guess.initial), LEAST_STD_OVER_VALUE)
         if guess.std is not None and not least <= guess.std <= self.most:
             expected = f"a standard deviation from {least:.1g} to {self.most:g} {self.unit}"
             raise InputError(str(place.at("std")), expected=expected, got=f"{guess.std:g}")

@@ -17,9 +17,9 @@ from haptid.support.errors import InputError
 Entry = Mapping[str, Any]
 ROWS: Mapping[str, Row] = {row.id: row for row in (*TABLE, *(row for law in laws().values() for row in law.parameters))}
 """Rows of drive, body and spring, and of every friction law."""
-MARGIN = 1e3
+LARGEST_FACTOR_BEYOND_RANGE = 1e3
 """A stated number may lie beyond the default range of its parameter by this factor; a wrong unit lies further out."""
-SHARPEST = 1e-12
+LEAST_STD_OVER_MEAN = 1e-12
 """Smallest standard deviation of a prior, relative to the prior's mean: the weight of a sharper prior overflows."""
 ORDERED = tuple(dict.fromkeys(pair for law in laws().values() for pair in law.orderings))
 """Pairs of which the first is never smaller, as stiction and Coulomb friction."""
@@ -58,11 +58,14 @@ def possible_range(id: str) -> tuple[float, float]:
     Returns
     -------
     tuple of float
-        Default bounds widened by the factor `MARGIN`, in the parameter's unit; the lower one of a positive parameter
-        stays positive.
+        Default bounds widened by the factor `LARGEST_FACTOR_BEYOND_RANGE`, in the parameter's unit; the lower one of a
+        positive parameter stays positive.
     """
     row = ROWS[id]
-    return row.lower / MARGIN if row.lower > 0 else row.lower * MARGIN, row.upper * MARGIN
+    return (
+        row.lower / LARGEST_FACTOR_BEYOND_RANGE if row.lower > 0 else row.lower * LARGEST_FACTOR_BEYOND_RANGE,
+        row.upper * LARGEST_FACTOR_BEYOND_RANGE,
+    )
 
 
 def range_of(id: str, entry: Entry) -> tuple[float, float]:
@@ -183,7 +186,7 @@ def _check_size(row: Row, key: str, value: float, where: str) -> None:
 
 def _check_width(row: Row, std: float, value: float | None, where: str) -> None:
     _, most = possible_range(row.id)
-    least = SHARPEST * max(abs(value or 0.0), row.initial or 1e-3)
+    least = LEAST_STD_OVER_MEAN * max(abs(value or 0.0), row.initial or 1e-3)
     if not least <= std <= most:
         todo = "write fixed for what is known" if std < least else "leave the prior out where nothing is known"
         expected = f"a standard deviation from {least:.1g} to {most:g}"

@@ -24,7 +24,7 @@ from haptid.model.device.device_table import parse_device
 from haptid.model.device.urdf_check import read_urdf
 from haptid.model.device.urdf_joints import friction_guesses, number
 from haptid.support.errors import InputError
-from haptid.support.files.place import KeyPath, Place, dotted
+from haptid.support.files.place import KeyPath, Place, join_path
 
 MOTIONS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 OF_THE_LINK = {"mass": "mass value", "centroid": "inertial origin", "inertia": "inertia", "name": "name"}
@@ -87,7 +87,7 @@ def load_urdf(path: Path) -> Device:
 def _words(path: KeyPath, robot: _Robot) -> str:
     """Return the URDF name of a key of the table, as ``link upper, mass value``."""
     if len(path) < 2 or not isinstance(path[1], int):
-        return dotted(path)
+        return join_path(path)
     key = str(path[2]) if len(path) > 2 else ""
     if path[0] == "joints":
         owner, names = f"joint {_name(robot.driven[path[1]])}", OF_THE_DRIVE

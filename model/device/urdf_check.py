@@ -28,7 +28,7 @@ NUMBERS = {
     "mimic": ("multiplier", "offset"),
 }
 """Attributes that hold numbers, by element."""
-LARGEST = 1e12
+LARGEST_VALUE_SI = 1e12
 """No length, mass, torque or angle of a robot is larger in SI units."""
 
 
@@ -117,12 +117,14 @@ def _check_number(text: str, key: str, where: str) -> None:
     words = text.split()
     count = 3 if key in ("xyz", "rpy") else 1
     if len(words) != count or not all(_is_sensible(word) for word in words):
-        raise InputError(where, expected=f"{count} finite number{'s' * (count > 1)} below {LARGEST:g}", got=repr(text))
+        raise InputError(
+            where, expected=f"{count} finite number{'s' * (count > 1)} below {LARGEST_VALUE_SI:g}", got=repr(text)
+        )
 
 
 def _is_sensible(word: str) -> bool:
     try:
-        return math.isfinite(float(word)) and abs(float(word)) < LARGEST and "_" not in word
+        return math.isfinite(float(word)) and abs(float(word)) < LARGEST_VALUE_SI and "_" not in word
     except ValueError:
         return False
 
@@ -135,8 +137,8 @@ def _check_tree(path: Path, root: Element) -> None:
     above: dict[str, Element] = {}
     for joint in joints:
         where = _place(path, joint)
-        _linked(joint, "parent", names, where)
-        child = _linked(joint, "child", names, where)
+        _check_link(joint, "parent", names, where)
+        child = _check_link(joint, "child", names, where)
         if child in above:
             got = f"{child!r}, carried by {above[child].get('name')}"
             raise InputError(where, expected="one joint for every link", got=got)
@@ -172,7 +174,7 @@ def _check_distinct(path: Path, parts: list[Element]) -> None:
         raise InputError(str(path), expected=f"every {parts[0].tag} once", got=f"{twice!r} twice")
 
 
-def _linked(joint: Element, side: str, names: list[str], where: str) -> str:
+def _check_link(joint: Element, side: str, names: list[str], where: str) -> str:
     link = _end(joint, side)
     if link not in names:
         place = f"{where}, {side}"

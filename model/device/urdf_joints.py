@@ -10,7 +10,7 @@ from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
-STICTION = 1.2
+STICTION_OVER_COULOMB = 1.2
 """First guess of stiction over Coulomb friction; a URDF states a single number for both."""
 
 
@@ -53,7 +53,11 @@ def friction_guesses(joint: Element) -> dict[str, dict[str, float]]:
     damping, friction = number(dynamics, "damping"), number(dynamics, "friction")
     roles = law_named(DEFAULT).roles
     viscous = {roles.viscous: {"initial": damping}} if damping else {}
-    dry = {roles.coulomb: {"initial": friction}, roles.stiction: {"initial": STICTION * friction}} if friction else {}
+    dry = (
+        {roles.coulomb: {"initial": friction}, roles.stiction: {"initial": STICTION_OVER_COULOMB * friction}}
+        if friction
+        else {}
+    )
     return viscous | dry
 
 
@@ -85,7 +89,7 @@ def check_joint(joint: Element, joints: dict[str, Element], where: str) -> None:
     if kind != "fixed" and mimic is None:
         _check_limit(joint.find("limit"), kind, where)
         roles = law_named(DEFAULT).roles
-        stiction = f"friction (stiction is {STICTION} times it)"
+        stiction = f"friction (stiction is {STICTION_OVER_COULOMB} times it)"
         names = {roles.viscous: "damping", roles.coulomb: "friction", roles.stiction: stiction}
         check_parameters(friction_guesses(joint), lambda id: f"{where}, dynamics {names[id]}")
     if kind != "fixed" and mimic is not None:

@@ -12,7 +12,7 @@ from difflib import get_close_matches
 from xml.etree.ElementTree import Element
 
 from haptid.support.errors import InputError
-from haptid.support.files.data import DEEPEST
+from haptid.support.files.data import MOST_NESTED_LEVELS
 
 CHILDREN = {
     "robot": ("link", "joint"),
@@ -52,7 +52,7 @@ EXTENSIONS = (
     "hardwareInterface", "ros2_control", "mujoco", "contact", "loop_joint", "actuator", "frame", "group", "plugin",
 )  # fmt: skip
 """Known elements of URDF, Gazebo and other programs that are not read."""
-ALIKE = 0.6
+LEAST_SHARE_OF_COMMON_LETTERS = 0.6
 """Share of common letters from which a name is taken for a misspelling (``xzy`` for ``xyz`` has two thirds)."""
 
 
@@ -83,12 +83,12 @@ def check_words(element: Element, where: str) -> None:
 
 
 def check_depth(root: Element, where: str) -> None:
-    """Check that elements are nested at most `DEEPEST` deep; InputError where not."""
+    """Check that elements are nested at most `MOST_NESTED_LEVELS` deep; InputError where not."""
     level, depth = [root], 0
     while level:
         level, depth = [child for element in level for child in element], depth + 1
-        if depth > DEEPEST:
-            raise InputError(where, expected=f"at most {DEEPEST} elements within each other", got="more")
+        if depth > MOST_NESTED_LEVELS:
+            raise InputError(where, expected=f"at most {MOST_NESTED_LEVELS} elements within each other", got="more")
 
 
 def _check_names(element: Element, where: str) -> None:
@@ -112,7 +112,7 @@ def _misspelt(name: object, known: Iterable[str]) -> str:
     """Return the known name that another one nearly is; "" for known names, comments and names with a namespace."""
     if not isinstance(name, str) or name in known or name.startswith("{") or ":" in name:
         return ""
-    near = get_close_matches(name.lower()[:80], list(known), n=1, cutoff=ALIKE)
+    near = get_close_matches(name.lower()[:80], list(known), n=1, cutoff=LEAST_SHARE_OF_COMMON_LETTERS)
     return near[0] if near else ""
 
 

@@ -33,7 +33,7 @@ def catalogue() -> dict[str, Effect]:
     here = Path(__file__).parent
     files = sorted(here.glob("*/*.py"), key=lambda p: p.stem)
     names = (f"{__package__}.{p.parent.name}.{p.stem}" for p in files if not p.stem.startswith("_"))
-    return _keyed(effect for name in names for effect in _entries(importlib.import_module(name)))
+    return _index_by_key(effect for name in names for effect in _entries(importlib.import_module(name)))
 
 
 def load_folder(path: Path) -> dict[str, Effect]:
@@ -56,7 +56,7 @@ def load_folder(path: Path) -> dict[str, Effect]:
     """
     if not path.is_dir():
         raise InputError(str(path), expected="a folder with one Python file per effect", got="no such folder")
-    found = _keyed(effect for file in sorted(path.glob("*.py")) for effect in _entries(_run(file)))
+    found = _index_by_key(effect for file in sorted(path.glob("*.py")) for effect in _entries(_run_file(file)))
     if not found:
         raise InputError(str(path), expected="a Python file that defines EFFECT", got="none")
     return found
@@ -83,7 +83,7 @@ def with_folder(path: Path | None) -> dict[str, Effect]:
     return {**catalogue(), **(load_folder(path) if path is not None else {})}
 
 
-def named(ids: Iterable[str], entries: dict[str, Effect] | None = None) -> tuple[Effect, ...]:
+def find_effects(ids: Iterable[str], entries: dict[str, Effect] | None = None) -> tuple[Effect, ...]:
     """Return the effects with given keys.
 
     Parameters
@@ -113,7 +113,7 @@ def named(ids: Iterable[str], entries: dict[str, Effect] | None = None) -> tuple
     return tuple(found)
 
 
-def _run(file: Path) -> ModuleType:
+def _run_file(file: Path) -> ModuleType:
     name = f"haptid_user_effect_{file.stem}"
     spec = importlib.util.spec_from_file_location(name, file)
     if spec is None or spec.loader is None:
@@ -134,7 +134,7 @@ def _entries(module: ModuleType) -> tuple[Effect, ...]:
     return (single,) if single is not None else tuple(getattr(module, "EFFECTS", ()))
 
 
-def _keyed(effects: Iterable[Effect]) -> dict[str, Effect]:
+def _index_by_key(effects: Iterable[Effect]) -> dict[str, Effect]:
     found: dict[str, Effect] = {}
     for effect in effects:
         if effect.key in found:

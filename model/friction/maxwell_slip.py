@@ -61,7 +61,7 @@ ATTRACTION = Row(
     upper=1e6,
     structured="friction.C",
 )
-FOLLOWS = 50.0
+FOLLOWING_RATE_PER_S = 50.0
 """First guess of C over Fc [1/s]."""
 FORCES = tuple(
     State(id=f"element{i}", unit="N m", description=f"friction of element {i}", nominal=1e-3,
@@ -127,7 +127,7 @@ def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
 
 
 def _guess(s: Sliding) -> dict[str, float]:
-    return guess_stribeck(s) | {"spread": SPREAD.initial, "C": FOLLOWS * s.coulomb}
+    return guess_stribeck(s) | {"spread": SPREAD.initial, "C": FOLLOWING_RATE_PER_S * s.coulomb}
 
 
 def _nominal(p: Values) -> tuple[float, ...]:

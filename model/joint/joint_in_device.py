@@ -109,7 +109,7 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
     formulas = (torque, inertia, *(s.rhs for s in terms.states), *(s.rate for s in terms.states))
     # here M comes from the links: the inertia of the single-joint test is a parameter only where a formula uses it
     if any(p["inertia"] in sp.sympify(e).free_symbols for e in formulas):
-        own.append(_tested(slides))
+        own.append(_make_tested_inertia(slides))
     suffix, prefix = f"_{joint}", of_joint(joint, "")
     table = [q.but(id=q.id + suffix, structured=prefix + q.structured) for q in own]
     return JointPart(
@@ -122,7 +122,7 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
         damping=_of_joint(law.damping(p | {law.roles.viscous: p[law.roles.viscous] * terms.viscous_level}), joint),
         motor=_of_joint(terms.w, joint),
         reading=_of_joint(terms.y, joint),
-        states=tuple(_numbered(s.state, joint, slides) for s in terms.states),
+        states=tuple(_number_state(s.state, joint, slides) for s in terms.states),
         rhs=tuple(_of_joint(s.rhs, joint) for s in terms.states),
         rates=tuple(_of_joint(s.rate, joint) for s in terms.states),
         quantities=(*joint_quantities(device, joint, suffix=suffix, prefix=prefix), *table),
@@ -180,13 +180,13 @@ def _friction_state(state: State, joint: int, slides: bool) -> State:
     )
 
 
-def _numbered(state: State, joint: int, slides: bool) -> State:
+def _number_state(state: State, joint: int, slides: bool) -> State:
     unit = sliding(state.unit) if slides else state.unit
     structured = of_joint(joint, state.structured or state.id)
     return replace(state, id=f"{state.id}_{joint}", unit=unit, structured=structured)
 
 
-def _tested(slides: bool) -> Quantity:
+def _make_tested_inertia(slides: bool) -> Quantity:
     """Return the inertia of the joint in the test that found an effect, a known number."""
     (row,) = [row for row in TABLE if row.id == "inertia"]
     return Quantity(

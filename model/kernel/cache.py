@@ -17,17 +17,17 @@ from haptid.model.kernel.generate import Kernel
 from haptid.support.files.cache import cache_folder, is_sealed, machine, seal
 from haptid.support.files.files import write_json
 
-SUBSTEPS = 8
+MOST_SUBSTEPS = 8
 """Largest number of sub-steps of an inner step; a trial that needs more has contacts too stiff for the sampling."""
 
 
 @cache
 def generator() -> str:
-    """Return sixteen hex digits that change with the generator's files, the machine and `SUBSTEPS`.
+    """Return sixteen hex digits that change with the generator's files, the machine and `MOST_SUBSTEPS`.
 
     Records of another digest are ignored.
     """
-    found = hashlib.sha256(f"{machine()} {SUBSTEPS}".encode())
+    found = hashlib.sha256(f"{machine()} {MOST_SUBSTEPS}".encode())
     for part in sorted(resources.files("haptid.model.kernel").iterdir(), key=lambda p: p.name):
         if part.name.endswith((".py", ".c", ".h")):
             found.update(part.read_bytes())
@@ -57,7 +57,7 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     known = _load_record(equations, both) or (None if many and tangent else _load_record(equations, own))
     if known is not None:
         return known
-    made = CompiledKernel.of(equations, many=many, substeps=SUBSTEPS, tangent=tangent or not many)
+    made = CompiledKernel.of(equations, many=many, substeps=MOST_SUBSTEPS, tangent=tangent or not many)
     seal(
         write_json(
             both if many and tangent else own,

@@ -51,7 +51,7 @@ def _array(values: Any) -> Array:
     return np.ascontiguousarray(values, dtype=np.float64)
 
 
-def _shaped(name: str, values: Any, shape: tuple[int, ...]) -> Array:
+def _check_shape(name: str, values: Any, shape: tuple[int, ...]) -> Array:
     array = _array(values)
     if array.shape != shape:
         msg = f"{name} needs shape {shape}, got {array.shape}"
@@ -121,10 +121,15 @@ class CompiledKernel:
         e = self.equations
         return len(e.states), len(e.inputs), len(e.parameters), len(e.outputs)
 
-    def _prepared(self, t: Any, u: Any, p: Any, x0: Any) -> tuple[Array, Array, Array, Array]:
+    def _check_arguments(self, t: Any, u: Any, p: Any, x0: Any) -> tuple[Array, Array, Array, Array]:
         nx, nu, np_, _ = self._sizes
         times = _array(t)
-        return times, _shaped("u", u, (times.size, nu)), _shaped("p", p, (np_,)), _shaped("x0", x0, (nx,))
+        return (
+            times,
+            _check_shape("u", u, (times.size, nu)),
+            _check_shape("p", p, (np_,)),
+            _check_shape("x0", x0, (nx,)),
+        )
 
     def linear_bits(self, linear: bool | tuple[bool, ...]) -> int:
         """Encode which inputs run linearly between rows.
@@ -187,7 +192,7 @@ class CompiledKernel:
             State at the last row, shape (n_x,); a simulation that continues from it has the same bits as one without
             interruption.
         """
-        times, inputs, parameters, start = self._prepared(t, u, p, x0)
+        times, inputs, parameters, start = self._check_arguments(t, u, p, x0)
         y, state, h = np.full((times.size, self._sizes[3]), np.nan), start.copy(), step or self.kernel.step
         for rows in pieces(times, h):
             size = rows.stop - rows.start
@@ -225,7 +230,7 @@ class CompiledKernel:
         ValueError
             Where the kernel has no sensitivities, or an array has the wrong shape.
         """
-        times, inputs, parameters, start = self._prepared(t, u, p, x0)
+        times, inputs, parameters, start = self._check_arguments(t, u, p, x0)
         columns = len(self.kernel.columns)
         if not columns:
             msg = f"{self.equations.name} was generated without sensitivities"
@@ -297,8 +302,8 @@ class CompiledKernel:
         nx, nu, np_, ny = self._sizes
         times, parameters = _array(t), _array(p)
         sets = parameters.shape[0]
-        inputs = _shaped("u", u, (times.size, nu))
-        parameters, start = _shaped("p", parameters, (sets, np_)), _shaped("x0", x0, (sets, nx))
+        inputs = _check_shape("u", u, (times.size, nu))
+        parameters, start = _check_shape("p", parameters, (sets, np_)), _check_shape("x0", x0, (sets, nx))
         y = np.full((sets, times.size, ny), np.nan)
         done = np.zeros(sets, dtype=np.int8)
         bits, h, library = self.linear_bits(linear), step or self.kernel.step, _load(self.path)
@@ -360,8 +365,8 @@ class CompiledKernel:
             Where an array has the wrong shape.
         """
         nx, nu, np_, _ = self._sizes
-        state, u, p = _shaped("x", x, (nx,)).copy(), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
-        slopes = np.zeros(nu) if slope is None else _shaped("slope", slope, (nu,))
+        state, u, p = _check_shape("x", x, (nx,)).copy(), _check_shape("u", u, (nu,)), _check_shape("p", p, (np_,))
+        slopes = np.zeros(nu) if slope is None else _check_shape("slope", slope, (nu,))
         finite = _load(self.path).hk_advance(
             state.ctypes.data, t, dt, u.ctypes.data, slopes.ctypes.data, p.ctypes.data, step or self.kernel.step
         )
@@ -370,7 +375,7 @@ class CompiledKernel:
     def derivatives(self, t: float, x: Any, u: Any, p: Any) -> Array:
         """Return the rates of change ẋ, shape (n_x,), at time t [s], state x, inputs u and parameters p."""
         nx, nu, np_, _ = self._sizes
-        x, u, p = _shaped("x", x, (nx,)), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
+        x, u, p = _check_shape("x", x, (nx,)), _check_shape("u", u, (nu,)), _check_shape("p", p, (np_,))
         f = np.empty(nx)
         _load(self.path).hk_derivatives(t, x.ctypes.data, u.ctypes.data, p.ctypes.data, f.ctypes.data)
         return f
@@ -378,7 +383,7 @@ class CompiledKernel:
     def output(self, t: float, x: Any, u: Any, p: Any) -> Array:
         """Return the outputs y, shape (n_y,), at time t [s], state x, inputs u and parameters p."""
         nx, nu, np_, ny = self._sizes
-        x, u, p = _shaped("x", x, (nx,)), _shaped("u", u, (nu,)), _shaped("p", p, (np_,))
+        x, u, p = _check_shape("x", x, (nx,)), _check_shape("u", u, (nu,)), _check_shape("p", p, (np_,))
         y = np.empty(ny)
         _load(self.path).hk_output(t, x.ctypes.data, u.ctypes.data, p.ctypes.data, y.ctypes.data)
         return y

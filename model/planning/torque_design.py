@@ -30,9 +30,9 @@ from haptid.model.rigid_body.locked_dynamics import locked_motion
 from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
-AMPLITUDES = (0.15, 0.3, 0.5, 0.75, 1.0)
+AMPLITUDES_OVER_LARGEST = (0.15, 0.3, 0.5, 0.75, 1.0)
 """Torque amplitudes of the grid, as shares of the largest torque that keeps the joint within its limits."""
-DURATION, RATE = 16.0, 200.0
+DURATION_S, ROWS_PER_S = 16.0, 200.0
 """Length of a run [s] and its sampling rate [1/s]."""
 
 
@@ -155,12 +155,13 @@ def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float =
     largest = _largest_torque(device, joint, kernel, quantities)
     frequencies = _frequencies(device, joint, quantities)
     pool = [
-        _run(kernel, quantities, free, units, share * largest, omega, noise)
-        for share in AMPLITUDES
+        _make_run(kernel, quantities, free, units, share * largest, omega, noise)
+        for share in AMPLITUDES_OVER_LARGEST
         for omega in frequencies
     ]
     plain_index = [
-        len(frequencies) * (len(AMPLITUDES) // 2) + int(i) for i in np.linspace(0, len(frequencies) - 1, runs).round()
+        len(frequencies) * (len(AMPLITUDES_OVER_LARGEST) // 2) + int(i)
+        for i in np.linspace(0, len(frequencies) - 1, runs).round()
     ]
     chosen = tuple(pool[i] for i in sorted(_d_optimal([run.information for run in pool], runs)))
     plain = tuple(pool[i] for i in plain_index)
@@ -214,13 +215,13 @@ def _largest_torque(device: Device, joint: int, kernel: CompiledKernel, quantiti
 def _simulate(
     kernel: CompiledKernel, quantities: Sequence[Quantity], amplitude: float, omega: float
 ) -> tuple[Array, Array]:
-    t = np.arange(0.0, DURATION, 1.0 / RATE)
+    t = np.arange(0.0, DURATION_S, 1.0 / ROWS_PER_S)
     u = amplitude * np.cos(omega * t)[:, np.newaxis]
     y = kernel.simulate(t, u, [one.initial for one in quantities], np.zeros(len(kernel.equations.states)))
     return t, y[:, 0]
 
 
-def _run(
+def _make_run(
     kernel: CompiledKernel,
     quantities: Sequence[Quantity],
     free: list[int],
@@ -229,7 +230,7 @@ def _run(
     omega: float,
     noise: float,
 ) -> CosineRun:
-    t = np.arange(0.0, DURATION, 1.0 / RATE)
+    t = np.arange(0.0, DURATION_S, 1.0 / ROWS_PER_S)
     u = amplitude * np.cos(omega * t)[:, np.newaxis]
     y, dy = kernel.simulate_tangent(t, u, [one.initial for one in quantities], np.zeros(len(kernel.equations.states)))
     scaled = dy[:, 0, free] * units / noise
@@ -281,6 +282,6 @@ def _warnings(runs: Sequence[CosineRun]) -> tuple[str, ...]:
         return (
             "The runs never leave presliding: Coulomb friction, viscous friction and the Stribeck speed stay open.",
         )
-    if all(run.presliding * DURATION * RATE < 20 for run in runs):
+    if all(run.presliding * DURATION_S * ROWS_PER_S < 20 for run in runs):
         return ("The runs hardly enter presliding: bristle stiffness and damping stay open; add a small, slow run.",)
     return ()

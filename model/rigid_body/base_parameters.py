@@ -142,10 +142,10 @@ def base_parameters(echelon: Echelon) -> tuple[BaseParameter, ...]:
     # a pivot is the first column of its row: the order of the columns decides which parameters lead
     column = {k: n for n, k in enumerate(sorted(echelon.columns, key=_preference))}
     original = {n: k for k, n in column.items()}
-    sorted_span = span([{column[k]: factor for k, factor in row.items()} for row in echelon.reduced().values()])
+    sorted_span = span([{column[k]: factor for k, factor in row.items()} for row in echelon.reduce_rows().values()])
     return tuple(
         BaseParameter(leading=original[pivot], factors={original[n]: factor for n, factor in row.items()})
-        for pivot, row in sorted(sorted_span.reduced().items(), key=lambda item: original[item[0]])
+        for pivot, row in sorted(sorted_span.reduce_rows().items(), key=lambda item: original[item[0]])
     )
 
 

@@ -168,13 +168,13 @@ def link_quantities(device: Device) -> tuple[Quantity, ...]:
             upper=guess.upper,
             prior=Normal(mean=guess.initial, std=guess.std) if guess.std else None,
             fixed=guess.fixed,
-            structured=_structured(key),
+            structured=_structured_name(key),
         )
         for key, unit, guess in zip(standard_ids(device), units, guesses, strict=True)
     )
 
 
-def _structured(key: str) -> str:
+def _structured_name(key: str) -> str:
     owner, _, parameter = key.rpartition("_")
     return f"{owner}.{parameter}"
 

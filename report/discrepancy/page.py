@@ -21,7 +21,7 @@ from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 from haptid.support.numbers import plain
 
-PARTLY = 0.5
+LEAST_SHARE_EXPLAINED = 0.5
 """Share of the model discrepancy below which a torque over one or two variables does not explain most of it [1]."""
 
 
@@ -186,7 +186,13 @@ def _gaps(finding: Finding) -> Table:
 
 def _scores(finding: Finding) -> Table:
     rows = [
-        (s.key, f"{s.T:.0f}", f"{s.dof}", "below 1e-12" if s.family_p < 1e-12 else f"{s.family_p:.2g}", _flipped(s))
+        (
+            s.key,
+            f"{s.T:.0f}",
+            f"{s.dof}",
+            "below 1e-12" if s.family_p < 1e-12 else f"{s.family_p:.2g}",
+            _write_flipped(s),
+        )
         for s in finding.search.scan.scores
     ]
     tests = finding.search.scan.tests
@@ -198,7 +204,7 @@ def _scores(finding: Finding) -> Table:
     return Table(header=("entry", "score", "degrees of freedom", "p", "p by signs"), rows=rows, caption=caption)
 
 
-def _flipped(score: Score) -> str:
+def _write_flipped(score: Score) -> str:
     return "–" if score.flipped_p is None else f"{score.flipped_p:.2g}"
 
 
@@ -215,7 +221,7 @@ def _detectable(finding: Finding) -> Section:
     )  # fmt: skip
 
 
-def _moved(finding: Finding) -> Table:
+def _make_parameter_table(finding: Finding) -> Table:
     base, final = finding.search.plain.solution.values, finding.search.best.solution.values
     rows = [
         (
@@ -245,18 +251,18 @@ def _settle(finding: Finding) -> list[str]:
     return [f"{which}: {run}{once}."]
 
 
-def _unnamed(shape: Shape, runs: str, finding: Finding) -> Section:
+def _describe_unnamed(shape: Shape, runs: str, finding: Finding) -> Section:
     """Return the section on the missing torque as a function of one or two variables."""
     names = " and ".join(AXES[variable][0] for variable in shape.variables)
     prismatic = [_slides(finding)[finding.joints.index(shape.joint)]]
     joint = f" in joint {shape.joint}" if len(finding.joints) > 1 else ""
-    closed = _closed(shape)
+    closed = _write_closed(shape)
     lines = [f"As a torque{joint} over {names} alone, what is missing would close {closed} of the gap on {runs}."]
     if shape.alone:
-        lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_closed(shape.alone)}.")
+        lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_write_closed(shape.alone)}.")
     if len(finding.joints) > 1 and "position_rad" in shape.variables:
         lines.append("Gravity in the base bends with position too: the base may hold a part of the bend.")
-    if shape.closed < PARTLY:
+    if shape.closed < LEAST_SHARE_EXPLAINED:
         lines.append("Most of it does not live there: it depends on other variables, or has a state of its own.")
     if shape.suggestion:
         lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")
@@ -269,7 +275,7 @@ def _unnamed(shape: Shape, runs: str, finding: Finding) -> Section:
     )
 
 
-def _closed(shape: Shape) -> str:
+def _write_closed(shape: Shape) -> str:
     return f"{100 * max(shape.closed, 0.0):.1f} %"
 
 
@@ -361,7 +367,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
     )
     what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
     runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"
-    unnamed = [_unnamed(j.shape, runs, finding)] if j.shape else []
+    unnamed = [_describe_unnamed(j.shape, runs, finding)] if j.shape else []
     where_pictured = where_picture(finding.maps, _slides(finding))
     sections = [
         Section(
@@ -374,7 +380,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
         Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_pictured]),
         Section(title="What was tried", anchor="tried", paragraphs=[evidence], tables=_ranking(finding)),
         _detectable(finding),
-        Section(title="Parameters that moved", anchor="moved", tables=[_moved(finding)]),
+        Section(title="Parameters that moved", anchor="moved", tables=[_make_parameter_table(finding)]),
         Section(title="Scores of the whole catalogue", folded=True, tables=[_scores(finding)]),
     ]  # fmt: skip
     best, tried = finding.search.base.reached, len(finding.search.base.costs)

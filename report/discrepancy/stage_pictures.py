@@ -18,9 +18,9 @@ from haptid.report.common.style import ACCENT, BAND, RESIDUAL, data_uri, figure,
 from haptid.report.discrepancy.page import before_after_picture, where_picture
 from haptid.support.files.files import write_bytes
 
-SHOWN = 15
+MOST_SCORES_SHOWN = 15
 """Most catalogue effects in the picture of the scores."""
-FLOOR = 1e-16
+SMALLEST_P_DRAWN = 1e-16
 """Smallest family-wise p-value that is drawn; smaller ones, 0 among them, are drawn as this [1]."""
 
 
@@ -48,18 +48,18 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
 
 
 def scores_picture(scan: Scan) -> Picture:
-    """Draw the family-wise p-values of the first `SHOWN` scores, before any refit.
+    """Draw the family-wise p-values of the first `MOST_SCORES_SHOWN` scores, before any refit.
 
     Parameters
     ----------
     scan
         Score tests of the whole catalogue, the best first.
     """
-    shown = scan.scores[:SHOWN][::-1]
+    shown = scan.scores[:MOST_SCORES_SHOWN][::-1]
     with style():
         made = figure(6.5, 0.6 + 0.22 * len(shown))
         axis = made.subplots()
-        axis.barh([s.key for s in shown], [-np.log10(max(s.family_p, FLOOR)) for s in shown], color=RESIDUAL)
+        axis.barh([s.key for s in shown], [-np.log10(max(s.family_p, SMALLEST_P_DRAWN)) for s in shown], color=RESIDUAL)
         axis.axvline(-np.log10(THRESHOLDS.candidate.family_wise_p_value), color=ACCENT, ls="--")
         axis.tick_params(axis="y", labelsize=7)
         axis.set_xlabel("−log₁₀ p over the whole catalogue")

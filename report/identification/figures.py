@@ -15,7 +15,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.page import Picture
 from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
-MOST_POINTS = 2500
+LEAST_POINTS = 2500
 """Fewest points of a thinned curve, which has fewer than twice as many [1]."""
 
 
@@ -59,7 +59,7 @@ def _title(trace: Trace) -> str:
 
 
 def _thin(trace: Trace) -> slice:
-    return slice(None, None, max(trace.t.size // MOST_POINTS, 1))
+    return slice(None, None, max(trace.t.size // LEAST_POINTS, 1))
 
 
 def _signal(axis: Axes, trace: Trace, k: int, joint: int, *, first: bool) -> None:

@@ -24,9 +24,9 @@ METHOD = (
     "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
     "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
 )
-AT_NOISE = 1.05
+LARGEST_RESIDUAL_OVER_NOISE = 1.05
 """Residual RMS over the sensor's noise on held-out runs up to which the residual counts as sensor noise [1]."""
-EXPLAINED = 2.0
+LARGEST_RESIDUAL_OVER_EXPECTED = 2.0
 """Residual RMS over √(noise² + spread²) up to which noise and parameter uncertainty explain the residual [1]: one draw
 of the parameters reaches it by chance, as |N(0, 1)| is below 2 in 95 % of cases."""
 
@@ -80,9 +80,11 @@ def identification_page(
 
 def _lead(steps: Sequence[Step], verification: Verification) -> str:
     scored = [(s, _worst(s)) for s in steps]
-    good = [s.configuration.name for s, ratio in scored if ratio is not None and ratio <= AT_NOISE]
+    good = [s.configuration.name for s, ratio in scored if ratio is not None and ratio <= LARGEST_RESIDUAL_OVER_NOISE]
     poor = [
-        f"{s.configuration.name} ({ratio:.3g} × noise)" for s, ratio in scored if ratio is not None and ratio > AT_NOISE
+        f"{s.configuration.name} ({ratio:.3g} × noise)"
+        for s, ratio in scored
+        if ratio is not None and ratio > LARGEST_RESIDUAL_OVER_NOISE
     ]
     words = []
     if good:
@@ -99,9 +101,9 @@ def _whole_sentence(verification: Verification) -> str:
     joints = [j for run in verification.runs for j in run.joints]
     worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
     said = f"The whole model predicts runs with all joints free within {worst:.3g} × noise on the worst joint"
-    if worst <= AT_NOISE:
+    if worst <= LARGEST_RESIDUAL_OVER_NOISE:
         return f"{said}."
-    if not excess > EXPLAINED:
+    if not excess > LARGEST_RESIDUAL_OVER_EXPECTED:
         return (
             f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): tests in the "
             "lock postures that python -m model.plan proposes would close it."

@@ -6,31 +6,27 @@ from collections.abc import Sequence
 
 from haptid.report.common.page import Section, Table
 from haptid.uq.result.posterior import Posterior
-from haptid.uq.result.summary import PRIOR_BOUND, ParameterSummary
-
-AGREE = 1.01
-"""R̂ from which ensembles disagree [1]; `Posterior.sound` has the same bound."""
+from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.thresholds import THRESHOLDS
 
 
 def lead(posteriors: Sequence[Posterior]) -> str:
     """Say for all joints how many parameters are known, which are set by their priors, and whether chains converged."""
     every = [(p.joint, s) for p in posteriors for s in physical(p)]
-    open_ = [f"{s.id} of joint {j}" for j, s in every if s.contraction > PRIOR_BOUND]
-    known = sum(width(s) < 0.1 for _, s in every if s.contraction <= PRIOR_BOUND)
+    open_ = [f"{s.id} of joint {j}" for j, s in every if s.contraction > THRESHOLDS.largest_std_over_prior_std]
+    known = sum(width(s) < 0.1 for _, s in every if s.contraction <= THRESHOLDS.largest_std_over_prior_std)
     text = f"{known} of {len(every)} parameters are known to better than ±10 % (95 %)."
     text += f" Set by their priors: {', '.join(open_)}." if open_ else " None is set by its prior."
-    apart = [p.joint for p in posteriors if p.modes > 1 or p.worst_rhat >= AGREE]
+    apart = [p.joint for p in posteriors if not p.agree]
     short = [p.joint for p in posteriors if not p.sample.reached and p.joint not in apart]
     if apart:
-        text += f" Do not use joint {_listed(apart)}: independent ensembles disagree."
+        text += f" Do not use joint {_join(apart)}: independent ensembles disagree."
     if short:
-        text += (
-            f" The chains of joint {_listed(short)} agree but are short: ends of intervals may move by a few percent."
-        )
+        text += f" The chains of joint {_join(short)} agree but are short: ends of intervals may move by a few percent."
     return text
 
 
-def _listed(joints: Sequence[int]) -> str:
+def _join(joints: Sequence[int]) -> str:
     return ", ".join(map(str, joints))
 
 
@@ -52,7 +48,7 @@ def overview(posteriors: Sequence[Posterior]) -> Section:
     for p in posteriors:
         ordered = sorted(physical(p), key=width)
         scatter = [s.verdict for s in p.parameters if s.id.endswith("_scatter")] or ["none needed by the data"]
-        sampler = "sound" if p.sound else "short" if p.modes == 1 and p.worst_rhat < AGREE else "ensembles disagree"
+        sampler = "sound" if p.sound else "short" if p.agree else "ensembles disagree"
         ends = [f"{s.id} ±{100 * width(s):.2g} %" for s in (ordered[0], ordered[-1])] if ordered else ["–", "–"]
         wanted = f"A = {p.next_run.amplitude:.3g}, ω = {p.next_run.omega:.3g} rad/s" if p.next_run else "–"
         rows.append([f"{p.joint}", *ends, " ".join(scatter), wanted, sampler])

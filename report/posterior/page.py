@@ -12,9 +12,9 @@ from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.common.style import data_uri
 from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
 from haptid.report.posterior.overview import lead, overview, physical, width
-from haptid.uq.prediction.choice import MARGIN
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.thresholds import THRESHOLDS
 
 BANDS = (
     "Left: measured position and 95 % predictive band. Right: what is left after the predictive median, with the "
@@ -113,7 +113,7 @@ def _widths(p: Posterior) -> Picture:
 
 
 def _intervals(parameters: Sequence[ParameterSummary]) -> Table:
-    rows = [[p.id, p.description, p.verdict, *_spelled(p, (0.95,)), p.unit, p.prior] for p in parameters]
+    rows = [[p.id, p.description, p.verdict, *_list_ends(p, (0.95,)), p.unit, p.prior] for p in parameters]
     header = ["parameter", "meaning", "verdict", "median", "95 % interval", "unit", "prior"]
     return Table(header=header, rows=rows, caption=INTERVALS)
 
@@ -121,10 +121,10 @@ def _intervals(parameters: Sequence[ParameterSummary]) -> Table:
 def _further_intervals(parameters: Sequence[ParameterSummary]) -> Table:
     levels = tuple(parameters[0].intervals)
     header = ["parameter", "median", *(f"{100 * level:.0f} % interval" for level in levels), "unit"]
-    return Table(header=header, rows=[[p.id, *_spelled(p, levels), p.unit] for p in parameters], caption=INTERVALS)
+    return Table(header=header, rows=[[p.id, *_list_ends(p, levels), p.unit] for p in parameters], caption=INTERVALS)
 
 
-def _spelled(p: ParameterSummary, levels: Sequence[float]) -> list[str]:
+def _list_ends(p: ParameterSummary, levels: Sequence[float]) -> list[str]:
     ends = [p.intervals[level] for level in levels]
     return [
         round_to_error(p.median, p.std),
@@ -174,8 +174,8 @@ def _choice_words(p: Posterior) -> str:
     if len(p.candidates) == 1:
         return f"Noise model, as asked for: {p.chosen.model.words}."
     return (
-        f"Used: {p.chosen.model.words}. It is the simplest one within {MARGIN:g} of the best log predictive density of "
-        "the runs that were not fitted."
+        f"Used: {p.chosen.model.words}. It is the simplest one within {THRESHOLDS.least_gain_of_held_out_score:g} "
+        "of the best log predictive density of the runs that were not fitted."
     )
 
 

@@ -20,11 +20,12 @@ from haptid.noise.noise_model import NoiseModel
 from haptid.noise.thresholds import THRESHOLDS
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.density.equilibrium import equilibrium
-from haptid.uq.density.forward import FINE, KernelForward, kernel_of
+from haptid.uq.density.forward import KernelForward, kernel_of
 from haptid.uq.density.laplace import Laplace
 from haptid.uq.density.solver_step import longest_step
 from haptid.uq.prediction.choice import Problem
 from haptid.uq.sampling.sampling import SamplingOptions, sample
+from haptid.uq.thresholds import THRESHOLDS
 
 RANKS = 199
 """Posterior draws among which the truth is ranked: ranks 0 to 199, of which 95 % are a whole number."""
@@ -93,7 +94,7 @@ def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np
     theta = coordinates.thetas(eta)
     hyper = dict(zip(coordinates.names, coordinates.values(eta), strict=True))
     rest = float(equilibrium(equations, theta[None], 0.0)[0])
-    simulator = kernel_of(equations).with_step(FINE)
+    simulator = kernel_of(equations).with_step(THRESHOLDS.inner_step_of_correction_s)
     t = np.arange(round(design.duration / design.spacing) + 1, dtype=np.float64) * design.spacing
     made = []
     for k, (amplitude, omega) in enumerate(design.torques):

@@ -13,7 +13,7 @@ from typing import Any
 
 from haptid.support.errors import InputError
 
-DEEPEST = 64
+MOST_NESTED_LEVELS = 64
 """Most levels of tables and lists: no format that is read needs a third of them."""
 MOST_DIGITS = 4300
 """Most digits of a whole number that Python converts from text."""
@@ -115,7 +115,7 @@ def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any] | _Refused:
 
 
 def _too_deep(path: str) -> InputError:
-    return InputError(path, expected=f"at most {DEEPEST} levels of brackets", got="more")
+    return InputError(path, expected=f"at most {MOST_NESTED_LEVELS} levels of brackets", got="more")
 
 
 def _too_long(path: str, text: str) -> InputError:
@@ -136,7 +136,7 @@ def _check_values(data: Any, path: str, text: str = "", *, finite: bool) -> None
     """Refuse values nested too deeply, whole numbers of more than 64 bits, and NaN or infinity where ``finite``."""
     for key, depth, value in _walk(data):
         where = f"{path}: {key}"
-        if depth > DEEPEST:
+        if depth > MOST_NESTED_LEVELS:
             raise _too_deep(path)
         if isinstance(value, _Refused):
             raise InputError(where if key else path, expected=value.expected, got=value.got)

@@ -43,7 +43,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
     made = list(takewhile(lambda path: not path.exists(), (folder, *folder.absolute().parents)))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        descriptor = _held(folder)
+        descriptor = _lock_file(folder)
         try:
             yield
         finally:
@@ -54,7 +54,7 @@ def lock_folder(folder: Path) -> Iterator[None]:
                 path.rmdir()
 
 
-def _held(folder: Path) -> int:
+def _lock_file(folder: Path) -> int:
     """Return the descriptor of the lock's file, locked by this process and still at its path.
 
     The command before may remove the file between opening and locking; the lock would then protect nothing, and the
@@ -62,7 +62,7 @@ def _held(folder: Path) -> int:
     """
     path = folder / NAME
     while True:
-        descriptor = _opened(folder, path)
+        descriptor = _open_file(folder, path)
         try:
             _take(descriptor)
             if _is_at(path, descriptor):
@@ -72,11 +72,11 @@ def _held(folder: Path) -> int:
                 print(f"note: {folder}: no locks on this file system: run one command at a time", file=sys.stderr)
                 return descriptor
             os.close(descriptor)
-            raise _taken(folder, "wait until it ends, or name another folder with --out") from None
+            raise _refuse_second(folder, "wait until it ends, or name another folder with --out") from None
         os.close(descriptor)  # the command before us took its lock away in between
 
 
-def _opened(folder: Path, path: Path) -> int:
+def _open_file(folder: Path, path: Path) -> int:
     """Open the lock's file; a file of another user may only be readable, which suffices for a lock."""
     follow = getattr(os, "O_NOFOLLOW", 0)
     try:
@@ -87,10 +87,10 @@ def _opened(folder: Path, path: Path) -> int:
     try:
         return os.open(path, os.O_RDONLY | follow)
     except OSError:
-        raise _taken(folder, f"or remove {NAME} there, if no command runs any more") from None
+        raise _refuse_second(folder, f"or remove {NAME} there, if no command runs any more") from None
 
 
-def _taken(folder: Path, todo: str) -> InputError:
+def _refuse_second(folder: Path, todo: str) -> InputError:
     return InputError(str(folder), expected="one command at a time", got="another one is writing there", todo=todo)
 
 

@@ -55,7 +55,7 @@ def check_content(data: Mapping[str, Any], where: str | Place, wanted: str, sche
     if error is not None:
         place = where if isinstance(where, Place) else Place(file=where)
         place = place.at(*error.absolute_path, *_unknown(error)[:1])
-        raise InputError(str(place), expected=_expected(error, wanted), got=_got(error), todo=_todo(error))
+        raise InputError(str(place), expected=_describe_expected(error, wanted), got=_got(error), todo=_todo(error))
 
 
 def _rule_of(error: jsonschema.ValidationError) -> Any:
@@ -64,10 +64,10 @@ def _rule_of(error: jsonschema.ValidationError) -> Any:
 
 
 def _missing(error: jsonschema.ValidationError) -> str:
-    return next(name for name in _demanded(error) if name not in _instance(error))
+    return next(name for name in _list_demanded_keys(error) if name not in _instance(error))
 
 
-def _demanded(error: jsonschema.ValidationError) -> Iterator[str]:
+def _list_demanded_keys(error: jsonschema.ValidationError) -> Iterator[str]:
     rule = _rule_of(error)
     if error.validator == "required":
         yield from rule
@@ -96,7 +96,7 @@ def _instance(error: jsonschema.ValidationError) -> Any:
     return error.instance
 
 
-def _expected(error: jsonschema.ValidationError, wanted: str) -> str:
+def _describe_expected(error: jsonschema.ValidationError, wanted: str) -> str:
     rule, value, words = str(error.validator), _rule_of(error), _expected_words(error)
     if words:
         return words

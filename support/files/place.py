@@ -12,7 +12,7 @@ _HEADER = re.compile(r"^\s*(\[{1,2})\s*([^\[\]#]+?)\s*\]{1,2}\s*(#.*)?$")
 _ASSIGNMENT = re.compile(r"^\s*([\w\"'.-]+(?:\s*\.\s*[\w\"'-]+)*)\s*=")
 
 
-def dotted(path: KeyPath) -> str:
+def join_path(path: KeyPath) -> str:
     """Write a path of keys and indices as one text.
 
     Examples
@@ -36,13 +36,13 @@ class Place:
     lines
         Line number of every path that has a line of its own (`key_lines`).
     words
-        Name of a path in the user's file; differs from `dotted` where the content is converted from another format.
+        Name of a path in the user's file; differs from `join_path` where the content is converted from another format.
     """
 
     file: str
     path: KeyPath = ()
     lines: Mapping[KeyPath, int] = field(default_factory=dict)
-    words: Callable[[KeyPath], str] = dotted
+    words: Callable[[KeyPath], str] = join_path
 
     def at(self, *parts: str | int) -> Place:
         """Return the place of the value under further keys or indices."""
@@ -77,7 +77,7 @@ def key_lines(text: str) -> dict[KeyPath, int]:
     for number, content in enumerate(text.splitlines(), start=1):
         header = _HEADER.match(content)
         if header:
-            table = _resolved(_keys(header.group(2)), entries, appends=header.group(1) == "[[")
+            table = _resolve_path(_keys(header.group(2)), entries, appends=header.group(1) == "[[")
             lines.setdefault(table, number)
             continue
         assignment = _ASSIGNMENT.match(content)
@@ -90,7 +90,7 @@ def _keys(name: str) -> KeyPath:
     return tuple(part.strip().strip("\"'") for part in name.split("."))
 
 
-def _resolved(keys: KeyPath, entries: Counter[KeyPath], *, appends: bool) -> KeyPath:
+def _resolve_path(keys: KeyPath, entries: Counter[KeyPath], *, appends: bool) -> KeyPath:
     """Return the path of a header, in which a list of tables stands with the number of its last entry so far."""
     path: KeyPath = ()
     for place, key in enumerate(keys):

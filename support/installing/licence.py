@@ -43,10 +43,10 @@ def licence(name: str) -> str:
     own = str(about.get("license", "")).strip()
     lines = own.splitlines() or [""]
     named = lines[0][:80] if not lines[0].startswith("Copyright") else ""
-    return expression(name) or ", ".join(classifiers) or named or recognised(own) or _from_files(name)
+    return expression(name) or ", ".join(classifiers) or named or recognise_licence(own) or _from_files(name)
 
 
-def recognised(text: str) -> str:
+def recognise_licence(text: str) -> str:
     """Return the SPDX identifier of a licence's text; empty where no known pattern occurs in it."""
     words = " ".join(text.split())
     places = [(found.start(), n) for n, (_, pattern) in enumerate(_TEXTS) if (found := re.search(pattern, words))]
@@ -58,7 +58,7 @@ def _from_files(name: str) -> str:
     own = [f for f in metadata.files(name) or () if ".dist-info/" in f.as_posix()]
     files = [f for f in own if re.search("licen[cs]e|copying", f.name, re.IGNORECASE)]
     texts = [Path(str(f.locate())).read_text(encoding="utf-8", errors="replace") for f in files]
-    found = [spdx for spdx in map(recognised, texts) if spdx]
+    found = [spdx for spdx in map(recognise_licence, texts) if spdx]
     return ", ".join(dict.fromkeys(found)) or "not stated"
 
 

@@ -22,7 +22,7 @@ FOLDER = ROOT / "support" / "installing" / "locked"
 CORE, DEV = "core", "dev"
 SIZES = FOLDER / "sizes.json"
 """File of measured sizes on disk [bytes] by name: uv.lock holds only the size of a download."""
-_UNPACKED = 4
+_SIZE_OVER_DOWNLOAD = 4
 """Size on disk over size of the download that is assumed where no size on disk was measured [1]."""
 
 _PIN = re.compile(r"^(?P<name>[\w.-]+)==(?P<version>[^\s;]+)\s*(;\s*(?P<marker>[^\\]*?))?\s*\\?$")
@@ -106,7 +106,7 @@ def amount(part: str, *, again: bool = False) -> Amount:
     lacking = [pin for pin in pins(part) if again or not pin.met]
     fetched = {pin.name: _size(known[pin.name, pin.version]) for pin in lacking}
     measured = json.loads(SIZES.read_text(encoding="utf-8")) if SIZES.is_file() else {}
-    on_disk = sum(measured.get(name, _UNPACKED * size) for name, size in fetched.items())
+    on_disk = sum(measured.get(name, _SIZE_OVER_DOWNLOAD * size) for name, size in fetched.items())
     return Amount(len(lacking), sum(fetched.values()), on_disk)
 
 

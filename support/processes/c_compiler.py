@@ -17,7 +17,7 @@ from haptid.support.files.cache import cache_folder, full_cache
 MISSING = "the C compiler is missing: install it with python -m pip install ziglang"
 _FULL = ("NoSpaceLeft", "No space left", "DiskQuota", "quota exceeded")
 """Names of a full disk in messages of the compiler and its linker, which not every message holds."""
-_SPARE = 1_000_000
+_LEAST_FREE_BYTES = 1_000_000
 """Free space [bytes] below which a failed compilation is attributed to a full disk."""
 
 
@@ -58,7 +58,10 @@ def run_c_compiler(arguments: Sequence[str], folder: Path) -> None:
     if done.returncode == 0:
         return
     said = done.stderr.strip()[-800:]
-    if any(word in said for word in _FULL) or min(shutil.disk_usage(path).free for path in (folder, shared)) < _SPARE:
+    if (
+        any(word in said for word in _FULL)
+        or min(shutil.disk_usage(path).free for path in (folder, shared)) < _LEAST_FREE_BYTES
+    ):
         raise full_cache(OSError(errno.ENOSPC, os.strerror(errno.ENOSPC)))
     ended = f"signal {-done.returncode}" if done.returncode < 0 else f"exit code {done.returncode}"
     msg = f"the C compiler failed: {said or f'{ended}, without a word; is there enough memory?'}"

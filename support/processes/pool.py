@@ -108,7 +108,7 @@ def interrupts_held_back() -> Iterator[None]:
     for number in before:
         signal.signal(number, lambda number, _frame: late.append(number))
     try:
-        with _masked():
+        with _mask_interrupts():
             yield
     finally:
         for number, handler in before.items():
@@ -118,7 +118,7 @@ def interrupts_held_back() -> Iterator[None]:
 
 
 @contextmanager
-def _masked() -> Iterator[None]:
+def _mask_interrupts() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return

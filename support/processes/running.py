@@ -9,7 +9,7 @@ from threading import Lock
 
 from haptid.support.command import TERMINATED
 
-GRACE = 10.0
+GRACE_S = 10.0
 """Time [s] after SIGTERM in which a command has to end, its workers with it, before it is killed."""
 
 
@@ -77,7 +77,7 @@ def _end(process: subprocess.Popen[str]) -> None:
         return
     process.terminate()
     try:
-        process.communicate(timeout=GRACE)
+        process.communicate(timeout=GRACE_S)
     except subprocess.TimeoutExpired:
         process.kill()
         process.communicate()

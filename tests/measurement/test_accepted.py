@@ -14,7 +14,7 @@ from click.testing import CliRunner, Result
 from haptid.discrepancy.run import main as discrepancy
 from haptid.identification.run import main as identify
 from haptid.measurement.check import main as check
-from haptid.measurement.checks.preparation import accepted
+from haptid.measurement.checks.preparation import prepare_campaign
 from haptid.measurement.checks.stated import overridden
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.joint.locked_joint import joint_equations
@@ -171,7 +171,7 @@ def test_bad_options_are_one_line_whatever_is_remarked(write, command: str):
 def test_a_lower_bound_of_zero_is_taken_on_what_is_positive(write):
     folder = write(*parameters("sigma2 = { lower = 0 }\ninertia = { initial = 1e-8, lower = 0.0, upper = 0.1 }"))
     assert call("check", folder).exit_code == 0
-    campaign = accepted(read_campaign(folder))
+    campaign = prepare_campaign(read_campaign(folder))
     fitted = overridden(joint_equations(4), campaign.parameter_overrides[4], 4)
     lower = {q.id: q.lower for q in fitted.parameters}
     assert (lower["sigma2"], lower["inertia"]) == (1e-8, 1e-8)

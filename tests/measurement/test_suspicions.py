@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from haptid.measurement.checks.between_runs import misnamed, twins
+from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import Limits
 from haptid.measurement.checks.summary import summarise
 from haptid.measurement.checks.suspicions import suspicions
@@ -215,4 +215,4 @@ def cosine(omega: float, file: str) -> Run:
     ],
 )
 def test_tables_under_each_others_names(named: dict[str, float], remarked: set[str]):
-    assert misnamed([cosine(omega, file) for file, omega in named.items()]).keys() == remarked
+    assert find_misnamed([cosine(omega, file) for file, omega in named.items()]).keys() == remarked

@@ -18,7 +18,7 @@ from packaging.requirements import Requirement
 from haptid.support.installing import lock_file as locked
 from haptid.support.installing import supply_chain
 from haptid.support.installing.environment import ROOT, requirements
-from haptid.support.installing.licence import recognised
+from haptid.support.installing.licence import recognise_licence
 
 OURS = (
     "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "noise", "uq", "discrepancy",
@@ -109,7 +109,7 @@ def test_what_the_core_takes_on_disk_was_measured():
     ],
 )
 def test_a_licence_is_recognised_by_its_text(text: str, spdx: str):
-    assert recognised(text) == spdx
+    assert recognise_licence(text) == spdx
 
 
 def test_the_bill_of_materials_has_a_hash_for_every_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptid.support.linear_algebra import profiled, scaled_covariance
+from haptid.support.linear_algebra import profile_out, scaled_covariance
 
 
 def jacobian(seed: int) -> np.ndarray:
@@ -22,13 +22,13 @@ def test_what_is_profiled_is_what_a_fit_of_the_others_leaves(seed: int):
     kept, others = [0, 2], [1, 3, 4, 5]
     left = J[:, kept] - J[:, others] @ np.linalg.lstsq(J[:, others], J[:, kept], rcond=1e-10)[0]
     np.testing.assert_allclose(
-        profiled(J.T @ J, kept), left.T @ left, rtol=1e-5, atol=1e-6 * np.abs(left.T @ left).max()
+        profile_out(J.T @ J, kept), left.T @ left, rtol=1e-5, atol=1e-6 * np.abs(left.T @ left).max()
     )
 
 
 @given(st.integers(0, 1000), st.sets(st.integers(0, 5), min_size=1))
 def test_what_is_profiled_is_never_indefinite(seed: int, kept: set[int]):
-    matrix = profiled(jacobian(seed).T @ jacobian(seed), sorted(kept))
+    matrix = profile_out(jacobian(seed).T @ jacobian(seed), sorted(kept))
     assert np.linalg.eigvalsh(matrix).min() >= -1e-12 * np.trace(matrix)
 
 

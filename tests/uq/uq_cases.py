@@ -70,7 +70,7 @@ def make_density(model: NoiseModel, runs: tuple[Run, ...], equations: Equations)
         coordinates=coordinates, model=model, terms=tuple(prepare(equations, run) for run in runs),
         forward=KernelForward(equations=equations, step=2.5e-3),
     )  # fmt: skip
-    return density.linearised(kernel_of(equations), truth_eta(density))
+    return density.linearise(kernel_of(equations), truth_eta(density))
 
 
 def truth_eta(density: Density) -> np.ndarray:

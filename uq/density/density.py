@@ -50,7 +50,7 @@ class Density:
         first = len(self.coordinates.free)
         return {h.id: values[:, first + i] for i, h in enumerate(self.coordinates.hyper)}
 
-    def simulated(self, eta: Array, terms: Terms) -> Array:
+    def simulate(self, eta: Array, terms: Terms) -> Array:
         """Simulate a run from the start around which ``terms`` is linear.
 
         Parameters
@@ -82,7 +82,7 @@ class Density:
         ndarray, shape (n_sets, n_runs)
         """
         thetas, hyper = self.coordinates.thetas(eta), self.hyper(eta)
-        positions = simulated or [self.simulated(eta, terms) for terms in self.terms]
+        positions = simulated or [self.simulate(eta, terms) for terms in self.terms]
         columns = [
             log_likelihood(terms, self.model, self.equations, thetas, hyper, y)
             for terms, y in zip(self.terms, positions, strict=True)
@@ -109,7 +109,7 @@ class Density:
             out[inside] += self.log_likelihoods(eta[inside]).sum(axis=1)
         return np.where(np.isnan(out), -np.inf, out)  # a diverged K gives NaN (`noise.marginal`), which emcee refuses
 
-    def linearised(self, simulator: Simulator, eta: Array) -> Density:
+    def linearise(self, simulator: Simulator, eta: Array) -> Density:
         """Return a copy whose fixed columns and corrections of the inner step are taken at η.
 
         Parameters

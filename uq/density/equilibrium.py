@@ -15,8 +15,8 @@ import sympy as sp
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import TIME, Equations
 
-ITERATIONS = 12
-SETTLED = 1e-14
+MOST_NEWTON_STEPS = 12
+LARGEST_LAST_STEP_RAD = 1e-14
 """Newton step [rad] below which the iteration has converged."""
 
 
@@ -58,12 +58,12 @@ def equilibrium(equations: Equations, thetas: Array, guess: float | Array) -> Ar
     start = np.broadcast_to(np.asarray(guess, dtype=np.float64), thetas.shape[:1])
     q = start.copy()
     with np.errstate(all="ignore"):
-        for _ in range(ITERATIONS):
+        for _ in range(MOST_NEWTON_STEPS):
             force, slope = (np.broadcast_to(x, q.shape) for x in function(q, *columns))
             # Only a negative slope is that of a stable balance; elsewhere the iterate stays: ``settled`` refuses it.
             change = np.where(slope < 0, force / np.where(slope < 0, slope, -1.0), 0.0)
             q = q - change
-            if np.all(np.abs(change) < SETTLED):
+            if np.all(np.abs(change) < LARGEST_LAST_STEP_RAD):
                 break
         force, slope = (np.broadcast_to(x, q.shape) for x in function(q, *columns))
         settled = (

@@ -15,9 +15,7 @@ from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
-
-FINE = 2.5e-4
-"""Inner step [s] of the simulation to which a coarser simulation is compared."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 class Forward(Protocol):
@@ -42,7 +40,7 @@ class Forward(Protocol):
         """
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """Return the positions of a fine inner step (`FINE`) minus those of this one [rad], shape (n_sets, n_t).
+        """Return the positions of a fine inner step minus those of this one [rad], shape (n_sets, n_t).
 
         0 where the inner step cannot be chosen. Parameters as in `__call__`.
         """
@@ -78,9 +76,9 @@ class KernelForward:
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
         """See `Forward`."""
-        if self.step <= FINE:
+        if self.step <= THRESHOLDS.inner_step_of_correction_s:
             return np.zeros((len(thetas), run.t.size))
-        return self._with_step(thetas, run, x0, FINE) - self(thetas, run, x0)
+        return self._with_step(thetas, run, x0, THRESHOLDS.inner_step_of_correction_s) - self(thetas, run, x0)
 
     def simulator(self) -> KernelSimulator:
         """Return the same kernel with the same inner step behind the `Simulator` protocol."""

@@ -6,7 +6,8 @@ Each round of the climb to the mode
 2. climbs in the free parameters by Gauss–Newton steps with Levenberg–Marquardt damping,
 3. climbs in the noise parameters by Nelder–Mead, which needs no further simulation,
 
-until a round changes the log posterior by less than `SETTLED`. The ensembles start from the approximation.
+until a round changes the log posterior by less than `THRESHOLDS.largest_last_change_of_log_posterior`. The ensembles
+start from the approximation.
 """
 
 from __future__ import annotations
@@ -21,13 +22,10 @@ from haptid.measurement.values.run import Array
 from haptid.support.errors import NumericalError
 from haptid.uq.density.density import Density
 from haptid.uq.density.normal_equations import expand
+from haptid.uq.thresholds import THRESHOLDS
 
 DAMPINGS = np.array([0.0, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0])
 """Levenberg–Marquardt damping factors that are tried side by side."""
-SETTLED = 0.05
-"""Change of the log posterior [1] below which the climb has converged."""
-LOOSE = 3.0
-"""Largest standard deviation of a noise parameter's logarithm in the normal approximation [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,14 +76,14 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
     """
     best = -np.inf
     for _ in range(rounds):
-        density = density.linearised(simulator, eta)
+        density = density.linearise(simulator, eta)
         density, eta = _climb_parameters(density, simulator, eta, steps)
         eta = _climb_noise(density, eta)
         value = float(density(eta)[0])
-        if abs(value - best) < SETTLED:
+        if abs(value - best) < THRESHOLDS.largest_last_change_of_log_posterior:
             break
         best = value
-    density = density.linearised(simulator, eta)
+    density = density.linearise(simulator, eta)
     value = float(density(eta)[0])
     if not np.isfinite(value):
         msg = f"{density.equations.name}: the posterior density is not finite at the fit"
@@ -110,7 +108,7 @@ def _climb_parameters(density: Density, simulator: Simulator, eta: Array, steps:
         if not values[k] > now:
             break
         eta = trials[k]
-        if values[k] - now < SETTLED:
+        if values[k] - now < THRESHOLDS.largest_last_change_of_log_posterior:
             break
     return density, eta
 
@@ -157,7 +155,7 @@ def _prior_slopes(density: Density, eta: Array) -> tuple[Array, Array]:
 def _climb_noise(density: Density, eta: Array) -> Array:
     """Return η (n,) with the noise parameters of largest posterior density for the simulations at η."""
     n = len(density.coordinates.free)
-    simulated = [density.simulated(eta[None], terms) for terms in density.terms]
+    simulated = [density.simulate(eta[None], terms) for terms in density.terms]
 
     def negative(tail: Array) -> float:
         point = np.concatenate([eta[:n], tail])[None]
@@ -221,12 +219,12 @@ def covariance(density: Density, simulator: Simulator, eta: Array) -> Array:
 def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
     """Return the negative Hessian of the log posterior in the noise parameters, shape (k, k).
 
-    Eigenvalues below 1/`LOOSE`² are lifted to it; the matrix is returned as it is where it is not finite. ``h`` is the
-    step of the differences in the logarithm of a noise parameter [1].
+    Eigenvalues below 1/`THRESHOLDS.largest_std_of_log_noise`² are lifted to it; the matrix is returned as it is where
+    it is not finite. ``h`` is the step of the differences in the logarithm of a noise parameter [1].
     """
     n = len(density.coordinates.free)
     k = eta.size - n
-    simulated = [density.simulated(eta[None], terms) for terms in density.terms]
+    simulated = [density.simulate(eta[None], terms) for terms in density.terms]
     shifts = [(a, b, sa, sb) for a in range(k) for b in range(a + 1) for sa in (1, -1) for sb in (1, -1)]
     points = np.tile(eta, (len(shifts), 1))
     for row, (a, b, sa, sb) in zip(points, shifts, strict=True):
@@ -241,7 +239,7 @@ def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
     if not np.isfinite(hessian).all():
         return hessian
     weights, vectors = np.linalg.eigh(hessian)
-    return (vectors * np.maximum(weights, 1 / LOOSE**2)) @ vectors.T
+    return (vectors * np.maximum(weights, 1 / THRESHOLDS.largest_std_of_log_noise**2)) @ vectors.T
 
 
 def _inverse(information: Array) -> Array:

@@ -1,8 +1,10 @@
 """Choice of the solver's inner step: the longest one whose error, corrected at the mode, is negligible.
 
-1. Find the mode with the longest of `STEPS`; the data are corrected by the solver's error at that mode.
+1. Find the mode with the longest of `THRESHOLDS.inner_steps_s`; the data are corrected by the solver's error at that
+   mode.
 2. Estimate how much the remaining solver error varies over the posterior (`solver_error`).
-3. Accept the step where that is at most `SHARE`; else continue with the next shorter step.
+3. Accept the step where that is at most `THRESHOLDS.largest_std_of_solver_error`; else continue with the next shorter
+   step.
 """
 
 from __future__ import annotations
@@ -13,18 +15,12 @@ from typing import TypeVar
 import numpy as np
 
 from haptid.uq.density.laplace import Laplace
-
-STEPS = (5e-3, 2.5e-3, 1.25e-3, 6.25e-4)
-"""Inner steps [s] that are tried, the longest first."""
-SHARE = 0.1
-"""Share of its posterior standard deviation by which the solver's error may move the mean of any quantity [1]."""
-DRAWS = 16
-"""Draws of the normal approximation from which the solver's error is estimated."""
+from haptid.uq.thresholds import THRESHOLDS
 
 T = TypeVar("T")
 
 
-def solver_error(mode: Laplace, *, draws: int = DRAWS, seed: int = 0) -> float:
+def solver_error(mode: Laplace, *, draws: int = THRESHOLDS.draws_of_solver_error, seed: int = 0) -> float:
     """Return the standard deviation, over the posterior, of the solver's error in the log density.
 
     Parameters
@@ -46,8 +42,8 @@ def solver_error(mode: Laplace, *, draws: int = DRAWS, seed: int = 0) -> float:
     The data are corrected by the difference between a fine and the coarse simulation at the mode (`Terms.correction`).
     The error at another η is the change of that difference. With w = exp(log p_fine − log p_coarse), normalised to
     mean 1, every expectation obeys |E_fine[h] − E_coarse[h]| = |cov(h, w)| ≤ std(h)·std(w) (Cauchy and Schwarz). For
-    small errors std(w) is the standard deviation that is returned: at `SHARE` no mean moves by more than a tenth of a
-    standard deviation.
+    small errors std(w) is the standard deviation that is returned: at `THRESHOLDS.largest_std_of_solver_error` no mean
+    moves by more than a tenth of a standard deviation.
     """
     density, rng = mode.density, np.random.default_rng([seed, 13])
     drawn = mode.eta + rng.standard_normal((4 * draws, mode.eta.size)) @ mode.lower.T
@@ -55,7 +51,7 @@ def solver_error(mode: Laplace, *, draws: int = DRAWS, seed: int = 0) -> float:
     if len(kept) < 2:
         return 0.0
     thetas = density.coordinates.thetas(kept)
-    coarse = [density.simulated(kept, terms) for terms in density.terms]
+    coarse = [density.simulate(kept, terms) for terms in density.terms]
     fine = [
         y + density.forward.shortfall(thetas, terms.run, terms.x0) - terms.correction
         for y, terms in zip(coarse, density.terms, strict=True)
@@ -65,9 +61,9 @@ def solver_error(mode: Laplace, *, draws: int = DRAWS, seed: int = 0) -> float:
 
 
 def longest_step(
-    attempt: Callable[[float], T], mode_of: Callable[[T], Laplace], steps: Sequence[float] = STEPS
+    attempt: Callable[[float], T], mode_of: Callable[[T], Laplace], steps: Sequence[float] = THRESHOLDS.inner_steps_s
 ) -> tuple[T, float]:
-    """Try inner steps, the longest first, until the solver's error is at most `SHARE`.
+    """Try inner steps, the longest first, until the solver's error is small enough.
 
     Parameters
     ----------
@@ -90,7 +86,8 @@ def longest_step(
     """
     for step in steps:
         made = attempt(step)
-        if step == steps[-1] or solver_error(mode_of(made)) <= SHARE:  # the last step is used whatever its error
+        # The last step is used whatever its error.
+        if step == steps[-1] or solver_error(mode_of(made)) <= THRESHOLDS.largest_std_of_solver_error:
             return made, step
     msg = "no step to try"
     raise ValueError(msg)

@@ -2,7 +2,7 @@
 
 1. For every candidate, the simplest first, find the mode from the mode of the candidate before.
 2. Draw parameters from the normal approximation, and average the density of the held-out runs over the draws.
-3. Choose the simplest model whose score is within `MARGIN` of the best.
+3. Choose the simplest model whose score is within `THRESHOLDS.least_gain_of_held_out_score` of the best.
 
 References
 ----------
@@ -28,14 +28,7 @@ from haptid.uq.density.forward import Forward
 from haptid.uq.density.laplace import Laplace, laplace
 from haptid.uq.density.likelihood import predictive_score
 from haptid.uq.density.normal_equations import expand
-
-DRAWS = 64
-"""Draws of the normal approximation over which a held-out density is averaged."""
-UNEXPLAINED = 1.2
-"""Noise factor from which the residual counts as larger than the sensor noise [1]."""
-MARGIN = 3.0
-"""Gain in held-out log predictive density below which the simpler model is kept: strong evidence in the words of Kass
-and Raftery (1995), because the best of six alternatives gains one or two by chance."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -116,7 +109,7 @@ def _noise_starts(model: NoiseModel, hyper: dict[str, float]) -> list[dict[str, 
     added, at the stated noise and at five times it: there the scatter explains variation that a least-squares fit had
     absorbed into the parameters.
     """
-    if model.scatter == "none" or hyper.get("noise_factor", 1.0) < UNEXPLAINED:
+    if model.scatter == "none" or hyper.get("noise_factor", 1.0) < THRESHOLDS.least_noise_factor_of_scatter:
         return [hyper]
     return [hyper, *(hyper | {"noise_factor": nu, "cycle_scatter": s} for nu, s in ((1.0, 0.1), (5.0, 0.05)))]
 
@@ -154,8 +147,8 @@ def unseen_terms(mode: Laplace, simulator: Simulator, runs: Sequence[Run]) -> tu
     """
     density = mode.density.but(terms=tuple(prepare(simulator.equations, run) for run in runs))
     for _ in range(2):  # each pass moves the starts to their conditional means; the columns are then taken there
-        density = expand(density.linearised(simulator, mode.eta), simulator, mode.eta).density
-    return density.linearised(simulator, mode.eta).terms
+        density = expand(density.linearise(simulator, mode.eta), simulator, mode.eta).density
+    return density.linearise(simulator, mode.eta).terms
 
 
 def held_out_score(mode: Laplace, simulator: Simulator, runs: Sequence[Run], draws: Array) -> float:
@@ -181,12 +174,12 @@ def held_out_score(mode: Laplace, simulator: Simulator, runs: Sequence[Run], dra
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
     total = np.zeros(len(draws))
     for terms in unseen_terms(mode, simulator, runs):
-        simulated = density.simulated(draws, terms)
+        simulated = density.simulate(draws, terms)
         total += predictive_score(terms, density.model, density.equations, thetas, hyper, simulated)
     return float(logsumexp(total) - np.log(total.size))
 
 
-def normal_draws(mode: Laplace, rng: np.random.Generator, size: int = DRAWS) -> Array:
+def normal_draws(mode: Laplace, rng: np.random.Generator, size: int = THRESHOLDS.draws_of_held_out_score) -> Array:
     """Draw from the normal approximation inside the prior's support.
 
     Returns
@@ -240,6 +233,6 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
 
 
 def best(scored: Sequence[Scored]) -> Scored:
-    """Return the first (simplest) noise model whose score is within `MARGIN` of the best."""
+    """Return the first (simplest) noise model whose score is close enough to the best."""
     top = max(s.score for s in scored)
-    return next(s for s in scored if s.score >= top - MARGIN)
+    return next(s for s in scored if s.score >= top - THRESHOLDS.least_gain_of_held_out_score)

@@ -13,11 +13,7 @@ from haptid.noise.terms import linearise, prepare, scatter_columns
 from haptid.uq.density.density import Density
 from haptid.uq.density.laplace import Laplace
 from haptid.uq.density.normal_equations import run_information
-
-AMPLITUDES = (0.5, 0.7, 1.0, 1.4)
-"""Torque amplitudes that are tried, over the largest amplitude of a fitted run [1]."""
-FREQUENCIES = (0.5, 0.75, 1.0, 1.5, 2.0, 3.0)
-"""Angular frequencies that are tried, over the median of the fitted runs [1]."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,8 +75,8 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
     travel = max(float(np.ptp(t.data)) for t in density.terms)
     omega = float(np.median([find_cycles(t.run).omega or 1.0 for t in density.terms]))
     found: list[tuple[float, float, float]] = []
-    for a in AMPLITUDES:
-        for w in FREQUENCIES:
+    for a in THRESHOLDS.tried_amplitudes_over_largest:
+        for w in THRESHOLDS.tried_frequencies_over_median:
             run = _cosine(base, a * torque, w * omega)
             y = simulator.simulate(theta, run).y[:, 0]
             if np.isfinite(y).all() and np.ptp(y) <= 1.3 * travel:

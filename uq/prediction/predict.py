@@ -13,9 +13,7 @@ from haptid.noise.terms import Terms, column_scales
 from haptid.uq.density.density import Density
 from haptid.uq.density.equilibrium import equilibrium
 from haptid.uq.density.likelihood import gram_of
-
-LEVELS = (0.5, 0.8, 0.95)
-"""Probability contents of the predictive bands [1]."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +61,7 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
         Source of the random numbers.
     """
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
-    simulated = density.simulated(draws, terms)
+    simulated = density.simulate(draws, terms)
     sound = np.isfinite(simulated).all(axis=1)  # one diverged draw would make every quantile NaN
     thetas, simulated = thetas[sound], simulated[sound]
     hyper = {name: value[sound] for name, value in hyper.items()}
@@ -74,8 +72,9 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
     clean = simulated + start @ terms.fixed[:n_start]
     motion = clean - equilibrium(density.equations, thetas, float(terms.data.mean()))[:, None]
     y = clean + _draw_scatter(terms, model, hyper, motion, rng) + _noise(terms, model, hyper, rng)
-    edges = np.quantile(y, [0.5, *((1 - p) / 2 for p in LEVELS), *((1 + p) / 2 for p in LEVELS)], axis=0)
-    lower, upper = edges[1 : 1 + len(LEVELS)], edges[1 + len(LEVELS) :]
+    contents = THRESHOLDS.probability_contents
+    edges = np.quantile(y, [0.5, *((1 - p) / 2 for p in contents), *((1 + p) / 2 for p in contents)], axis=0)
+    lower, upper = edges[1 : 1 + len(contents)], edges[1 + len(contents) :]
     inside = (terms.data >= lower) & (terms.data <= upper)
     factors = _cycle_factors(terms, model, mean[:, n_start:], covariance[:, n_start:, n_start:])
     return Bands(

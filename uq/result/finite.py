@@ -35,7 +35,7 @@ def early_word(equations: Equations, runs: Sequence[Run], joint: int, folder: Pa
     Returns
     -------
     str
-        The warning; ``''`` where the runs hold `ROWS_PER_PARAMETER` rows for each free parameter.
+        The warning; ``''`` where the runs hold `THRESHOLDS.least_rows_per_parameter` rows for each free parameter.
 
     Raises
     ------

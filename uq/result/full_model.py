@@ -14,9 +14,7 @@ from haptid.identification.verification.verify import verify
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.uq.result.posterior import Posterior
-
-DRAWS = 40
-"""Draws of the whole device's parameters behind its bands."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 def as_fit(fit: Fit, posterior: Posterior) -> Fit:
@@ -41,7 +39,12 @@ def as_fit(fit: Fit, posterior: Posterior) -> Fit:
 
 
 def full_model_bands(
-    campaign: Campaign, device: Device, steps: Sequence[Step], *, seed: int = 0, draws: int = DRAWS
+    campaign: Campaign,
+    device: Device,
+    steps: Sequence[Step],
+    *,
+    seed: int = 0,
+    draws: int = THRESHOLDS.draws_of_whole_device,
 ) -> Verification:
     """Simulate the validation runs with all joints free by draws of the whole device's parameters.
 

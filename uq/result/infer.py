@@ -23,7 +23,7 @@ from haptid.noise.noise_model import NoiseModel
 from haptid.uq.density.density import Density
 from haptid.uq.density.forward import EachForward, KernelForward
 from haptid.uq.density.likelihood import cycle_scores
-from haptid.uq.density.solver_step import STEPS, longest_step
+from haptid.uq.density.solver_step import longest_step
 from haptid.uq.prediction.choice import Problem, Scored, best, compare, unseen_terms
 from haptid.uq.prediction.next_run import next_run
 from haptid.uq.prediction.predict import predict
@@ -32,6 +32,7 @@ from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import chains_of, summarise
 from haptid.uq.sampling.modes import count_modes
 from haptid.uq.sampling.sampling import Report, Sample, SamplingOptions, sample
+from haptid.uq.thresholds import THRESHOLDS
 
 Say = Callable[[str], None]
 
@@ -89,13 +90,13 @@ def _with_longest_step(problem: Problem, theta: Array, options: InferOptions) ->
     The search begins at the step that suffices under white noise: one mode a step, where a choice takes one per model.
     """
 
-    def stepped(step: float) -> Problem:
+    def with_step(step: float) -> Problem:
         forward = KernelForward(equations=problem.simulator.equations, step=step)
         return replace(problem, simulator=forward.simulator(), forward=forward)
 
-    _, first = longest_step(lambda step: stepped(step).mode(NoiseModel(), theta), lambda mode: mode)
-    steps = [step for step in STEPS if step <= first]
-    return longest_step(lambda step: _choose(stepped(step), theta, options), lambda made: made.one.mode, steps)[0]
+    _, first = longest_step(lambda step: with_step(step).mode(NoiseModel(), theta), lambda mode: mode)
+    steps = [step for step in THRESHOLDS.inner_steps_s if step <= first]
+    return longest_step(lambda step: _choose(with_step(step), theta, options), lambda made: made.one.mode, steps)[0]
 
 
 def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains are kept
@@ -195,7 +196,7 @@ def _log_densities(density: Density, draws: Array) -> tuple[Array, Array]:
     cycles, runs = [], []
     for block in np.array_split(flat, max(len(flat) // 64, 1)):  # blocks bound the memory of the simulated positions
         thetas, hyper = density.coordinates.thetas(block), density.hyper(block)
-        simulated = [density.simulated(block, terms) for terms in density.terms]
+        simulated = [density.simulate(block, terms) for terms in density.terms]
         runs.append(density.log_likelihoods(block, simulated))
         scores = [
             cycle_scores(terms, density.model, density.equations, thetas, hyper, y)

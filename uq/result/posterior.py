@@ -12,6 +12,7 @@ from haptid.uq.prediction.predict import Bands
 from haptid.uq.result.arviz_door import LeaveOneOut
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.sampling.sampling import Sample
+from haptid.uq.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,6 +75,11 @@ class Posterior:
         return max(p.diagnostics.rhat for p in self.parameters)
 
     @property
+    def agree(self) -> bool:
+        """Whether the ensembles agree: R̂ is small, and all sample the same mode."""
+        return self.worst_rhat < THRESHOLDS.least_rhat_of_disagreement and self.modes == 1
+
+    @property
     def sound(self) -> bool:
-        """Whether the ensembles agree (R̂ below 1.01, one mode) and their autocorrelation time is known."""
-        return self.sample.reached and self.worst_rhat < 1.01 and self.modes == 1
+        """Whether the ensembles agree and their autocorrelation time is known."""
+        return self.sample.reached and self.agree

@@ -12,10 +12,11 @@ import numpy as np
 
 from haptid.fmu_build.description.variables import structured_name
 from haptid.support.files.files import write_text
-from haptid.uq.prediction.predict import LEVELS
+from haptid.uq.prediction.predict import Bands
 from haptid.uq.result.arviz_door import write_netcdf
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.thresholds import THRESHOLDS
 
 SCHEMA = "posterior/1"
 
@@ -52,7 +53,7 @@ def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
     dims = {"cycle": ["cycle_of_run"], "run": ["file"]}
     dims |= {f"position_{k}": [f"row_{k}"] for k in range(len(posterior.bands))}
     dims |= {f"band_{k}": ["edge", f"row_{k}"] for k in range(len(posterior.bands))}
-    edges = [f"lower_{p:g}" for p in LEVELS] + [f"upper_{p:g}" for p in LEVELS]
+    edges = [f"{end}_{p:g}" for end in ("lower", "upper") for p in THRESHOLDS.probability_contents]
     attributes = {
         "joint": posterior.joint,
         "measured": int(measured),
@@ -137,7 +138,7 @@ def as_json(posterior: Posterior) -> dict[str, Any]:
             {
                 "file": b.run.file,
                 "use": b.run.use,
-                "covered": {f"{p:g}": float(c) for p, c in zip(LEVELS, b.covered, strict=True)},
+                "covered": _share_by_content(b),
                 "cycle_factors": b.cycle_factors.tolist(),
             }
             for b in posterior.bands
@@ -152,6 +153,11 @@ def as_json(posterior: Posterior) -> dict[str, Any]:
 def _next_run(posterior: Posterior) -> dict[str, Any] | None:
     run = posterior.next_run
     return None if run is None else {name: getattr(run, name) for name in run.__slots__}
+
+
+def _share_by_content(bands: Bands) -> dict[str, float]:
+    """Return the share of readings within each predictive band, by the band's probability content."""
+    return {f"{p:g}": float(c) for p, c in zip(THRESHOLDS.probability_contents, bands.covered, strict=True)}
 
 
 def _parameter(p: ParameterSummary) -> dict[str, Any]:

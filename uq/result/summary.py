@@ -13,13 +13,7 @@ from haptid.measurement.values.run import Array
 from haptid.uq.density.coordinates import Coordinates, prior_words
 from haptid.uq.result.arviz_door import Diagnostics, diagnose
 from haptid.uq.sampling.sampling import Sample
-
-LEVELS = (0.5, 0.8, 0.95)
-"""Probability contents of the intervals [1]."""
-PRIOR_BOUND = 0.5
-"""Posterior over prior standard deviation above which the prior counts as what determines the parameter [1]."""
-NEGLIGIBLE = 1e-2
-"""Lower over upper end of a scatter's 95 % interval below which the sentence gives the upper end only [1]."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -102,7 +96,9 @@ def summarise(coordinates: Coordinates, sample: Sample, rng: np.random.Generator
     made = []
     for i, (id, unit) in enumerate(zip(coordinates.names, coordinates.units, strict=True)):
         x, eta = values[..., i], chains[..., i]
-        intervals = {p: tuple(np.quantile(x, [(1 - p) / 2, (1 + p) / 2]).tolist()) for p in LEVELS}
+        intervals = {
+            p: tuple(np.quantile(x, [(1 - p) / 2, (1 + p) / 2]).tolist()) for p in THRESHOLDS.probability_contents
+        }
         contraction = float(eta.std() / prior[:, i].std())
         overlap = _overlap(eta.ravel(), prior[:, i])
         made.append(
@@ -141,7 +137,7 @@ def _verdict(id: str, median: float, interval: tuple[float, float], contraction:
     # The order counts: a scatter is judged by its size alone, and an interval that is the prior's says nothing about 0.
     if id.endswith("_scatter") or id == "model_error":
         return _scatter_verdict(id, median, interval)
-    if contraction > PRIOR_BOUND:
+    if contraction > THRESHOLDS.largest_std_over_prior_std:
         return f"{id} is set by its prior: the data narrow it to {contraction:.0%} of the prior's width."
     if low < 0 < high:
         return f"{id} cannot be told from 0: its 95 % interval is {low:.3g} to {high:.3g}."
@@ -157,12 +153,12 @@ def _scatter_verdict(id: str, median: float, interval: tuple[float, float]) -> s
     }
     words = name.get(id, "The correlated model error")
 
-    def shown(x: float) -> str:
+    def write_size(x: float) -> str:
         return percent(x) if relative else f"{x:.2g} rad"
 
-    if low < NEGLIGIBLE * high:
-        return f"{words} is not seen: with 95 % it is below {shown(high)}."
-    return f"{words} is {shown(median)} ({shown(low)} to {shown(high)}, 95 %)."
+    if low < THRESHOLDS.least_ratio_of_scatter_ends * high:
+        return f"{words} is not seen: with 95 % it is below {write_size(high)}."
+    return f"{words} is {write_size(median)} ({write_size(low)} to {write_size(high)}, 95 %)."
 
 
 def percent(share: float) -> str:

@@ -12,9 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from haptid.measurement.values.run import Array
-
-WINDOW = 5.0
-"""Lag over τ(M) from which the sum of autocorrelations is cut off (Sokal's window) [1]."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 def autocorrelation_time(chain: Array) -> Array:
@@ -44,10 +42,10 @@ def _times(ensemble: Array) -> Array:
     centred = ensemble - ensemble.mean(axis=(0, 1))
     spectrum = np.abs(np.fft.rfft(centred, 2 * steps, axis=0)) ** 2  # padded: the correlation must not wrap around
     covariance = np.fft.irfft(spectrum.mean(axis=1), axis=0)[:steps] / np.arange(steps, 0, -1)[:, None]
-    return np.array([_windowed(rho / rho[0]) if rho[0] > 0 else float(steps) for rho in covariance.T])
+    return np.array([_sum_to_window(rho / rho[0]) if rho[0] > 0 else float(steps) for rho in covariance.T])
 
 
-def _windowed(rho: Array) -> float:
+def _sum_to_window(rho: Array) -> float:
     times = 2.0 * np.cumsum(rho) - 1.0
-    inside = np.flatnonzero(np.arange(rho.size) >= WINDOW * times)
+    inside = np.flatnonzero(np.arange(rho.size) >= THRESHOLDS.window_over_autocorrelation_time * times)
     return float(times[inside[0]] if inside.size else times.max())  # a chain too short for its window: the largest sum

@@ -6,9 +6,7 @@ import numpy as np
 
 from haptid.measurement.values.run import Array
 from haptid.support.linear_algebra import symmetric_inverse
-
-APART = 6.0
-"""Scaled Mahalanobis distance of two ensembles' means [standard deviations] from which they count as two modes."""
+from haptid.uq.thresholds import THRESHOLDS
 
 
 def count_modes(chain: Array) -> int:
@@ -26,8 +24,8 @@ def count_modes(chain: Array) -> int:
 
     Notes
     -----
-    An ensemble joins a group whose first mean is closer than `APART`. The distance is Mahalanobis' with the mean
-    covariance within ensembles, divided by √n.
+    An ensemble joins a group whose first mean is closer than `THRESHOLDS.least_distance_of_modes_in_std`. The distance
+    is Mahalanobis' with the mean covariance within ensembles, divided by √n.
     """
     ensembles, _, _, n = chain.shape
     flat = chain.reshape(ensembles, -1, n)
@@ -36,7 +34,7 @@ def count_modes(chain: Array) -> int:
     precision = symmetric_inverse(within)
     groups: list[Array] = []
     for mean in means:
-        near = [d for g in groups if (d := float(np.sqrt((mean - g) @ precision @ (mean - g) / n))) < APART]
-        if not near:
+        distances = [float(np.sqrt((mean - g) @ precision @ (mean - g) / n)) for g in groups]
+        if not any(distance < THRESHOLDS.least_distance_of_modes_in_std for distance in distances):
             groups.append(mean)
     return len(groups)

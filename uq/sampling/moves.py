@@ -20,16 +20,17 @@ import emcee
 import numpy as np
 
 from haptid.measurement.values.run import Array
+from haptid.uq.thresholds import THRESHOLDS
 
-DEGREES = 10.0
-"""Degrees of freedom of the Student distribution of independent proposals [1]."""
 MOVES = ("stretch", "differential", "independent")
 """Names of the moves, in the order in which the ensembles of the pilot try them."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Proposal:
-    """Multivariate Student distribution with `DEGREES` degrees of freedom: proposals independent of the walkers.
+    """Multivariate Student distribution: proposals independent of the walkers.
+
+    It has ν = `THRESHOLDS.degrees_of_freedom_of_proposals` degrees of freedom.
 
     Parameters
     ----------
@@ -51,12 +52,14 @@ class Proposal:
     def log_density(self, x: Array) -> Array:
         """Return the log density of points (n_sets, n) up to a constant, shape (n_sets,)."""
         z = np.linalg.solve(self.lower, (x - self.mean).T)
-        return np.asarray(-0.5 * (DEGREES + self.mean.size) * np.log1p(np.sum(z**2, axis=0) / DEGREES))
+        nu = THRESHOLDS.degrees_of_freedom_of_proposals
+        return np.asarray(-0.5 * (nu + self.mean.size) * np.log1p(np.sum(z**2, axis=0) / nu))
 
     def draw(self, random: Any, size: int) -> Array:
-        """Draw independent points, shape (size, n), with a NumPy random state: normal draws over √(χ²/`DEGREES`)."""
+        """Draw independent points, shape (size, n), with a NumPy random state: normal draws over √(χ²/ν)."""
+        nu = THRESHOLDS.degrees_of_freedom_of_proposals
         normal = random.randn(size, self.mean.size)
-        scale = np.sqrt(random.chisquare(DEGREES, size) / DEGREES)
+        scale = np.sqrt(random.chisquare(nu, size) / nu)
         return np.asarray(self.mean + (normal / scale[:, None]) @ self.lower.T)
 
     def __call__(self, coords: Array, random: Any) -> tuple[Array, Array]:

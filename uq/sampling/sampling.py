@@ -11,6 +11,7 @@ Chunks that a folder holds already are read instead of computed, so that a kille
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -27,13 +28,12 @@ from haptid.uq.density.straight import Straight, StraightDensity
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.chunk import Chunk, Task, advance
 from haptid.uq.sampling.moves import MOVES, Proposal
+from haptid.uq.thresholds import THRESHOLDS
 
 PHASES = {"burn": 0, "pilot": 1, "main": 2}
 """Number of each phase, which enters the seeds of its chunks."""
-DISPERSED = 3.0
-"""Factor on the standard deviations of the normal approximation in the start of every second ensemble [1]."""
 
-LANES = 16
+WALKERS_OF_FULL_VECTORS = 16
 """Walkers come in multiples of this, so that half an ensemble fills whole vectors of the compiled kernel."""
 
 
@@ -223,7 +223,7 @@ def sample(
     proposal = Proposal.of(mean, covariance)
     if options.burn:
         for number, steps in enumerate(_shares(options.burn)):
-            proposal = refitted(ensembles.step("burn", number, steps, names, proposal))
+            proposal = fit_proposal(ensembles.step("burn", number, steps, names, proposal))
     move, trials = options.move, {}
     if options.pilot:
         tried = [MOVES[e % len(MOVES)] for e in range(options.ensembles)]
@@ -265,7 +265,7 @@ def _run(
     )
 
 
-def refitted(chunks: Sequence[Chunk]) -> Proposal:
+def fit_proposal(chunks: Sequence[Chunk]) -> Proposal:
     """Fit the proposal of independent draws to the second halves of all ensembles' chunks.
 
     Parameters
@@ -286,18 +286,24 @@ def refitted(chunks: Sequence[Chunk]) -> Proposal:
     return Proposal.of(kept.mean(axis=0), np.cov(kept.T).reshape(kept.shape[1], -1))
 
 
+def _walkers_of(dimension: int) -> int:
+    """Return the number of walkers: at least twice one more than the dimension, rounded up to full vectors."""
+    vectors = math.ceil(2 * (dimension + 1) / WALKERS_OF_FULL_VECTORS)
+    return WALKERS_OF_FULL_VECTORS * vectors
+
+
 def _first_points(
     density: StraightDensity, mean: Array, covariance: Array, ensemble: int, options: SamplingOptions
 ) -> Array:
     """Draw the walkers of an ensemble around the mode, all of finite density, shape (n_walkers, n).
 
-    Every second ensemble is `DISPERSED` times as wide, so that R̂ compares chains from different starts. After four
-    attempts the spread shrinks by 0.7 per attempt.
+    Every second ensemble is `THRESHOLDS.dispersed_start_over_std` times as wide, so that R̂ compares chains from
+    different starts. After four attempts the spread shrinks by 0.7 per attempt.
     """
     n = mean.size
-    walkers = options.walkers or LANES * -(-2 * (n + 1) // LANES)  # at least 2·(n + 1), rounded up
+    walkers = options.walkers or _walkers_of(n)
     rng = np.random.default_rng([options.seed, 99, ensemble])
-    spread, lower = DISPERSED if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
+    spread, lower = THRESHOLDS.dispersed_start_over_std if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
     kept = np.empty((0, n))
     for attempt in range(20):
         scale = spread * 0.7 ** max(attempt - 3, 0)

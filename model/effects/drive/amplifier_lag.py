@@ -7,7 +7,7 @@ from haptid.model.effects.parts.cascade import cascade
 from haptid.model.equations.equations import State
 
 LEAST = sp.Float(1e-4)
-SETTLING = 1e4
+SETTLING_RATE_PER_S = 1e4
 """Rate at which a settled amplifier takes the first command, within the first half millisecond [1/s]."""
 
 
@@ -39,5 +39,5 @@ def _lag(variant: str, prefix: str, extra: sp.Expr) -> Effect:
 
 EFFECTS = (
     _lag("rest", "lag", sp.S.Zero),
-    _lag("settled", "settled_lag", SETTLING * sp.exp(-t * SETTLING / 5)),
+    _lag("settled", "settled_lag", SETTLING_RATE_PER_S * sp.exp(-t * SETTLING_RATE_PER_S / 5)),
 )

@@ -8,7 +8,7 @@ from haptid.model.effects.scales import POSITION
 from haptid.model.equations.equations import State
 
 NAME = "gear"
-PUSH = 2000.0
+WALL_RATE_PER_S = 2000.0
 """Rate at which the play's wall holds the encoder [1/s]."""
 _acceleration, _states = tendons.two_masses(NAME, play=sp.Symbol("gear_play", real=True))
 b, d = sp.symbols("encoder_play play_position", real=True)
@@ -30,8 +30,8 @@ EFFECTS = (
         states=(
             EffectState(
                 state=State(id="play_position", unit="rad", description="position within the play"),
-                rhs=v - PUSH * _beyond,
-                rate=PUSH * sp.Heaviside(sp.Abs(d) - b / 2),
+                rhs=v - WALL_RATE_PER_S * _beyond,
+                rate=WALL_RATE_PER_S * sp.Heaviside(sp.Abs(d) - b / 2),
             ),
         ),
     ),
@@ -56,7 +56,7 @@ EFFECTS = (
             ("gear_rotor_share", (0.3,)),
             ("gear_damping_time", (0.005,)),
         ),
-        derived=tendons.derived(NAME),
+        derived=tendons.derive_stiffness(NAME),
         rivals=("tendon_slack",),
         acceleration=_acceleration,
         states=_states,

@@ -19,7 +19,7 @@ EFFECT = Effect(
         ("tendon_rotor_share", (0.15, 0.4)),
         ("tendon_damping_time", (0.005,)),
     ),
-    derived=tendons.derived(NAME),
+    derived=tendons.derive_stiffness(NAME),
     rivals=("lock_compliance", "time_delay", "amplifier_lag"),
     acceleration=_acceleration,
     states=_states,

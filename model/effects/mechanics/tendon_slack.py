@@ -33,7 +33,7 @@ EFFECT = Effect(
         ("slack_rotor_share", (0.3,)),
         ("slack_damping_time", (0.005,)),
     ),
-    derived=tendons.derived(NAME),
+    derived=tendons.derive_stiffness(NAME),
     rivals=("backlash", "amplifier_dead_band"),
     acceleration=_acceleration,
     states=_states,

@@ -59,7 +59,7 @@ def relative(prefix: str) -> dict[str, sp.Expr]:
     }
 
 
-def derived(prefix: str) -> tuple[tuple[str, str, sp.Expr], ...]:
+def derive_stiffness(prefix: str) -> tuple[tuple[str, str, sp.Expr], ...]:
     """Return the stiffness 1/compliance [N m/rad], as ``Effect.derived`` takes it."""
     return ((f"{prefix}_stiffness", "N m/rad", 1 / _names(prefix)[0]),)
 

@@ -7,7 +7,7 @@ import pytest
 
 from haptid.identification.fit.initial_guess import guess_from
 from haptid.identification.sequence.equations_for import equations_for
-from haptid.measurement.checks.stated import changed, overridden
+from haptid.measurement.checks.stated import fields_changed_by, overridden
 from haptid.measurement.signals.smoothing import dominant_period, smooth
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.reader import load_device
@@ -78,9 +78,9 @@ def test_device_configuration_uses_its_guesses():
 def test_overrides_are_checked():
     quantity = joint_equations(4).parameter("Fs")
     with pytest.raises(InputError, match="above 0"):
-        changed(quantity, {"initial": 0.0, "lower": -1.0}, "[joint.4.parameters] Fs")
+        fields_changed_by(quantity, {"initial": 0.0, "lower": -1.0}, "[joint.4.parameters] Fs")
     kp = joint_equations(4).parameter("Kp")
-    assert changed(kp, {"prior": {"mean": 1.0, "std": 0.1}}, "Kp")["fixed"] is False
+    assert fields_changed_by(kp, {"prior": {"mean": 1.0, "std": 0.1}}, "Kp")["fixed"] is False
     kept = [q for q in joint_equations(4).parameters if q.id != "gravity_cos"]
     with pytest.raises(InputError, match="a parameter of this joint"):
         overridden(joint_equations(4, parameters=kept), {"gravity_cos": {"initial": 0.1}}, 4)

@@ -16,7 +16,7 @@ from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.observer import Observed
 from haptid.model.kernel.generate import DEFAULT_STEP
-from haptid.support.linear_algebra import inverse, profiled, sandwich
+from haptid.support.linear_algebra import inverse, profile_out, sandwich
 from tests.identification.bench_joint import TRUE, equations, runs
 
 
@@ -84,10 +84,10 @@ def test_matrices_stay_positive_where_rounding_rules():
     H = J.T @ J
     np.testing.assert_allclose(inverse(H), np.linalg.inv(H), rtol=1e-6)
     whole = np.linalg.inv(np.linalg.inv(H)[:3, :3])
-    np.testing.assert_allclose(profiled(H, range(3)), whole, rtol=1e-6)
+    np.testing.assert_allclose(profile_out(H, range(3)), whole, rtol=1e-6)
     meat = J.T @ np.diag(rng.uniform(0.5, 2.0, 40)) @ J
     np.testing.assert_allclose(sandwich(H, meat), np.linalg.inv(H) @ meat @ np.linalg.inv(H), rtol=1e-6)
     J[:, 4] = J[:, 3] * (1 + 1e-12)
-    for matrix in (inverse(J.T @ J), sandwich(J.T @ J, meat), profiled(J.T @ J, range(4))):
+    for matrix in (inverse(J.T @ J), sandwich(J.T @ J, meat), profile_out(J.T @ J, range(4))):
         assert np.all(np.diag(matrix) >= 0)
         assert np.all(np.isfinite(matrix))

@@ -15,7 +15,7 @@ from haptid.model.device.device import Device
 from haptid.model.device.device_table import parse_device
 from haptid.model.device.reader import load_device
 from haptid.model.effects.effect import z
-from haptid.model.effects.registry import catalogue, named
+from haptid.model.effects.registry import catalogue, find_effects
 from haptid.model.friction.law import SLOTS
 from haptid.model.friction.registry import law_named, laws
 from haptid.model.joint.coupled_joints import configuration_equations
@@ -118,7 +118,7 @@ def test_dahl_takes_energy_and_never_gives_more_than_it_stored():
 
 
 def test_an_effect_without_its_slot_is_refused():
-    (lag,) = named(["friction_lag"])
+    (lag,) = find_effects(["friction_lag"])
     expected = "effect friction_lag: expected a friction law with stribeck_velocity, got dahl, which has none"
     with pytest.raises(InputError, match=expected):
         joint_equations(4, effects=[lag], friction="dahl")

@@ -13,11 +13,12 @@ from haptid.uq.density.equilibrium import equilibrium
 from haptid.uq.density.forward import EachForward, KernelForward, kernel_of
 from haptid.uq.density.laplace import laplace
 from haptid.uq.density.normal_equations import expand
-from haptid.uq.density.solver_step import SHARE, longest_step
+from haptid.uq.density.solver_step import longest_step
 from haptid.uq.prediction.choice import Problem, best, compare
 from haptid.uq.prediction.predict import predict
 from haptid.uq.result.infer import InferOptions, infer
 from haptid.uq.sampling.sampling import SamplingOptions
+from haptid.uq.thresholds import THRESHOLDS
 from tests.uq.uq_cases import FREE, TRUTH, make_density, make_run, truth_eta
 
 
@@ -38,7 +39,7 @@ def test_gradient_is_that_of_the_log_likelihood(equations, runs):
     density = make_density(NoiseModel(), runs[:1], equations)
     eta = truth_eta(density)
     eta[0] += 0.01
-    density = density.linearised(kernel_of(equations), eta)
+    density = density.linearise(kernel_of(equations), eta)
     at = expand(density, kernel_of(equations), eta)
     for i in range(len(FREE)):
         h = np.zeros_like(eta)
@@ -72,7 +73,7 @@ def test_longest_step_keeps_the_solver_error_below_what_parameters_could_feel(eq
         forward=KernelForward(equations=equations, step=5e-5),
         terms=tuple(terms.but(correction=np.zeros_like(terms.correction)) for terms in density.terms),
     )
-    assert np.std(density(draws) - exact(draws)) < 1.5 * SHARE
+    assert np.std(density(draws) - exact(draws)) < 1.5 * THRESHOLDS.largest_std_of_solver_error
 
 
 def test_equilibrium_balances_spring_and_gravity(equations):

@@ -28,7 +28,7 @@ def dense(density, eta):
     """Mean and covariance of one run's rows, written out."""
     terms, model = density.terms[0], density.model
     thetas, hyper = density.coordinates.thetas(eta[None]), density.hyper(eta[None])
-    simulated = density.simulated(eta[None], terms)[0]
+    simulated = density.simulate(eta[None], terms)[0]
     rest = equilibrium(density.equations, thetas, float(terms.data.mean()))[0]
     n = len(terms.states)
     mean = simulated + terms.start_shift @ terms.fixed[:n]
@@ -59,7 +59,7 @@ def test_a_kept_subset_is_the_dense_density_of_those_rows(model, equations, runs
     keep = terms.cycle != 1
     mean, cov = dense(density, eta)
     expected = multivariate_normal(mean[keep], cov[np.ix_(keep, keep)]).logpdf(terms.data[keep])
-    simulated = density.simulated(eta[None], terms)
+    simulated = density.simulate(eta[None], terms)
     thetas, hyper = density.coordinates.thetas(eta[None]), density.hyper(eta[None])
     found = log_likelihood(terms, model, equations, thetas, hyper, simulated, keep)
     assert found[0] == pytest.approx(expected, rel=1e-9, abs=1e-6)
@@ -76,7 +76,7 @@ def test_cycle_scores_are_conditional_densities(equations, runs):
         cov[np.ix_(left, left)] - gain @ cov[np.ix_(kept, left)],
     )
     thetas, hyper = density.coordinates.thetas(eta[None]), density.hyper(eta[None])
-    simulated = density.simulated(eta[None], terms)
+    simulated = density.simulate(eta[None], terms)
     scores = cycle_scores(terms, density.model, equations, thetas, hyper, simulated)
     assert scores[0, 1] == pytest.approx(conditional.logpdf(terms.data[left]), rel=1e-8, abs=1e-5)
 
