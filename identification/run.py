@@ -114,7 +114,7 @@ def in_process(equations: Equations) -> Simulator:
 @click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of a fit.")
 @click.option("--method", type=click.Choice(["slsqp", "gauss_newton"]), default="slsqp", show_default=True)
 @click.option("--robust", is_flag=True, help="Pseudo-Huber loss, for gross outliers.")
-@click.option("--passive", is_flag=True, help="Demand passive friction (LuGre: sigma2 >= sigma1 (Fs - Fc)/Fc).")
+@click.option("--passive", is_flag=True, help="Demand passive friction of LuGre joints: sigma2 >= sigma1 (Fs - Fc)/Fc.")
 @click.option("--profile", is_flag=True, help="Follow profile likelihoods to the ends of their 95 % intervals.")
 @click.option("--free-velocity", is_flag=True, help="Fit the initial velocity of every run.")
 @click.option("--no-export", is_flag=True, help="Leave out the FMUs of the whole device.")

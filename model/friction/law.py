@@ -143,7 +143,8 @@ class FrictionLaw:
     orderings
         Pairs (a, b) of ids with a ≥ b.
     passivity
-        Expression of the parameters that must not be negative, on request; None where no condition is needed.
+        Expression of the parameters that must not be negative, on request; None where the law is always passive, or
+        where a condition would remove a part of it.
     level
         (v, parameters by id) → level of dry friction at speed v in the form in which ``write`` holds it, for pages that
         give it a letter; None where there is none.

@@ -16,6 +16,9 @@ share that slips is βᵢ = clip((rᵢ − 1 + ε)/ε, 0, 1), or while Fᵢ·v >
 
 For given v all are linear in Fᵢ where βᵢ stands still. The relaxation rate takes the steepest slope that βᵢ can have,
 so that no stiffness makes a step unstable.
+
+With Fs > Fc the law is not passive, whatever σ2: an element that slipped fast and creeps on gains force from Fc/N to
+Fs/N at no displacement, and gives its energy back when it is unloaded.
 """
 
 from __future__ import annotations

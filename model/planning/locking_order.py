@@ -19,7 +19,7 @@ from itertools import combinations
 
 from haptid.model.algebra.echelon import Echelon, Row
 from haptid.model.device.device import Device
-from haptid.model.rigid_body.base_parameters import equation_forms, full_lagrangian, rows, span
+from haptid.model.rigid_body.base_parameters import equation_forms, full_lagrangian, rows
 from haptid.model.rigid_body.lagrange import Lagrangian
 from haptid.model.rigid_body.locked_dynamics import locked_motion
 from haptid.model.rigid_body.standard_parameters import find_contained
@@ -93,7 +93,7 @@ def locking_order(device: Device) -> LockingOrder:
     lagrangian = full_lagrangian(device)
     joints = tuple(range(len(device.joints)))
     everything = rows(equation_forms(lagrangian, joints))
-    full, needed = span(everything), find_contained(device, everything)
+    full, needed = Echelon.of(everything), find_contained(device, everything)
     builder = _Builder(device, lagrangian)
     left = list(joints)
     while left:
@@ -119,7 +119,7 @@ class _Builder:
         self.device, self.lagrangian = device, lagrangian
         self.stages: list[Stage] = []
         self.known: frozenset[str] = frozenset()
-        self.home, self.any = Echelon(), Echelon()
+        self.home, self.any = Echelon.of(()), Echelon.of(())
         self._rows: dict[tuple[int, ...], list[Row]] = {}
         self._contains: dict[tuple[int, ...], frozenset[str]] = {}
 
@@ -141,25 +141,22 @@ class _Builder:
 
     def gain(self, free: tuple[int, ...]) -> int:
         """Return the number of identifiable combinations that a configuration would add, over all postures."""
-        trial = self.any.copy()
-        return sum(trial.add(row) is None for row in self.rows(free))
+        return self.any.extended(self.rows(free)).rank - self.any.rank
 
     def add(self, free: tuple[int, ...]) -> None:
         """Append a stage."""
         dynamics = locked_motion(self.device, free)
-        gain = self.gain(free)
-        for row in self.rows(free):
-            self.any.add(row)
-        for coefficient in dynamics.coefficients:
-            self.home.add(coefficient.exact)
+        at_home = [coefficient.exact for coefficient in dynamics.coefficients]
+        before, self.any = self.any.rank, self.any.extended(self.rows(free))
+        self.home = self.home.extended(at_home)
         stage = Stage(
             free=free,
             contains=self.contains(free),
             new=self.new(free),
             coefficients=tuple(coefficient.id for coefficient in dynamics.coefficients),
-            rank_home=span([coefficient.exact for coefficient in dynamics.coefficients]).rank,
-            rank_any=span(self.rows(free)).rank,
-            new_combinations=gain,
+            rank_home=Echelon.of(at_home).rank,
+            rank_any=Echelon.of(self.rows(free)).rank,
+            new_combinations=self.any.rank - before,
         )
         self.stages.append(stage)
         self.known |= stage.contains

@@ -4,7 +4,7 @@ A `Lagrangian` comes in, the base parameters of a set of equations of motion go 
 
 1. `equation_forms` selects the entries of M and φ of the free joints, linear in π.
 2. `rows` splits each entry into one row over π per trigonometric monomial.
-3. `span` brings the rows into echelon form; its rank is the number of base parameters.
+3. `Echelon.of` brings the rows into echelon form; its rank is the number of base parameters.
 4. `base_parameters` reads them off the reduced row echelon form, β_k = π_k + Σ (rational)·π_c (Gautier & Khalil 1990;
    Khalil & Dombre 2002, section 9.4).
 
@@ -105,26 +105,6 @@ def rows(forms: Iterable[LinearForm]) -> list[Row]:
     return [row for form in forms for row in rows_of(form).values()]
 
 
-def span(*groups: Iterable[Row]) -> Echelon:
-    """Collect rows over π in echelon form.
-
-    Parameters
-    ----------
-    *groups
-        Rows of one or several sets of equations.
-
-    Returns
-    -------
-    Echelon
-        The span of all rows; its rank is the number of identifiable combinations.
-    """
-    echelon = Echelon()
-    for group in groups:
-        for row in group:
-            echelon.add(row)
-    return echelon
-
-
 def base_parameters(echelon: Echelon) -> tuple[BaseParameter, ...]:
     """Choose base parameters for a span.
 
@@ -142,10 +122,10 @@ def base_parameters(echelon: Echelon) -> tuple[BaseParameter, ...]:
     # a pivot is the first column of its row: the order of the columns decides which parameters lead
     column = {k: n for n, k in enumerate(sorted(echelon.columns, key=_preference))}
     original = {n: k for k, n in column.items()}
-    sorted_span = span([{column[k]: factor for k, factor in row.items()} for row in echelon.reduce_rows().values()])
+    sorted_span = Echelon.of({column[k]: factor for k, factor in row.items()} for row in echelon.reduced.values())
     return tuple(
         BaseParameter(leading=original[pivot], factors={original[n]: factor for n, factor in row.items()})
-        for pivot, row in sorted(sorted_span.reduce_rows().items(), key=lambda item: original[item[0]])
+        for pivot, row in sorted(sorted_span.reduced.items(), key=lambda item: original[item[0]])
     )
 
 

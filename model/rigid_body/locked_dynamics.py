@@ -13,7 +13,7 @@ The coefficients are thus the base parameters of the configuration at this postu
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -21,7 +21,7 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from haptid.model.algebra.echelon import Echelon, Row
+from haptid.model.algebra.echelon import Row, combinations_of
 from haptid.model.algebra.trig_polynomials import Monomial, TrigRing, position_symbol, velocity_symbol
 from haptid.model.device.device import Device
 from haptid.model.rigid_body.inertial_parameters import pi_ids, pi_prior
@@ -116,13 +116,9 @@ def locked_motion(device: Device, free_joints: Sequence[int], posture: Sequence[
     table = _Table(device, derive(device, free, where))
     n = range(len(free))
     # diagonal entries first: a row that stands in several entries becomes a coefficient of the diagonal one
-    for i in n:
-        table.read(f"M{free[i]}{free[i]}", table.lagrangian.entry(i, i), (i, i))
-    for i in n:
-        for j in n[i + 1 :]:
-            table.read(f"M{free[i]}{free[j]}", table.lagrangian.entry(i, j), (i, j))
+    pairs = [(i, i) for i in n] + [(i, j) for i in n for j in n[i + 1 :]]
+    phi = table.read_motion({f"M{free[i]}{free[j]}": (i, j) for i, j in pairs})
     M = sp.Matrix(len(free), len(free), lambda i, j: table.expressions[f"M{free[min(i, j)]}{free[max(i, j)]}"])
-    phi = table.gravity_force()
     return LockedDynamics(
         joints=free,
         posture=where,
@@ -188,38 +184,40 @@ class _Table:
         self.expressions: dict[str, sp.Expr] = {}
         self._ids = pi_ids(device)
         self._mean, self._covariance = pi_prior(device)
-        self._echelon, self._first = Echelon(), 0
         self._single = len(self.ring.free) == 1
 
-    def read(self, name: str, form: LinearForm, entry: tuple[int, ...]) -> None:
-        """Express one entry of M or one component of φ in coefficients."""
-        total = sp.S.Zero
-        for monomial, row in rows_of(form).items():
-            total += self._factor(name, monomial, row, entry) * self.ring.expression(monomial)
-        self.expressions[name] = total
+    def read_motion(self, entries: Mapping[str, tuple[int, int]]) -> sp.Matrix:
+        """Express the entries of M in coefficients, and return φ in coefficients.
 
-    def gravity_force(self) -> sp.Matrix:
-        """Return φ: of one joint by its own coefficients, of several by those of the potential."""
-        n = len(self.ring.free)
+        φ of one joint has coefficients of its own, even where its rows depend on those of M: a slide's constant force
+        is a multiple of its mass, and still has its own name. Of several joints it is the gradient of the potential.
+        """
+        masses = [(name, self.lagrangian.entry(*entry), entry) for name, entry in entries.items()]
         if self._single:
-            self._echelon = Echelon()  # a slide's constant force is a multiple of its mass, and still has its own name
-            self._first = len(self.coefficients)
-            self.read("gravity", self.lagrangian.gravity(0), (0,))
+            self._read(masses)
+            self._read([("gravity", self.lagrangian.gravity(0), (0,))])
             return sp.Matrix([self.expressions["gravity"]])
-        self.read("V", self.lagrangian.potential, ())
-        return sp.Matrix([self.expressions["V"].diff(position_symbol(self.ring.free[i])) for i in range(n)])
+        self._read([*masses, ("V", self.lagrangian.potential, ())])
+        return sp.Matrix([self.expressions["V"].diff(position_symbol(j)) for j in self.ring.free])
 
-    def _factor(self, name: str, monomial: Monomial, row: Row, entry: tuple[int, ...]) -> sp.Expr:
-        combination = self._echelon.add(row)
-        if combination is None:
-            self.coefficients.append(self._coefficient(name, monomial, row, entry))
-            return self.coefficients[-1].symbol
-        return sp.Add(
-            *(
-                sp.Rational(factor.numerator, factor.denominator) * self.coefficients[self._first + number].symbol
-                for number, factor in combination.items()
-            )
-        )
+    def _read(self, forms: Sequence[tuple[str, LinearForm, tuple[int, ...]]]) -> None:
+        """Express entries of M and φ in coefficients."""
+        terms = [(name, monomial, row, entry) for name, form, entry in forms for monomial, row in rows_of(form).items()]
+        first = len(self.coefficients)
+        totals: dict[str, sp.Expr] = dict.fromkeys((name for name, _, _ in forms), sp.S.Zero)
+        combinations = combinations_of([row for _, _, row, _ in terms])
+        for (name, monomial, row, entry), combination in zip(terms, combinations, strict=True):
+            if combination is None:
+                self.coefficients.append(self._coefficient(name, monomial, row, entry))
+                factor = self.coefficients[-1].symbol
+            else:
+                parts = [
+                    sp.Rational(share.numerator, share.denominator) * self.coefficients[first + number].symbol
+                    for number, share in combination.items()
+                ]
+                factor = sp.Add(*parts)
+            totals[name] += factor * self.ring.expression(monomial)
+        self.expressions |= totals
 
     def _coefficient(self, name: str, monomial: Monomial, row: Row, entry: tuple[int, ...]) -> Coefficient:
         linear_map = np.zeros(len(self._ids))

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import haptid.model.device.built_in
 from haptid.model.device.device import Device
@@ -16,7 +17,7 @@ from haptid.model.device.device_table import parse_device
 from haptid.model.device.reader import load_device
 from haptid.model.effects.effect import z
 from haptid.model.effects.registry import catalogue, find_effects
-from haptid.model.friction.law import SLOTS
+from haptid.model.friction.law import SLOTS, Levels
 from haptid.model.friction.registry import law_named, laws
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
@@ -199,3 +200,33 @@ def test_a_campaign_changes_the_law_of_a_joint_and_keeps_the_guesses_that_both_h
     assert other.joints[4].friction == "dahl"
     e = configuration_equations(other, [4])
     assert e.parameter("Fc").initial == device.joints[4].parameters["Fc"].initial
+
+
+def work_of_a_cycle(values: dict[str, float], step: float = 2e-5) -> float:
+    """Work [J] that Maxwell-slip friction takes in the second of two cycles: load, slip fast, creep, unload."""
+    law, v = law_named("maxwell_slip"), sp.Symbol("v", real=True)
+    friction = law.write(v, {id: sp.Float(value) for id, value in values.items()}, Levels())
+    states = [state.symbol for state in law.states]
+    rates = sp.lambdify((v, states), (friction.force, *friction.rhs), modules=["math", {"Heaviside": np.heaviside}])
+    travel, slow, fast, instant = 3.0 * values["Fc"] / values["sigma0"], 0.01, 0.5, 4e-3
+    legs = (
+        (slow, travel / slow),
+        (fast, instant),
+        (1e-6, 5.0 * values["Fs"] / values["C"]),
+        (-slow, (travel + fast * instant) / slow),
+    )
+    state = np.zeros(len(states))
+    for _ in range(2):
+        work = 0.0
+        for speed, duration in legs:
+            for _ in range(int(duration / step)):
+                force, *slopes = rates(speed, state)
+                work += force * speed * step
+                state = state + step * np.array(slopes)
+    return work
+
+
+def test_maxwell_slip_gives_work_in_a_cycle_unless_stiction_is_coulomb_friction():
+    values = {"sigma0": 10.0, "spread": 1.0, "C": 2.0, "sigma2": 0.0, "vs": 0.02, "Fs": 0.03, "Fc": 0.01}
+    assert work_of_a_cycle(values) == pytest.approx(-2.0e-5, rel=0.05)
+    assert work_of_a_cycle(values | {"Fs": 0.01}) == pytest.approx(6.0e-5, rel=0.05)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from haptid.model.algebra.echelon import Echelon
 from haptid.model.device.device import Guess
 from haptid.model.device.reader import load_device
 from haptid.model.plan import main
@@ -20,7 +21,6 @@ from haptid.model.rigid_body.base_parameters import (
     full_lagrangian,
     numeric_rank,
     rows,
-    span,
 )
 from haptid.model.rigid_body.inertial_parameters import pi_prior
 from haptid.model.rigid_body.regressor import regressor
@@ -53,15 +53,16 @@ def test_exact_rank_is_the_numeric_rank(name):
     joints = tuple(range(len(device.joints)))
     lagrangian = full_lagrangian(device)
     for free in [joints, *((j,) for j in joints)]:
-        assert span(rows(equation_forms(lagrangian, free))).rank == numeric_rank(device, free)[0]
+        assert Echelon.of(rows(equation_forms(lagrangian, free))).rank == numeric_rank(device, free)[0]
 
 
 def test_base_parameters_span_the_equations():
     lagrangian = full_lagrangian(load_device("freedom6s"))
     everything = rows(equation_forms(lagrangian, tuple(range(6))))
-    found = span([p.factors for p in base_parameters(span(everything))])
-    assert all(found.spans(row) for row in everything)
-    assert all(p.factors[p.leading] == 1 for p in base_parameters(span(everything)))
+    chosen = base_parameters(Echelon.of(everything))
+    found = Echelon.of(p.factors for p in chosen)
+    assert found.extended(everything).reduced == found.reduced
+    assert all(p.factors[p.leading] == 1 for p in chosen)
 
 
 def test_command_writes_plan_and_page(tmp_path):
