@@ -1,8 +1,8 @@
 """Steps along the valley of a spring and its equilibrium position: `Problem` in, `Retraction` out.
 
-Data fix the spring's torque at q = 0, o = Ks·epos, far better than Ks and epos apart, and gravity shares it: a straight
-step in (Ks, epos) changes o by ΔKs·Δepos and climbs out of the valley. A step d therefore moves Ks and o linearly, with
-the same tangent, and epos follows:
+A straight step in (Ks, epos) changes the spring's torque at q = 0, o = Ks·epos, by ΔKs·Δepos and climbs out of the
+valley (`identification.problem.valleys`). A step d therefore moves Ks and o linearly, with the same tangent, and epos
+follows:
 
     Ks⁺ = Ks + d_K,   epos⁺ = (Ks·epos + Ks·d_e + epos·d_K)/Ks⁺.
 
@@ -16,39 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from haptid.identification.problem.residuals import Problem
+from haptid.identification.problem.valleys import Spring, Valleys
 from haptid.measurement.values.run import Array
 
 LEAST = 1e-9
 """Smallest stiffness, over its scale w, at which the equilibrium position still follows the step in stiffness."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Spring:
-    """Indices of Ks and epos among the unknowns, and their scales: p = centre + unit·s.
-
-    Parameters
-    ----------
-    stiffness, position
-        Indices of Ks and epos in x.
-    stiffness_centre, stiffness_unit
-        Centre and unit of Ks [N m/rad].
-    position_centre, position_unit
-        Centre and unit of epos [rad].
-    """
-
-    stiffness: int
-    position: int
-    stiffness_centre: float
-    stiffness_unit: float
-    position_centre: float
-    position_unit: float
-
-    def physical(self, x: Array) -> tuple[float, float]:
-        """Return Ks [N m/rad] and epos [rad] of the unknowns x (n,)."""
-        return (
-            self.stiffness_centre + self.stiffness_unit * float(x[self.stiffness]),
-            self.position_centre + self.position_unit * float(x[self.position]),
-        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,21 +51,8 @@ class Retraction:
         -------
         Retraction
         """
-        parametrisation = problem.parametrisation
-        place = {id: k for k, id in enumerate(parametrisation.ids) if not parametrisation.log[k]}
-        springs = []
-        for id, k in place.items():
-            e = place.get("epos" + id.removeprefix("Ks"))
-            if id.startswith("Ks") and e is not None:
-                scales = (
-                    parametrisation.centre[k],
-                    parametrisation.unit[k],
-                    parametrisation.centre[e],
-                    parametrisation.unit[e],
-                )
-                names = ("stiffness_centre", "stiffness_unit", "position_centre", "position_unit")
-                springs.append(Spring(stiffness=k, position=e, **dict(zip(names, map(float, scales), strict=True))))
-        return cls(problem=problem, springs=tuple(springs))
+        springs = tuple(spring for spring in Valleys.of(problem.parametrisation).springs if not spring.log)
+        return cls(problem=problem, springs=springs)
 
     def move(self, x: Array, d: Array) -> Array:
         """Move the unknowns along a step.

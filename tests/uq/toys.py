@@ -16,7 +16,9 @@ class Normal:
     terms: tuple = ()
     equations: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(digest="toy", name="toy"))
     coordinates: SimpleNamespace = field(
-        default_factory=lambda: SimpleNamespace(names=("a", "b", "c"), logarithmic=(False,) * 3)
+        default_factory=lambda: SimpleNamespace(
+            names=("a", "b", "c"), parametrisation=SimpleNamespace(ids=("a", "b", "c"), log=(False,) * 3)
+        )
     )
 
     def __call__(self, eta):

@@ -17,7 +17,7 @@ import numpy as np
 
 from haptid.measurement.values.run import Array
 from haptid.support.files.files import write_bytes
-from haptid.uq.density.straight import StraightDensity
+from haptid.uq.density.valley_density import ValleyDensity
 from haptid.uq.sampling.moves import Proposal, moves
 
 
@@ -28,7 +28,7 @@ class Chunk:
     Parameters
     ----------
     chain
-        Coordinates x of `uq.density.straight`, shape (n_steps, n_walkers, n).
+        Coordinates z of `uq.density.valley_density`, shape (n_steps, n_walkers, n).
     log_prob
         Log posterior density of x, shape (n_steps, n_walkers).
     accepted
@@ -100,7 +100,7 @@ class Task:
         Entropy of the random numbers: the user's seed, phase, ensemble, chunk.
     """
 
-    density: StraightDensity
+    density: ValleyDensity
     move: str
     proposal: Proposal
     coords: Array

@@ -20,11 +20,12 @@ from pathlib import Path
 import numpy as np
 
 from haptid.identification.optimise.workers import Here, Workers
+from haptid.identification.problem.valleys import Valleys
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import read_json, write_json
 from haptid.uq.density.laplace import Laplace
-from haptid.uq.density.straight import Straight, StraightDensity
+from haptid.uq.density.valley_density import ValleyDensity
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.chunk import Chunk, Task, advance
 from haptid.uq.sampling.moves import MOVES, Proposal
@@ -143,7 +144,7 @@ class _Store:
 class _Ensembles:
     """Present positions of all walkers, and the means to advance them."""
 
-    density: StraightDensity
+    density: ValleyDensity
     options: SamplingOptions
     workers: Workers
     store: _Store
@@ -212,10 +213,10 @@ def sample(
     """
     if folder is not None:
         _claim(folder, start, options)
-    coordinates = start.density.coordinates
-    straight = Straight.of(coordinates.names, coordinates.logarithmic, start.eta)
-    mean, covariance = straight.straight(start.eta), straight.covariance(start.eta, start.covariance)
-    density = StraightDensity(density=start.density, straight=straight)
+    valleys = Valleys.of(start.density.coordinates.parametrisation)
+    J = valleys.jacobian(start.eta)
+    mean, covariance = valleys.forward(start.eta), J @ start.covariance @ J.T
+    density = ValleyDensity(density=start.density, valleys=valleys)
     coords = [_first_points(density, mean, covariance, e, options) for e in range(options.ensembles)]
     log_prob = [density(points) for points in coords]
     ensembles = _Ensembles(density, options, workers or Here(), _Store(folder), coords, log_prob)
@@ -248,7 +249,7 @@ def _run(
         made = ensembles.step("main", len(chunks), options.chunk, [move] * options.ensembles, proposal)
         chunks.append(made)
         moved = np.concatenate([np.stack([c.chain for c in row]) for row in chunks], axis=1)
-        chain = ensembles.density.straight.back(moved)
+        chain = ensembles.density.valleys.back(moved)
         tau = autocorrelation_time(chain)
         steps, longest = chain.shape[1], float(tau.max())
         if report is not None:
@@ -259,7 +260,7 @@ def _run(
             break
     accepted = np.sum([[c.accepted.mean() for c in row] for row in chunks], axis=0) / chain.shape[1]
     log_prob = np.concatenate([np.stack([c.log_prob for c in row]) for row in chunks], axis=1)
-    log_prob = log_prob - ensembles.density.straight.log_volume(moved)  # density of x to that of η
+    log_prob = log_prob - ensembles.density.valleys.log_volume(moved)  # density of z to that of η
     return Sample(
         chain=chain, log_prob=log_prob, acceptance=accepted, tau=tau, reached=reached, move=move, trials=trials
     )
@@ -293,7 +294,7 @@ def _walkers_of(dimension: int) -> int:
 
 
 def _first_points(
-    density: StraightDensity, mean: Array, covariance: Array, ensemble: int, options: SamplingOptions
+    density: ValleyDensity, mean: Array, covariance: Array, ensemble: int, options: SamplingOptions
 ) -> Array:
     """Draw the walkers of an ensemble around the mode, all of finite density, shape (n_walkers, n).
 
@@ -329,7 +330,9 @@ def _claim(folder: Path, start: Laplace, options: SamplingOptions) -> None:
         digest.update(np.ascontiguousarray(array).tobytes())
     limits = {"longest", "lengths", "change"}  # they end the chains and change no chunk: longer chains continue these
     told = {name: getattr(options, name) for name in options.__slots__ if name not in limits}
-    digest.update(repr((start.density.equations.digest, start.density.coordinates.names, told)).encode())
+    coordinates = start.density.coordinates
+    valleys = Valleys.of(coordinates.parametrisation)  # chunks hold the walkers in their coordinates
+    digest.update(repr((start.density.equations.digest, coordinates.names, valleys, told)).encode())
     name = digest.hexdigest()[:16]
     path = folder / "chain.json"
     if _digest_in(path) == name:
