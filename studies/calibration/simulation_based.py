@@ -17,7 +17,7 @@ from haptid.measurement.signals.cycles import whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.noise.noise_model import NoiseModel
-from haptid.noise.thresholds import THRESHOLDS
+from haptid.noise.thresholds import THRESHOLDS as NOISE
 from haptid.uq.density.coordinates import Coordinates
 from haptid.uq.density.equilibrium import equilibrium
 from haptid.uq.density.forward import KernelForward, kernel_of
@@ -124,7 +124,7 @@ def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np
 def rank_one_set(design: Design, number: int, seed: int) -> Outcome:
     """Draw the data set ``number``, sample its posterior, rank its truth."""
     rng = np.random.default_rng([seed, number])
-    hyper = design.model.hyper(noise_width=THRESHOLDS.stated_noise_log_std, travel=0.5)
+    hyper = design.model.hyper(noise_width=NOISE.stated_noise_log_std, travel=0.5)
     coordinates = Coordinates.of(design.equations, hyper=hyper)
     truth = coordinates.draw(rng, 1)[0]
     runs = synthetic_runs(design, truth, coordinates, rng)
@@ -143,11 +143,11 @@ def _mode(design: Design, runs: tuple[Run, ...], seed: int, step: float) -> Lapl
     forward = KernelForward(equations=design.equations, step=step)
     simulator = forward.simulator()
     problem = Problem(
-        simulator=simulator, forward=forward, fitted=runs, unseen=(), noise_width=THRESHOLDS.stated_noise_log_std
+        simulator=simulator, forward=forward, fitted=runs, unseen=(), noise_width=NOISE.stated_noise_log_std
     )
     centre = np.array([q.initial for q in design.equations.parameters])
     mode = problem.mode(design.model, centre, {"cycle_scatter": 0.05})
-    if abs(float(mode.density.hyper(mode.eta[None])["noise_factor"][0]) - 1.0) < 4 * THRESHOLDS.stated_noise_log_std:
+    if abs(float(mode.density.hyper(mode.eta[None])["noise_factor"][0]) - 1.0) < 4 * NOISE.stated_noise_log_std:
         return mode
     found = fit(simulator, runs, options=FitOptions(method="gauss_newton", starts=2, seed=seed))
     other = problem.mode(design.model, np.array(found.theta), {"cycle_scatter": 0.05})
