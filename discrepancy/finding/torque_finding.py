@@ -136,7 +136,7 @@ class TorqueFinding:
         told = [f"On held-out rows the torque's RMS error falls from {gap.before:.3g} to {gap.after:.3g} {unit}"]
         if possible is not None:
             told.append(
-                f"names close {100 * max(closed, 0.0):.0f} % of its energy, a table over position and speed "
+                f"names close {100 * max(closed, 0.0):.0f} % of its energy, the best black box of position and speed "
                 f"{100 * max(possible, 0.0):.0f} %"
             )
         if self.floor is None:

@@ -32,14 +32,18 @@ class TorqueThresholds:
     least_twice_gain: float = 2.0
     """Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows [1]."""
     stretch_in_correlation_lengths: float = 5.0
-    """Length of a held-out stretch whose energy counts as one fact, in correlation lengths of the residual."""
+    """Length of a stretch whose energy counts as one fact, in correlation lengths of the residual."""
+    least_stretches: int = 8
+    """Fewest stretches that are predicted from the others, even where they get shorter by that."""
     least_gain_in_standard_errors: float = 1.0
-    """Least decrease of the residual's energy on held-out stretches, in its standard errors over the stretches."""
+    """Least decrease of the energy of predicted stretches, in its standard errors over the stretches."""
     least_amplitude_in_standard_errors: float = 3.0
     """Least amplitude of an effect in its standard errors."""
     cells_of_position: int = 25
     """Cells of position of the table that stands for the best black box, and of the passes that are compared."""
     cells_of_speed: int = 12
     """Cells of speed of the same table."""
+    degree_of_black_box: int = 7
+    """Degree of the polynomials of position that stand for the best black box, one for each direction."""
     least_share_of_black_box: float = 0.9
     """Least share of what the best black box closes that names have to close to stand alone."""

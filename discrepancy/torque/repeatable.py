@@ -1,9 +1,9 @@
 """What of a residual torque repeats: `TorqueFit` in, floor and black box out.
 
 A *pass* is a visit of one cell of position and speed. What differs between the passes of one cell does not repeat, and
-no model of position and speed can explain it: its RMS is the *floor*. The *black box* is the table of the cells' mean
-residual on fitted rows, with all that is bound to position and speed: what it leaves on held-out rows is the aim of
-named effects.
+no model of position and speed can explain it: its RMS is the *floor*. A *black box* holds all that is bound to position
+and speed, without physics: the table of the cells' mean residual on fitted rows, or a polynomial of the position for
+each direction of motion. What the better of them leaves on held-out rows is the aim of named effects.
 """
 
 from __future__ import annotations
@@ -55,12 +55,12 @@ def floor_of(model: TorqueFit) -> float | None:
 
 
 def black_box_rms(model: TorqueFit) -> float | None:
-    """Compute what a table over position and speed leaves of the residual torque on held-out rows.
+    """Compute what the better black box leaves of the residual torque on held-out rows.
 
     Parameters
     ----------
     model
-        Model whose residual on fitted rows fills the table; a cell without fitted rows holds 0.
+        Model whose residual on fitted rows the black boxes learn; a cell without fitted rows holds 0.
 
     Returns
     -------
@@ -75,7 +75,20 @@ def black_box_rms(model: TorqueFit) -> float | None:
     sums = np.bincount(seen, model.fitted, minlength=count)
     table = sums / np.maximum(np.bincount(seen, minlength=count), 1)
     unseen = np.concatenate([c[~s] for c, s in zip(cells, model.study.seen, strict=True)])
-    return rms(model.unseen - table[unseen])
+    return min(rms(model.unseen - table[unseen]), _polynomials_rms(model))
+
+
+def _polynomials_rms(model: TorqueFit) -> float:
+    """Return the RMS that a polynomial of the position for each direction of motion leaves on held-out rows."""
+    motion = np.concatenate([measured_motion(run) for run in model.study.runs])
+    seen, residual = np.concatenate(model.study.seen), np.concatenate(model.residual)
+    middle, half = 0.5 * (motion[:, 0].max() + motion[:, 0].min()), max(0.5 * float(np.ptp(motion[:, 0])), 1e-12)
+    columns = np.polynomial.chebyshev.chebvander((motion[:, 0] - middle) / half, THRESHOLDS.torque.degree_of_black_box)
+    predicted = np.zeros(residual.size)
+    for direction in (motion[:, 1] > 0, motion[:, 1] <= 0):
+        learned = np.linalg.lstsq(columns[direction & seen], residual[direction & seen], rcond=None)[0]
+        predicted[direction] = columns[direction] @ learned
+    return rms(residual[~seen] - predicted[~seen])
 
 
 def _cells(model: TorqueFit) -> list[Cells]:

@@ -2,7 +2,8 @@
 
 1. Fit the nominal model.
 2. Scan the catalogue, and refit the most promising effects.
-3. Add the best effect that gains on fitted and on held-out stretches; repeat from step 2 until none does.
+3. Add the best effect that fits and predicts better; repeat from step 2 until none does.
+4. Leave out what does not keep its place beside the others (`eliminate`).
 
 Under position control the residual is far above the torque's noise and correlated over many rows. So models are
 compared by the energy of their residuals in stretches of several correlation lengths (`discrepancy.torque.stretches`).
@@ -37,11 +38,11 @@ class TorqueCandidate:
     bic
         Gain in BIC on fitted stretches, each correlation length counted as one row.
     evidence
-        Twice the gain in log predictive score on held-out stretches, counted alike.
+        Twice the gain in log score of stretches that the other fitted stretches predict, counted alike.
     errors_gained
-        Decrease of the residual's energy on held-out stretches, in its standard errors over the stretches.
+        Decrease of the energy of predicted stretches, in its standard errors over the stretches.
     significance
-        Largest amplitude of the effect in its standard errors.
+        √(twice the gain in log score on fitted stretches): the effect's amplitudes in standard errors.
     """
 
     key: str
@@ -53,14 +54,18 @@ class TorqueCandidate:
 
     @property
     def acceptable(self) -> bool:
-        """Whether the model gains on fitted and on held-out stretches, and its amplitude is not 0."""
+        """Whether the model fits and predicts fitted stretches better: then the effect is added."""
         limits = THRESHOLDS.torque
         return (
-            self.bic > limits.least_twice_gain
+            self.bic > 0.0
             and self.evidence > limits.least_twice_gain
             and self.errors_gained > limits.least_gain_in_standard_errors
-            and self.significance > limits.least_amplitude_in_standard_errors
         )
+
+    @property
+    def stays(self) -> bool:
+        """Whether the effect keeps its place beside all others: its amplitude is not 0, and predictions need it."""
+        return self.significance > THRESHOLDS.torque.least_amplitude_in_standard_errors and self.evidence > 0.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -150,7 +155,38 @@ def search_torque(
         if step.taken is None:
             break
         current = step.taken.model
-    return TorqueSearch(study=study, base=base, final=current, steps=tuple(steps))
+    tell("backward elimination")
+    return TorqueSearch(study=study, base=base, final=eliminate(study, current), steps=tuple(steps))
+
+
+def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:
+    """Leave out effects that do not keep their place beside the others, the weakest first.
+
+    An early effect may have stood for several that came later.
+
+    Parameters
+    ----------
+    study
+        Study of the joint.
+    model
+        Model with all effects that were added.
+
+    Returns
+    -------
+    TorqueFit
+        Model whose every effect `TorqueCandidate.stays`.
+    """
+    while model.effects:
+        trials = []
+        for effect in model.effects:
+            rest = tuple(e for e in model.effects if e is not effect)
+            trials.append(compare_candidates(effect.key, fit_model(study, rest, model.values), model))
+        leaving = [trial for trial in trials if not trial.stays]
+        if not leaving:
+            return model
+        weakest = min(leaving, key=lambda trial: trial.significance).key
+        model = fit_model(study, tuple(e for e in model.effects if e.key != weakest), model.values)
+    return model
 
 
 def _step(
@@ -207,23 +243,15 @@ def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCand
     Returns
     -------
     TorqueCandidate
-        The larger model with its gain in BIC and its evidence on held-out stretches.
+        The larger model with its gain in BIC and its evidence on predicted stretches.
     """
     gain = gain_of(less, more)
     extra = more.problem.n_parameters - less.problem.n_parameters
     return TorqueCandidate(
         key=key,
         model=more,
-        bic=gain.fitted - extra * float(np.log(gain.n_fitted)),
-        evidence=gain.unseen,
-        errors_gained=gain.errors_unseen,
-        significance=_significance(more),
+        bic=gain.fitted - extra * float(np.log(gain.n)),
+        evidence=gain.predicted,
+        errors_gained=gain.errors,
+        significance=float(np.sqrt(max(gain.fitted, 0.0))),
     )
-
-
-def _significance(model: TorqueFit) -> float:
-    """Return the largest amplitude of the effect that was added last, in its standard errors."""
-    effect, std = model.effects[-1], model.std
-    amplitudes = [q.id for q in effect.parameters[: effect.amplitudes]]
-    ratios = [abs(model.values[id]) / std[id] for id in amplitudes if std[id] > 0]
-    return max(ratios, default=0.0)

@@ -1,7 +1,13 @@
 """Residual torques of two models compared by stretches: two `TorqueFit`s in, `Gain` out.
 
-A residual under position control is correlated: its rows are not so many facts. A run is cut into stretches of several
-correlation lengths of the larger model's residual; the energies of the residuals in a stretch are what is compared.
+A residual under position control is correlated: its rows are not so many facts. The fitted rows are cut into stretches
+of several correlation lengths of the larger model's residual. Each stretch is predicted by the parameters that all
+other stretches give, to first order about the optimum,
+
+    r_b⁻ = r_b + J_b·(JᵀJ − J_bᵀJ_b + λ·I)⁻¹·J_bᵀ·r_b,   λ = the residual's variance times its correlation length,
+
+and the energies of these residuals are compared. λ keeps a parameter that the other stretches do not determine within
+one of its scaled units, where the first order holds. No held-out row takes part.
 """
 
 from __future__ import annotations
@@ -13,27 +19,30 @@ import numpy as np
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import inverse
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gain:
-    """Gain of a larger model over a smaller one.
+    """Gain of a larger model over a smaller one, on fitted rows.
 
     Parameters
     ----------
-    fitted, unseen
-        n·ln(E₀/E₁) with the energies E of the residuals on fitted and on held-out stretches, and n rows counted by
-        correlation lengths: twice the gain in log score.
-    n_fitted
-        Number n on fitted stretches.
-    errors_unseen
-        Decrease of energy on held-out stretches over its standard error, √K·mean(d)/std(d) of the K stretches.
+    fitted
+        n·ln(E₀/E₁) with the energies E of the residuals, and n rows counted by correlation lengths: twice the gain in
+        log score.
+    predicted
+        The same with the energies of stretches that the other stretches predict.
+    n
+        Number of correlation lengths.
+    errors
+        Decrease of the predicted energy over its standard error, √K·mean(d)/std(d) of the K stretches.
     """
 
     fitted: float
-    unseen: float
-    n_fitted: float
-    errors_unseen: float
+    predicted: float
+    n: float
+    errors: float
 
 
 def gain_of(less: TorqueFit, more: TorqueFit) -> Gain:
@@ -49,34 +58,33 @@ def gain_of(less: TorqueFit, more: TorqueFit) -> Gain:
     Gain
     """
     # Under the larger model: what it explains is correlated as well, and would hide how much it explains.
-    length = more.correlation_time
-    n_fitted, n_unseen = (max(rows.size / length, 2.0) for rows in (less.fitted, less.unseen))
-    decrease = _decreases(less, more, length)
-    spread = float(np.std(decrease, ddof=1)) if decrease.size > 1 else np.inf
+    n = max(more.fitted.size / more.correlation_time, 2.0)
+    count = max(int(n / THRESHOLDS.torque.stretch_in_correlation_lengths), THRESHOLDS.torque.least_stretches)
+    a, b = (_predicted_energies(model, count) for model in (less, more))
+    decrease = a - b
+    spread = max(float(np.std(decrease, ddof=1)), np.finfo(float).tiny)
     return Gain(
-        fitted=n_fitted * _log_ratio(less.fitted, more.fitted),
-        unseen=n_unseen * _log_ratio(less.unseen, more.unseen),
-        n_fitted=n_fitted,
-        errors_unseen=float(np.sqrt(decrease.size) * np.mean(decrease) / max(spread, np.finfo(float).tiny)),
+        fitted=n * _log_ratio(float(less.fitted @ less.fitted), float(more.fitted @ more.fitted)),
+        predicted=n * _log_ratio(float(a.sum()), float(b.sum())),
+        n=n,
+        errors=float(np.sqrt(decrease.size) * np.mean(decrease) / spread),
     )
 
 
-def _log_ratio(less: Array, more: Array) -> float:
+def _log_ratio(less: float, more: float) -> float:
     tiny = np.finfo(float).tiny
-    return float(np.log(max(float(less @ less), tiny) / max(float(more @ more), tiny)))
+    return float(np.log(max(less, tiny) / max(more, tiny)))
 
 
-def _decreases(less: TorqueFit, more: TorqueFit, length: float) -> Array:
-    """Return the decrease of energy in every held-out stretch."""
-    decreases = []
-    for a, b, seen in zip(less.residual, more.residual, less.study.seen, strict=True):
-        rows = np.flatnonzero(~seen)
-        if rows.size == 0:
-            continue
-        # Held-out rows that lie together are cut where they are longer than a stretch.
-        together = np.split(rows, np.flatnonzero(np.diff(rows) > 1) + 1)
-        longest = THRESHOLDS.torque.stretch_in_correlation_lengths * length
-        for part in together:
-            for piece in np.array_split(part, max(int(part.size // longest), 1)):
-                decreases.append(float(np.sum(a[piece] ** 2 - b[piece] ** 2)))
-    return np.array(decreases)
+def _predicted_energies(model: TorqueFit, count: int) -> Array:
+    """Return the energy of every stretch as the other stretches predict it, shape (count,)."""
+    J = model.jacobian
+    # The Jacobian is of the residual over the noise, so the residual is taken over it as well.
+    r = model.fitted / float(model.study.runs[0].sensor_std[0])
+    A = J.T @ J + float(np.mean(r**2)) * model.correlation_time * np.eye(J.shape[1])
+    energies = []
+    for rows in np.array_split(np.arange(r.size), count):
+        J_b, r_b = J[rows], r[rows]
+        without = inverse(A - J_b.T @ J_b)
+        energies.append(float(np.sum((r_b + J_b @ (without @ (J_b.T @ r_b))) ** 2)))
+    return np.array(energies)
