@@ -21,6 +21,9 @@ from haptid.identification.sequence.equations_for import device_of, equations_fo
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.report.identification.plain_pictures import plain_picture
 
+VISCOUS_ID = "sigma2"
+"""Id of the viscous friction in the law that all sets are fitted with; the plain model calls it Fv."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Evaluated:
@@ -80,7 +83,7 @@ def _identification_json(entry: Mapping[str, Any], published: Mapping[str, float
     baseline = entry["baseline"]["parameters"] if entry["baseline"] else {}
     rows = []
     for id in dict.fromkeys([*published, *baseline]):
-        plain, own = baseline.get(id), entry["parameters"].get(id)
+        plain, own = baseline.get(id), entry["parameters"].get(id.replace("Fv", VISCOUS_ID))
         told = plain or own
         if told is None or (id not in published and told["std"] is None):
             continue
