@@ -33,7 +33,7 @@ class TorqueThresholds:
     """Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows [1]."""
     stretch_in_correlation_lengths: float = 5.0
     """Length of a stretch whose energy counts as one fact, in correlation lengths of the residual."""
-    least_stretches: int = 8
+    least_stretches: int = 16
     """Fewest stretches that are predicted from the others, even where they get shorter by that."""
     least_gain_in_standard_errors: float = 1.0
     """Least decrease of the energy of predicted stretches, in its standard errors over the stretches."""

@@ -14,7 +14,7 @@ import numpy as np
 from haptid.discrepancy.detect.signatures import shapes
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.study import TorqueStudy
-from haptid.identification.simulators.inverse_dynamics import measured_motion
+from haptid.identification.simulators.inverse_dynamics import filter_as, measured_motion
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
@@ -82,8 +82,8 @@ def _signatures(
     stacked = []
     for run, seen in zip(study.runs, study.seen, strict=True):
         starts = np.broadcast_to(start, (len(sets), start.size))
-        y = simulator.kernel.simulate_many(run.t, measured_motion(run), theta, starts, linear=True)[:, seen, 0]
-        stacked.append((y[1:] - y[0]).T)
+        y = simulator.kernel.simulate_many(run.t, measured_motion(run), theta, starts, linear=True)[:, :, 0].T
+        stacked.append(filter_as(run, y[:, 1:] - y[:, :1])[seen])
     D = np.concatenate(stacked)
     # A zero column explains nothing, so a diverged shape is never the best one.
     D[:, ~np.isfinite(D).all(axis=0)] = 0.0

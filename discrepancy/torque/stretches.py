@@ -7,7 +7,9 @@ other stretches give, to first order about the optimum,
     r_b⁻ = r_b + J_b·(JᵀJ − J_bᵀJ_b + λ·I)⁻¹·J_bᵀ·r_b,   λ = the residual's variance times its correlation length,
 
 and the energies of these residuals are compared. λ keeps a parameter that the other stretches do not determine within
-one of its scaled units, where the first order holds. No held-out row takes part.
+one of its scaled units. Only what the torque is linear in is estimated anew; shapes, such as a wave number or the
+bristles of presliding, which one reversal may determine alone, are held: the first order would not hold for them. No
+held-out row takes part.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ import numpy as np
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.measurement.values.run import Array
+from haptid.model.friction.registry import law_named
 from haptid.support.linear_algebra import inverse
 
 
@@ -78,7 +81,7 @@ def _log_ratio(less: float, more: float) -> float:
 
 def _predicted_energies(model: TorqueFit, count: int) -> Array:
     """Return the energy of every stretch as the other stretches predict it, shape (count,)."""
-    J = model.jacobian
+    J = model.jacobian[:, _linear_columns(model)]
     # The Jacobian is of the residual over the noise, so the residual is taken over it as well.
     r = model.fitted / float(model.study.runs[0].sensor_std[0])
     A = J.T @ J + float(np.mean(r**2)) * model.correlation_time * np.eye(J.shape[1])
@@ -88,3 +91,11 @@ def _predicted_energies(model: TorqueFit, count: int) -> Array:
         without = inverse(A - J_b.T @ J_b)
         energies.append(float(np.sum((r_b + J_b @ (without @ (J_b.T @ r_b))) ** 2)))
     return np.array(energies)
+
+
+def _linear_columns(model: TorqueFit) -> list[int]:
+    """Return the columns of the Jacobian of what the torque is linear in: rigid body, spring, levels, amplitudes."""
+    roles = law_named(model.study.base.friction[0]).roles
+    linear = {"inertia", "gravity_cos", "gravity_sin", "Kp", "Ks", "epos", roles.coulomb, roles.viscous}
+    linear |= {q.id for effect in model.effects for q in effect.parameters[: effect.amplitudes]}
+    return [k for k, id in enumerate(model.problem.parametrisation.ids) if id in linear]

@@ -9,9 +9,11 @@ effects driven by the measured position and speed:
 Effects on the path of the torque or of the reading cannot be inverted in this way.
 
 1. `torque_equations` turns the equation of motion of a joint into the torque equation.
-2. `torque_run` exchanges torque and position of a run, both through the same filter: what holds for the raw signals
-   holds for the filtered ones, and nothing but the torque's own noise is left in the residual.
-3. `TorqueSimulator` evaluates the torque equation along that motion.
+2. `torque_run` exchanges torque and position of a run, both through the same filter: what is linear in the raw signals
+   is so in the filtered ones.
+3. `TorqueSimulator` evaluates the torque equation along that motion. Its torque passes through the filter once more, as
+   the measured torque did: friction that turns within a row at a reversal is then filtered alike (the parallel filter
+   of Gautier 1997).
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ import numpy as np
 import sympy as sp
 
 from haptid.identification.simulators.protocol import Trajectory
-from haptid.measurement.signals.filtered_motion import filter_run
+from haptid.measurement.signals.filtered_motion import filter_run, gaussian
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.values.run import Array, Run
@@ -31,8 +33,8 @@ from haptid.model.friction.registry import law_named
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.kernel.generate import DEFAULT_STEP
 
-SPEED, ACCELERATION = "filtered_speed", "filtered_acceleration"
-"""Columns of a `torque_run` that hold the filtered speed [rad/s] and acceleration [rad/s²]."""
+SPEED, ACCELERATION, WIDTH = "filtered_speed", "filtered_acceleration", "filter_width"
+"""Columns of a `torque_run`: filtered speed [rad/s] and acceleration [rad/s²], width of the filter [rows]."""
 
 
 def torque_equations(equations: Equations) -> Equations:
@@ -127,8 +129,8 @@ def torque_run(run: Run) -> Run:
     -------
     Run
         On an even grid without the rows at either end that the filter has no full surroundings for: ``u`` is the
-        filtered position [rad], ``y`` the filtered torque [N m], ``extra`` holds filtered speed and acceleration. The
-        noise is that of the raw torque's neighbouring rows after the filter.
+        filtered position [rad], ``y`` the torque [N m] after two passes of the filter, ``extra`` holds filtered speed
+        and acceleration. The noise is that of the raw torque's neighbouring rows after the two passes.
     """
     m = filter_run(run)
     rows = slice(m.edge, m.t.size - m.edge)
@@ -136,14 +138,18 @@ def torque_run(run: Run) -> Run:
     return run.but(
         t=m.t[rows] - m.t[m.edge],
         u=m.q[rows],
-        y=m.torque[rows],
+        y=m.through_filter(m.torque)[rows],
         v=None,
         noise=np.array([noise * m.white_noise_gain]),
         resolution=np.zeros(1),
         hold="linear",
         score_from=m.interior.start - m.edge,
         start_time=run.start_time + float(m.t[m.edge]),
-        extra={SPEED: m.v[rows, 0], ACCELERATION: m.a[rows, 0]},
+        extra={
+            SPEED: m.v[rows, 0],
+            ACCELERATION: m.a[rows, 0],
+            WIDTH: np.full(m.t[rows].size, m.width_in_rows),
+        },
     )
 
 
@@ -209,10 +215,16 @@ class TorqueSimulator:
         inputs = measured_motion(run)
         start = np.zeros(len(self.equations.states)) if x0 is None else x0
         if not sensitivities:
-            return Trajectory(t=run.t, y=self.kernel.simulate(run.t, inputs, theta, start, linear=True))
+            return Trajectory(t=run.t, y=filter_as(run, self.kernel.simulate(run.t, inputs, theta, start, linear=True)))
         y, dy = self.kernel.simulate_tangent(run.t, inputs, theta, start, linear=True)
+        y, dy = filter_as(run, y), filter_as(run, dy)
         n = len(self.equations.parameters)
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
+
+
+def filter_as(run: Run, torque: Array) -> Array:
+    """Filter a torque along the motion of a `torque_run` as its measured torque was filtered, shape (n_t, …)."""
+    return gaussian(torque, float(run.extra[WIDTH][0]))
 
 
 def measured_motion(run: Run) -> Array:

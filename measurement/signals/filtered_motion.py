@@ -65,8 +65,8 @@ class FilteredMotion:
 
     @property
     def white_noise_gain(self) -> float:
-        """Standard deviation of white noise after the filter over that before it, √(Δt/(2·√π·w))."""
-        return math.sqrt(float(self.t[1]) / (2.0 * math.sqrt(math.pi) * self.width))
+        """Standard deviation of white noise after the filter, twice, over that before it, √(Δt/(2·√π·√2·w))."""
+        return math.sqrt(float(self.t[1]) / (2.0 * math.sqrt(2.0 * math.pi) * self.width))
 
     def through_filter(self, signal: Array) -> Array:
         """Filter a signal of the unfiltered motion, such as sgn q̇, as motion and torque were filtered.
@@ -81,7 +81,12 @@ class FilteredMotion:
         ndarray
             The same shape.
         """
-        return _gaussian(signal, self.width / float(self.t[1]), 0)
+        return gaussian(signal, self.width_in_rows)
+
+    @property
+    def width_in_rows(self) -> float:
+        """Standard deviation of the filter [rows]."""
+        return self.width / float(self.t[1])
 
 
 def filter_run(run: Run) -> FilteredMotion:
@@ -103,7 +108,8 @@ def filter_run(run: Run) -> FilteredMotion:
     y = _columns(t, run.t, run.y)
     width = max(_width(t, y[:, k], float(std)) for k, std in enumerate(_noise(run)))
     rows = width / dt
-    edge = min(math.ceil(REACH_IN_WIDTHS * rows), (n - 1) // 4)
+    # What is computed along the filtered motion passes through the filter once more, so that its reach counts twice.
+    edge = min(math.ceil(2.0 * REACH_IN_WIDTHS * rows), (n - 1) // 4)
     first = int(np.searchsorted(t, run.t[run.score_from]))
     return FilteredMotion(
         t=t,
@@ -151,6 +157,24 @@ def _width(t: Array, y: Array, noise: float) -> float:
             return width
         width *= GROWTH_OF_WIDTH
     return most
+
+
+def gaussian(signal: Array, rows: float) -> Array:
+    """Filter a signal by a Gaussian.
+
+    Parameters
+    ----------
+    signal
+        Shape (n, …), filtered along its first axis.
+    rows
+        Standard deviation of the Gaussian [rows].
+
+    Returns
+    -------
+    ndarray
+        The same shape.
+    """
+    return _gaussian(signal, rows, 0)
 
 
 def _gaussian(signal: Array, rows: float, order: int) -> Array:
