@@ -16,8 +16,6 @@ EMPS_FORCE_PER_VOLT = 35.15065188
 """Force of the drive over its control voltage, published with the measurements [N/V]."""
 XL330_DUTY_PER_RAD = (4096 / (2 * np.pi)) / (256 * 885)
 """Duty per radian of error and unit of the firmware's gain kp, published with the measurements [1/rad]."""
-XL330_SUPPLY_V = 7.4
-"""Supply for which the servo is rated [V]."""
 
 
 def write_emps(source: Path, out: Path) -> None:
