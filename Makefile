@@ -9,7 +9,7 @@ RUN = $(PYTHON) support/bootstrap.py
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
 test: ; $(RUN) --dev -m pytest -n 2 --dist worksteal
-real: ; $(RUN) --dev -m pytest --real -n 2 --dist worksteal
+real: ; $(RUN) --dev -m benchmarks.real_machines && $(RUN) --dev -m pytest --real -n 2 --dist worksteal
 bench: ; $(RUN) --dev -m benchmarks.run
 docs: ; $(RUN) --dev -m docs.build
 blind: ; $(RUN) -m studies.blind.run

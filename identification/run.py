@@ -16,6 +16,7 @@ import click
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
+from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.optimise.dask_workers import Cluster
 from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
@@ -150,7 +151,8 @@ def main(
     write_json(job.file, data)
     exported = [] if no_export else _export(job, data, verification)
     traces = [traces_of(step, job.build) for step in steps]
-    page = identification_page(read.title, steps, traces, data, verification)
+    predictions = [predict_unseen(step.compared, step.configuration.runs) for step in steps]
+    page = identification_page(read.title, steps, traces, predictions, data, verification)
     write_text(job.out / "report.html", page)
     write_json(job.file, data | {"complete": True})
     click.echo(summary_text(steps, data["verification"]))

@@ -121,6 +121,13 @@ class Thresholds:
     draws_of_whole_device: int = 20
     """Number of draws of the full model's parameters [1]."""
 
+    # Summary and report: how a residual is told.
+    largest_residual_as_noise: float = 1.05
+    """RMS of the residual over the sensor's noise [1] up to which a run's residual counts as sensor noise."""
+    largest_residual_in_noise: float = 10.0
+    """RMS of the residual over the sensor's noise [1] above which it is told as a quantity and a share of the motion as
+    well: a number of hundreds says how fine the sensor is, not how good the model."""
+
     # Foreign FMUs: what an archive and its process may take.
     largest_unpacked_bytes: int = 2_000_000_000
     """Largest size of an unpacked archive [B]."""

@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
+PREFIXES = ("", "m", "µ", "n")
+"""Prefixes of units for each thousandth, from one down."""
+
 
 def plain(value: float, digits: int = 2) -> str:
     """Write a number without an exponent below a million.
@@ -20,3 +25,26 @@ def plain(value: float, digits: int = 2) -> str:
     """
     text = f"{value:.{digits}g}"
     return f"{float(text):.0f}" if "e" in text and 1.0 <= abs(value) < 999_999.5 else text
+
+
+def with_prefix(value: float, unit: str, digits: int = 3) -> str:
+    """Write a quantity with the prefix that suits its size, from nano to none.
+
+    Parameters
+    ----------
+    value
+        Quantity in ``unit``.
+    unit
+        SI unit without prefix; two units joined by ``or`` both take the prefix.
+    digits
+        Significant digits.
+
+    Examples
+    --------
+    >>> with_prefix(0.249, "m"), with_prefix(0.0061, "rad or m"), with_prefix(13.2, "N m"), with_prefix(1.2e-8, "m")
+    ('249 mm', '6.1 mrad or mm', '13.2 N m', '12 nm')
+    """
+    exponent = math.floor(math.log10(abs(value)) / 3) if value else 0
+    prefix = PREFIXES[min(max(-exponent, 0), len(PREFIXES) - 1)]
+    scaled = value * 1000.0 ** PREFIXES.index(prefix)
+    return f"{plain(scaled, digits)} " + " or ".join(f"{prefix}{one}" for one in unit.split(" or "))

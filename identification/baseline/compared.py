@@ -35,10 +35,13 @@ class Compared:
         Plain model; None where the rows are too few for it.
     figures
         Figures by (file, use) and by ``model`` or ``baseline``.
+    models
+        The models themselves, ``model`` and ``baseline``.
     """
 
     baseline: Baseline | None
     figures: Mapping[tuple[str, str], Mapping[str, Figures]]
+    models: Mapping[str, Model]
 
     def badness(self, name: str, use: str) -> float:
         """Return the mean `Figures.badness` of a model, ``model`` or ``baseline``, over the runs of one use.
@@ -98,7 +101,7 @@ def compare(
     for run in used:
         motion = filter_run(run, width)
         figures[run.file, run.use] = {name: figures_of(model, run, motion) for name, model in models.items()}
-    return Compared(baseline=baseline, figures=figures)
+    return Compared(baseline=baseline, figures=figures, models=models)
 
 
 def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:

@@ -135,7 +135,7 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> 
     length = run.t[-1] - run.t[run.score_from]
     horizons = {f"{h:g}": _horizon(model, driven, states, h) for h in HORIZONS_S if length > h}
     return Figures(
-        free_rmse=_free(model, driven, states),
+        free_rmse=_rms(run.y[run.score_from :] - simulate_freely(model, run, motion)),
         torque_rmse=torque_rmse,
         torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
         horizon_rmse=horizons,
@@ -172,11 +172,27 @@ class _States:
         return x
 
 
-def _free(model: Model, run: Run, states: _States) -> Array:
-    first = run.score_from
-    start = _States(model, run, states.motion).at(first)
-    y, _ = model.simulator.onward(model.theta, run, slice(first, run.t.size), start)
-    return _rms(run.y[first:] - y[:, : run.y.shape[1]])
+def simulate_freely(model: Model, run: Run, motion: FilteredMotion) -> Array:
+    """Simulate a run from its measured start, without feedback.
+
+    Parameters
+    ----------
+    model
+        Model of the run's configuration.
+    run
+        Run with its recorded torque.
+    motion
+        Its filtered motion.
+
+    Returns
+    -------
+    ndarray, shape (n_scored, n_joints)
+        Positions at the scored rows [rad] or [m].
+    """
+    driven = run.but(u=run.u - model.offset)
+    start = _States(model, driven, motion).at(run.score_from)
+    y, _ = model.simulator.onward(model.theta, driven, slice(run.score_from, run.t.size), start)
+    return y[:, : run.y.shape[1]]
 
 
 def _horizon(model: Model, run: Run, states: _States, horizon: float) -> Array:

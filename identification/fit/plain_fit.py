@@ -55,7 +55,7 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
     equations = simulator.equations
     used = [run for run in runs if run.use != "excluded"]
     theta = _with_offset(plain_theta(baseline, equations, used), baseline, simulator, used)
-    names = _parameter_ids(baseline, equations.friction)
+    names = parameter_ids(baseline, equations.friction)
     known = np.isfinite(baseline.estimate.std)
     chosen = [k for k, id in enumerate(baseline.regressor.ids) if known[k] and names.get(id)]
     covariance = baseline.estimate.covariance[np.ix_(chosen, chosen)]
@@ -87,8 +87,21 @@ def _score(simulator: Simulator, theta: Array, run: Run, x0: Array) -> RunScore:
     return score_of(run, (run.y - y)[run.scored], x0)
 
 
-def _parameter_ids(baseline: Baseline, friction: Sequence[str]) -> dict[str, str]:
-    """Return the equations' id of each parameter of the plain model; a constant torque has none of its own."""
+def parameter_ids(baseline: Baseline, friction: Sequence[str]) -> dict[str, str]:
+    """Name the parameters of the plain model by the ids of the equations.
+
+    Parameters
+    ----------
+    baseline
+        Plain model.
+    friction
+        Names of the friction laws of the free joints.
+
+    Returns
+    -------
+    dict
+        Id of the equations by id of the plain model; a constant torque has none of its own.
+    """
     regressor = baseline.regressor
     names = {id: id for id in regressor.ids[: regressor.n_rigid]}
     for k, j in enumerate(regressor.joints):

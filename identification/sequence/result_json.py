@@ -52,7 +52,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "locked_positions_rad": list(step.configuration.posture),
         "scored": unit,
         "residual": unit,
-        "why": _why(fit, step.torque_scored),
+        "why": tell_why(fit, torque_scored=step.torque_scored),
         "floor": None,
         "baseline": None if compared is None or compared.baseline is None else compared.baseline.as_json(),
         "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
@@ -94,8 +94,21 @@ def _profile_json(interval: Interval | None) -> dict[str, list[float | None]]:
     return {} if interval is None else {"profile_95": [interval.lower, interval.upper]}
 
 
-def _why(fit: Fit, torque_scored: bool) -> str:
-    """Say in a sentence why this residual decides."""
+def tell_why(fit: Fit, *, torque_scored: bool) -> str:
+    """Say in a sentence why this residual decides.
+
+    Parameters
+    ----------
+    fit
+        Fit of the configuration.
+    torque_scored
+        Whether the torque was fitted.
+
+    Returns
+    -------
+    str
+        Without a full stop.
+    """
     if torque_scored or fit.observer_gain:
         return fit.outcome.value
     return "the recorded torque drives a free simulation, whose position is compared with the measured one"

@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from haptid.identification.sequence.plain_comparison import tell_comparison, tell_over_noise
 from haptid.identification.sequence.step import Step
+from haptid.measurement.values.units import unit_for
 
 HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "seconds", "outcome")
 
@@ -44,7 +46,8 @@ def step_row(step: Step) -> tuple[str, ...]:
     Returns
     -------
     tuple of str
-        Cells in the order of `HEADER`; the scores are the largest RMS over noise of the fitted and validation runs.
+        Cells in the order of `HEADER`; the scores are the largest RMS over noise of the fitted and validation runs, as
+        `tell_over_noise` writes it.
     """
     fit = step.fit
     return (
@@ -59,8 +62,23 @@ def step_row(step: Step) -> tuple[str, ...]:
 
 
 def _worst(step: Step, use: str) -> str:
-    ratios = [score.over_noise for score in step.fit.runs if score.use == use]
-    return f"{max(ratios):.3f}" if ratios else "-"
+    scores = [score for score in step.fit.runs if score.use == use]
+    return tell_over_noise(max(scores, key=lambda score: score.over_noise), residual_unit(step)) if scores else "-"
+
+
+def residual_unit(step: Step) -> str:
+    """Return the unit of a step's residual: of position, or of torque where the torque was fitted.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    str
+    """
+    return unit_for("N m" if step.torque_scored else "rad", step.configuration.runs[0].prismatic)
 
 
 def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
@@ -76,10 +94,15 @@ def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
     Returns
     -------
     str
-        Table of configurations, sentences that need attention, and the whole model's scores where it was verified.
+        Table of configurations, the comparison with the plain model, sentences that need attention, and the whole
+        model's scores where it was verified.
     """
     parts = [table_text(HEADER, [step_row(step) for step in steps])]
-    parts += [f"{step.configuration.name}: {sentence}" for step in steps for sentence in attention(step)]
+    for step in steps:
+        comparison = tell_comparison(step)
+        if comparison is not None:
+            parts.append(f"{step.configuration.name}: {comparison}")
+        parts += [f"{step.configuration.name}: {sentence}" for sentence in attention(step)]
     runs = verification.get("runs", [])
     if runs:
         parts.append(

@@ -112,6 +112,10 @@ class Verification:
         return {"law": self.law, "assumed": list(self.assumed), "runs": [_run_json(run) for run in self.runs]}
 
 
+FIGURES: Mapping[Mode, str] = {"closed_loop": "closed_rmse", "open_loop": "free_rmse"}
+"""Name of a run's RMS position error in ``figures``, by mode."""
+
+
 def _run_json(run: RunCheck) -> dict[str, Any]:
     return {
         "file": run.file,
@@ -119,6 +123,7 @@ def _run_json(run: RunCheck) -> dict[str, Any]:
         "mode": run.mode,
         "what": run.sentence,
         "draws": run.draws,
+        "figures": {"model": {FIGURES[run.mode]: [_finite(one.rmse_rad) for one in run.joints]}},
         "joints": [
             {
                 "joint": one.joint,

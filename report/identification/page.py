@@ -8,15 +8,20 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.links.consistency import summary as consistency_summary
+from haptid.identification.result.fit import RunScore
+from haptid.identification.sequence.plain_comparison import tell_size_and_share
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.summary import HEADER, attention, step_row
+from haptid.identification.sequence.summary import HEADER, attention, residual_unit, step_row
 from haptid.identification.sequence.traces import Trace
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Picture, Section, Table, render_page
 from haptid.report.identification.figures import run_picture, whole_picture
+from haptid.report.identification.plain_section import plain_section
 
 METHOD = (
     "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
@@ -24,8 +29,6 @@ METHOD = (
     "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
     "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
 )
-LARGEST_RESIDUAL_OVER_NOISE = 1.05
-"""Residual RMS over the sensor's noise on held-out runs up to which the residual counts as sensor noise [1]."""
 LARGEST_RESIDUAL_OVER_EXPECTED = 2.0
 """Residual RMS over √(noise² + spread²) up to which noise and parameter uncertainty explain the residual [1]: one draw
 of the parameters reaches it by chance, as |N(0, 1)| is below 2 in 95 % of cases."""
@@ -35,6 +38,7 @@ def identification_page(
     title: str,
     steps: Sequence[Step],
     traces: Sequence[Sequence[Trace]],
+    predictions: Sequence[Prediction | None],
     data: Mapping[str, Any],
     verification: Verification,
 ) -> str:
@@ -48,6 +52,8 @@ def identification_page(
         Steps of the identification, in locking order.
     traces
         Measured and simulated positions of every step's runs.
+    predictions
+        An unseen run of every step as fit and plain model predict it; None where there is none.
     data
         Content of identification.json: remarks, links, command, software, measured.
     verification
@@ -59,7 +65,10 @@ def identification_page(
         HTML.
     """
     sections = [_overview(steps), *_remarks(data.get("remarks", ()))]
-    sections += [_configuration(step, own) for step, own in zip(steps, traces, strict=True)]
+    for step, own, prediction in zip(steps, traces, predictions, strict=True):
+        sections.append(_configuration(step, own))
+        if step.compared is not None and step.compared.baseline is not None:
+            sections.append(plain_section(step, step.compared.baseline, step.compared, prediction))
     if verification.runs:
         sections.append(_whole(verification))
     if data["links"]:
@@ -79,13 +88,16 @@ def identification_page(
 
 
 def _lead(steps: Sequence[Step], verification: Verification) -> str:
-    scored = [(s, _worst(s)) for s in steps]
-    good = [s.configuration.name for s, ratio in scored if ratio is not None and ratio <= LARGEST_RESIDUAL_OVER_NOISE]
-    poor = [
-        f"{s.configuration.name} ({ratio:.3g} × noise)"
-        for s, ratio in scored
-        if ratio is not None and ratio > LARGEST_RESIDUAL_OVER_NOISE
-    ]
+    good, poor = [], []
+    for step in steps:
+        worst = _worst(step)
+        if worst is None:
+            continue
+        if worst.over_noise <= THRESHOLDS.largest_residual_as_noise:
+            good.append(step.configuration.name)
+        else:
+            size = tell_size_and_share(worst, residual_unit(step))
+            poor.append(f"{step.configuration.name} ({worst.over_noise:.3g} × noise){size}")
     words = []
     if good:
         words.append(f"On runs that no fit saw, what is left is the sensor's noise: {'; '.join(good)}.")
@@ -101,7 +113,7 @@ def _whole_sentence(verification: Verification) -> str:
     joints = [j for run in verification.runs for j in run.joints]
     worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
     said = f"The whole model predicts runs with all joints free within {worst:.3g} × noise on the worst joint"
-    if worst <= LARGEST_RESIDUAL_OVER_NOISE:
+    if worst <= THRESHOLDS.largest_residual_as_noise:
         return f"{said}."
     if not excess > LARGEST_RESIDUAL_OVER_EXPECTED:
         return (
@@ -111,9 +123,9 @@ def _whole_sentence(verification: Verification) -> str:
     return f"{said}, {excess:.3g} × what noise and the spread of the parameters explain: something is missing in it."
 
 
-def _worst(step: Step) -> float | None:
-    ratios = [s.over_noise for s in step.fit.runs if s.use == "validate"]
-    return max(ratios) if ratios else None
+def _worst(step: Step) -> RunScore | None:
+    scores = [s for s in step.fit.runs if s.use == "validate"]
+    return max(scores, key=lambda score: score.over_noise, default=None)
 
 
 def _overview(steps: Sequence[Step]) -> Section:
@@ -196,7 +208,7 @@ def _combinations(step: Step) -> Table:
 
 
 def _runs(step: Step) -> Table:
-    unit = unit_for("N m" if step.torque_scored else "rad", step.configuration.runs[0].prismatic)
+    unit = residual_unit(step)
     rows = [
         (s.file, s.use, ", ".join(f"{x:.3g}" for x in s.rmse), f"{s.over_noise:.3f}", f"{s.nrmse:.2e}")
         for s in step.fit.runs

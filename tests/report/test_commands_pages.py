@@ -14,6 +14,7 @@ from haptid.identification.run import main as identification
 from haptid.model.effects.registry import catalogue
 from haptid.model.plan import main as plan
 from haptid.report.common.numbers import with_error
+from haptid.support.numbers import plain
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
@@ -75,10 +76,21 @@ def test_the_identification_s_page_has_the_numbers_of_its_json(campaign, tmp_pat
     for run in one["runs"]:
         cells = page.row(run["file"])
         assert cells[1:4] == [run["use"], f"{run['rmse_rad']:.3g}", f"{run['rmse_over_noise']:.3f}"]
+    rows = [[cell.strip() for cell in row] for row in page.rows]
+    for run in one["runs"]:
+        for name, label in (("model", "fit"), ("baseline", "plain")):
+            figures = run["figures"][name]
+            (cells,) = [row for row in rows if row[:3] == [run["file"], run["use"], label]]
+            told = [figures["free_rmse"], figures["torque_rmse"], 100 * figures["torque_error"]]
+            assert cells[3:6] == [plain(x, 3) for x in told]
+            assert cells[6] == plain(figures["horizon_rmse"]["0.1"], 3)
+    for id, entry in one["baseline"]["parameters"].items():
+        assert any(row[:2] == [id, with_error(entry["value"], entry["std"])] for row in rows), id
+    assert one["why"] in page.text
     assert TITLE in page.text
     assert "49" not in page.text.split(TITLE)[0]
     assert "SYNTHETIC DATA" in page.text
-    assert len(page.pictures) >= 1
+    assert len(page.pictures) >= 2
 
 
 def test_the_discrepancy_s_page_has_the_numbers_of_its_json(campaign, tmp_path):

@@ -13,14 +13,21 @@ from scipy.integrate import solve_ivp
 from haptid.identification.baseline.baseline import fit_baseline
 from haptid.identification.baseline.compared import compare
 from haptid.identification.baseline.least_squares import weighted_least_squares
+from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.plain_comparison import tell_comparison, tell_over_noise, tell_result
+from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.summary import summary_text
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.values.run import Run
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.support.numbers import plain
 
 TRUE = {"inertia": 0.05, "gravity_sin": 0.8, "Fv": 0.03, "Fc": 0.12, "offset": 0.05}
 
@@ -113,6 +120,32 @@ def test_a_fit_that_predicts_worse_than_the_plain_model_is_replaced(runs):
     assert -spring == pytest.approx(TRUE["offset"], rel=0.2)
     unseen = next(score for score in made.fit.runs if score.use == "validate")
     assert unseen.rmse_rad < 0.1 * np.std(runs[2].y)
+
+
+def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
+    equations = guess(joint_equations(0), runs, given={})
+    held = {id: {"initial": 1.0, "fixed": True} for id in ("Fc", "Fs")}
+    test = JointTest(equations=equations.with_parameters(held), build=KernelSimulator.of, runs=runs)
+    made = fit_runs(test, options=FitOptions(method="gauss_newton", starts=1))
+    configuration = Configuration(free_joints=(0,), posture=(), runs=tuple(runs))
+    step = Step(configuration=configuration, fit=made.fit, compared=made.compared)
+    (unseen,) = [both for (_, use), both in made.compared.figures.items() if use == "validate"]
+    errors = {name: 100 * float(figures.torque_error[0]) for name, figures in unseen.items()}
+    told = tell_comparison(step)
+    assert f"torque error {plain(errors['model'])} % (plain model {plain(errors['baseline'])} %)" in told
+    assert told.endswith("on unseen runs")
+    assert f"joint 0: {told}" in summary_text([step], {})
+    assert tell_result(step).startswith("The plain model is the result")
+    prediction = predict_unseen(made.compared, tuple(runs))
+    for name, figures in unseen.items():
+        error = prediction.position - prediction.simulated[name]
+        assert np.sqrt(np.mean(error**2)) == pytest.approx(figures.free_rmse[0])
+
+
+def test_a_residual_far_above_the_noise_is_told_as_a_quantity_and_a_share():
+    score = RunScore(file="a.csv", use="fit", rmse=np.array([0.249]), over_noise=17862.0, nrmse=1.03, x0=np.zeros(3))
+    assert tell_over_noise(score, "m") == "17862 (250 mm, 100 % of the range)"
+    assert tell_over_noise(replace(score, over_noise=1.02), "m") == "1.020"
 
 
 def test_friction_and_inertia_are_never_negative(runs):

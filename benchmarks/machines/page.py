@@ -1,0 +1,138 @@
+"""Page and README paragraph of the real machines: stored JSON in, Markdown out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from docs.tables import table
+
+NONE = "no result"
+"""What stands where a command gave none."""
+
+
+def page_of(data: Mapping[str, Any]) -> str:
+    """Write the page from the stored results."""
+    lines = [
+        "# Real machines",
+        "",
+        "Both commands with their defaults on measured campaigns, beside what was published. The campaigns state "
+        "units, references and the use of every run; nothing is smoothed or left out.",
+        "",
+        f"`{data['command']}`, {data['date']}, haptid at `{data['version']}`, {data['cores']} cores that others used "
+        f"as well; a command is stopped after {data['limit_s']:.0f} s.",
+        "",
+        "## Figures",
+        "",
+        _figures(data["sets"]),
+    ]
+    for one in data["sets"]:
+        lines += _section(one)
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def readme_text(data: Mapping[str, Any]) -> str:
+    """Write the paragraph of README that names the figures."""
+    all_figures = [figure for one in data["sets"] for figure in one["figures"]]
+    met = sum(figure["met"] is True for figure in all_figures)
+    lines = [
+        f"- [Real machines](docs/results/real_machines.md) are harder than synthetic joints: {met} of "
+        f"{len(all_figures)} figures reach their aims.",
+    ]
+    for one in data["sets"]:
+        clauses = [_clause(figure) for figure in one["figures"]]
+        lines.append(f"    - {one['title']}: {'; '.join(clauses)}.")
+    return "\n".join(lines)
+
+
+def _clause(figure: Mapping[str, Any]) -> str:
+    return f"{figure['name']} {_value(figure['reached'], figure['unit'])} (aim {_aim(figure)})"
+
+
+def _figures(sets: Sequence[Mapping[str, Any]]) -> str:
+    marks = {True: "yes", False: "no", None: "-"}
+    rows = [
+        (
+            one["folder"],
+            figure["name"],
+            _aim(figure),
+            _value(figure["published"], figure["unit"], none=""),
+            _value(figure["reached"], figure["unit"]),
+            marks[figure["met"]],
+        )
+        for one in sets
+        for figure in one["figures"]
+    ]
+    return table(("set", "figure", "aim", "published", "reached", "aim reached"), rows)
+
+
+def _aim(figure: Mapping[str, Any]) -> str:
+    aim = figure["aim"]
+    return " or ".join(aim) if isinstance(aim, list) else f"≤ {_value(aim, figure['unit'])}"
+
+
+def _value(value: float | Sequence[str] | None, unit: str, *, none: str = NONE) -> str:
+    if value is None:
+        return none
+    if isinstance(value, float):
+        return f"{value:.3g}" if unit == "1" else f"{value:.3g} {unit}"
+    return ", ".join(value) or "none"
+
+
+def _section(one: Mapping[str, Any]) -> list[str]:
+    lines = ["", f"## {one['title']}", "", f"Published: {one['source']}.", ""]
+    lines += [f"- `{call['command']}`: {call['outcome']}, {call['wall_s']:.1f} s" for call in one["commands"]]
+    found, missing = one["identification"], one["missing"]
+    if found is not None:
+        lines += ["", f"Outcome `{found['outcome']}`, residual in {found['residual']}: {found['why']}."]
+    if one["picture"]:
+        lines += ["", f"![Measured, computed and simulated signals of an unseen run, with residuals]({one['picture']})"]
+    if found is not None:
+        lines += ["", _parameters(found["parameters"]), _runs(found["runs"])]
+    if missing is not None:
+        lines += ["", f"What is missing: `{missing['verdict']}`. {missing['sentence']}", *_effects(missing["effects"])]
+    return lines
+
+
+def _parameters(rows: Sequence[Mapping[str, Any]]) -> str:
+    cells = [
+        (row["id"], _number(row["published"]), _with_std(row["plain"]), _with_std(row["fit"]), row["unit"])
+        for row in rows
+    ]
+    return table(("parameter", "published", "plain model ± std", "fit ± std", "unit"), cells)
+
+
+def _with_std(parameter: Mapping[str, Any] | None) -> str:
+    if parameter is None:
+        return ""
+    std = parameter["std"]
+    return f"{parameter['value']:.4g}" + (f" ± {std:.2g}" if std else "")
+
+
+def _runs(runs: Sequence[Mapping[str, Any]]) -> str:
+    rows = []
+    for run in runs:
+        for name, label in (("model", "fit"), ("baseline", "plain model")):
+            figures = run["figures"].get(name)
+            if figures is None:
+                continue
+            horizons = [_number(figures["horizon_rmse"].get(h)) for h in ("0.1", "1", "10")]
+            own = [_number(figures[key]) for key in ("free_rmse", "torque_rmse", "torque_error")]
+            over = _number(run["rmse_over_noise"]) if name == "model" else ""
+            rows.append((run["file"], run["use"], label, *own, *horizons, over))
+    header = ("run", "use", "model", "free RMS", "torque RMS", "torque error", "0.1 s", "1 s", "10 s", "RMS / noise")
+    return "RMS in rad or m, torque in N m or N, torque error over the torque's RMS:\n\n" + table(header, rows)
+
+
+def _number(value: float | Sequence[float | None] | None) -> str:
+    if isinstance(value, (list, tuple)):
+        return ", ".join(_number(x) for x in value)
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _effects(effects: Sequence[Mapping[str, Any]]) -> list[str]:
+    lines = []
+    for effect in effects:
+        told = [f"{id} {_with_std(p)} {p['unit']}" for id, p in effect["parameters"].items()]
+        lines.append(f"- {effect['id']}: {'; '.join(told)}")
+    return ["", *lines] if lines else []

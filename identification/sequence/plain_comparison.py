@@ -1,0 +1,152 @@
+"""The fit beside the plain model, in words: `Step` in, sentences out."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from haptid.identification.baseline.figures import Figures
+from haptid.identification.result.fit import RunScore
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.step import Step
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.values.run import Array
+from haptid.measurement.values.units import unit_for
+from haptid.support.numbers import plain, with_prefix
+
+
+def is_above_noise(step: Step) -> bool:
+    """Say whether the fit leaves more than the sensor's noise on a run of any use.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    bool
+    """
+    largest = max((score.over_noise for score in step.fit.runs), default=0.0)
+    # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.
+    return not largest <= THRESHOLDS.largest_residual_as_noise
+
+
+def tell_comparison(step: Step) -> str | None:
+    """Write torque error and free simulation of both models on the runs that no fit saw.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    str or None
+        As ``torque error 4.0 % (plain model 4.1 %), free simulation 6.1 mm (6.9 mm) on unseen runs``; None where the
+        fit is at the noise or nothing was compared. Several joints are separated by slashes.
+    """
+    if step.compared is None or step.compared.baseline is None or not is_above_noise(step):
+        return None
+    use = "validate" if any(use == "validate" for _, use in step.compared.figures) else "fit"
+    figures = [both for (_, of), both in step.compared.figures.items() if of == use]
+    prismatic = step.configuration.runs[0].prismatic
+    torque, free = {}, {}
+    for name in ("model", "baseline"):
+        own = [both[name] for both in figures]
+        torque[name] = _percentages(own)
+        free[name] = _positions(own, prismatic)
+    return (
+        f"torque error {torque['model']} (plain model {torque['baseline']}), "
+        f"free simulation {free['model']} ({free['baseline']}) on {'unseen' if use == 'validate' else 'fitted'} runs"
+    )
+
+
+def _percentages(figures: list[Figures]) -> str:
+    shares = _over_runs([one.torque_error for one in figures])
+    return "/".join(plain(100 * share) for share in shares) + " %"
+
+
+def _positions(figures: list[Figures], prismatic: tuple[bool, ...]) -> str:
+    positions = _over_runs([one.free_rmse for one in figures])
+    told = [tell_size(x, unit_for("rad", [slides])) for x, slides in zip(positions, prismatic, strict=True)]
+    return "/".join(told)
+
+
+def _over_runs(values: list[Array]) -> Array:
+    """Return the root mean square over runs, shape (n_joints,)."""
+    return np.asarray(np.sqrt(np.mean(np.square(values), axis=0)))
+
+
+def tell_size(value: float, unit: str) -> str:
+    """Write a quantity with its unit, or ``diverged`` where a simulation did not stay finite."""
+    return with_prefix(value, unit, 2) if np.isfinite(value) else "diverged"
+
+
+def tell_result(step: Step) -> str:
+    """Say which of the two models is the result, and why.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    str
+        A sentence.
+    """
+    compared = step.compared
+    if compared is None or compared.baseline is None:
+        return "The fit is the result: the fitted runs have too few rows for the plain model."
+    if step.fit.outcome is Outcome.PLAIN:
+        return "The plain model is the result: it predicts the runs that no fit saw better than the fit does."
+    if not is_above_noise(step):
+        return "The fit is the result: what it leaves is the sensor's noise."
+    if not np.isfinite(compared.badness("model", "validate")):
+        return "The fit is the result: neither model could be judged on runs that no fit saw."
+    if compared.plain_is_better:
+        return (
+            "The fit is the result: its residual on the fitted runs is the sensor's noise, although the plain model "
+            "predicts torque and one second of motion of the runs that no fit saw better."
+        )
+    return "The fit is the result: it predicts the runs that no fit saw better than the plain model does."
+
+
+def tell_over_noise(score: RunScore, unit: str) -> str:
+    """Write the residual of a run over the noise and, where that says little, as a quantity and a share of the motion.
+
+    Parameters
+    ----------
+    score
+        Score of the run.
+    unit
+        Unit of its residual.
+
+    Returns
+    -------
+    str
+        As ``1.02`` or ``207 (61 mm, 12 % of the range)``.
+    """
+    over = score.over_noise
+    shown = f"{over:.0f}" if over > THRESHOLDS.largest_residual_in_noise else f"{over:.3f}"
+    return shown + tell_size_and_share(score, unit)
+
+
+def tell_size_and_share(score: RunScore, unit: str) -> str:
+    """Write a residual far above the noise as a quantity and a share of the motion.
+
+    Parameters
+    ----------
+    score
+        Score of the run.
+    unit
+        Unit of its residual.
+
+    Returns
+    -------
+    str
+        As `` (61 mm, 12 % of the range)``; empty where the residual over the noise is small enough to say something.
+    """
+    if not score.over_noise > THRESHOLDS.largest_residual_in_noise:
+        return ""
+    return f" ({tell_size(score.rmse_rad, unit)}, {plain(100 * score.nrmse)} % of the range)"

@@ -1,0 +1,75 @@
+"""Picture of a run as fit and plain model predict it: `Prediction` in, `Picture` out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from haptid.identification.baseline.prediction import Prediction
+from haptid.measurement.values.run import Array
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.page import Picture
+from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
+
+MOST_POINTS = 4000
+"""Largest number of points of a curve [1]."""
+LOOKS = {"model": (SIMULATED, "fit"), "baseline": (ACCENT, "plain model")}
+"""Colour and name of each model."""
+
+
+def plain_picture(prediction: Prediction) -> Picture:
+    """Draw torque and free simulation of one run by both models, each with its residual below.
+
+    Parameters
+    ----------
+    prediction
+        Signals of the run.
+
+    Returns
+    -------
+    Picture
+    """
+    n = len(prediction.joints)
+    with style():
+        made = figure(9.0, 3.6 * n + 0.4)
+        axes = made.subplots(2 * n, 2, sharex=True, squeeze=False, height_ratios=[2, 1] * n)
+        for k, joint in enumerate(prediction.joints):
+            torque, position = (unit_for(unit, [prediction.prismatic[k]]) for unit in ("N m", "rad"))
+            pair = (axes[2 * k][0], axes[2 * k + 1][0])
+            _draw(pair, prediction.torque_t, prediction.torque, prediction.computed, k)
+            pair[0].set_ylabel(f"{'force' if torque == 'N' else 'torque'} {joint} [{torque}]")
+            pair[1].set_ylabel(f"residual [{torque}]")
+            pair = (axes[2 * k][1], axes[2 * k + 1][1])
+            _draw(pair, prediction.position_t, prediction.position, prediction.simulated, k)
+            pair[0].set_ylabel(f"position {joint} [{position}]")
+            pair[1].set_ylabel(f"residual [{position}]")
+        axes[0][0].set_title("computed along the measured motion", fontsize=8)
+        axes[0][1].set_title("free simulation from the measured start", fontsize=8)
+        for axis in axes[-1]:
+            axis.set_xlabel("time [s]")
+        handles, labels = axes[0][0].get_legend_handles_labels()
+        made.legend(handles, labels, loc="outside lower center", ncols=3)
+        uri = data_uri(made)
+    caption = (
+        f"{prediction.file}, which no fit saw. Left: torque as measured (black) and as computed along the measured "
+        "motion, all filtered alike. Right: position as measured, and simulated under the recorded torque alone. "
+        "Below: measured minus computed."
+    )
+    return Picture(uri=uri, caption=caption, alt=f"fit and plain model on {prediction.file}, with residuals")
+
+
+def _draw(axes: tuple[Axes, Axes], t: Array, measured: Array, models: Mapping[str, Array], k: int) -> None:
+    """Draw one signal of the joint at index k above, and what each model leaves of it below."""
+    above, below = axes
+    rows = slice(None, None, max(t.size // MOST_POINTS, 1))
+    above.plot(t[rows], measured[rows, k], color=MEASURED, label="measured", linewidth=1.6)
+    for name, signal in models.items():
+        colour, label = LOOKS[name]
+        above.plot(t[rows], signal[rows, k], color=colour, label=label, linestyle="--")
+        below.plot(t[rows], (measured - signal)[rows, k], color=colour, linewidth=0.7)
+    # A simulation that runs away would flatten the measured signal to a line.
+    middle, reach = float(np.mean(measured[:, k])), float(np.ptp(measured[:, k]))
+    above.set_ylim(middle - reach, middle + reach)
+    below.set_ylim(*np.clip(below.get_ylim(), -reach, reach))
