@@ -48,6 +48,12 @@ class Thresholds:
     """Initial velocity over its standard deviation [1] above which a run counts as started in motion, so that its
     initial velocity is fitted."""
 
+    start_rows_over_rows: float = 0.05
+    """Share of the rows of an unseen run [1] that determine its initial state: the rest is a prediction."""
+    least_start_rows: int = 50
+    """Smallest number of rows of an unseen run [1] that determine its initial state: fifty readings of white noise give
+    a position at rest to a seventh of that noise."""
+
     # Cost: what a row and its residual weigh.
     weights_of_run_halves: tuple[float, float] = (0.5, 1.0)
     """Weights [1] of the first and the second half of a run: the first has the transients. From Tam, Kubica and Wang
