@@ -102,3 +102,8 @@ def _urdf_joints(text: str) -> int:
     joints = ElementTree.fromstring(text).findall("joint")
     moving = ("revolute", "continuous", "prismatic")
     return sum(joint.get("type") in moving and joint.find("mimic") is None for joint in joints)
+
+
+def joint_range(count: int) -> str:
+    """Say which joints a device with ``count`` joints has: ``0 to 5``, or that it has none."""
+    return f"0 to {count - 1}" if count else "which has no joint that moves"

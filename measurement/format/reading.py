@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from haptid.measurement.format import schema
-from haptid.measurement.format.devices import joint_count, resolve_device
+from haptid.measurement.format.devices import joint_count, joint_range, resolve_device
 from haptid.measurement.format.joint_tables import friction_laws, joint_tables, read_overrides, warn_of_unused
 from haptid.measurement.format.run_entries import read_runs
 from haptid.measurement.format.toml_source import TomlSource
@@ -107,6 +107,6 @@ def _joint_tables(source: TomlSource, device: str) -> dict[int, dict[str, Any]]:
     for joint, table in tables.items():
         schema.check_table(source, table.get("sensor", {}), schema.SENSOR, f"joint.{joint}.sensor")
         if count is not None and joint >= count:
-            expected = f"a joint of {device}, 0 to {count - 1}"
+            expected = f"a joint of {device}, {joint_range(count)}"
             raise InputError(source.where(f"joint.{joint}"), expected=expected, got=str(joint))
     return tables

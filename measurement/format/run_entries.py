@@ -8,7 +8,7 @@ import numpy as np
 
 from haptid.measurement.format import schema
 from haptid.measurement.format.columns import Signals, read_signals
-from haptid.measurement.format.devices import SINGLE_JOINT, joint_count
+from haptid.measurement.format.devices import SINGLE_JOINT, joint_count, joint_range
 from haptid.measurement.format.joint_tables import drive_constants, sensor_of
 from haptid.measurement.format.places import check_inside
 from haptid.measurement.format.table import read_table
@@ -112,7 +112,7 @@ def _check_entry(
         raise InputError(where, expected="one free joint for single_joint", got=str(entry["free_joints"]), todo=todo)
     if count is not None and max(entry["free_joints"]) >= count:
         where = source.where("runs", "free_joints", index)
-        raise InputError(where, expected=f"joints of {device}, 0 to {count - 1}", got=str(entry["free_joints"]))
+        raise InputError(where, expected=f"joints of {device}, {joint_range(count)}", got=str(entry["free_joints"]))
     posture = entry.get("locked_positions_rad")
     if count is not None and posture is not None and len(posture) != count:
         where = source.where("runs", "locked_positions_rad", index)

@@ -129,6 +129,13 @@ def test_device_file_beside_the_campaign(folder):
     assert read_campaign(folder.path).device == str(folder.path / "mine.toml")
 
 
+def test_a_urdf_without_joints_is_told_as_such(folder):
+    (folder.path / "arm.urdf").write_text('<robot name="arm"><link name="base"/></robot>')
+    folder.replace('"single_joint"', '"arm.urdf"')
+    with pytest.raises(InputError, match=r"arm\.urdf, which has no joint that moves, got"):
+        read_campaign(folder.path)
+
+
 def test_joints_of_a_urdf_are_counted(folder):
     joints = "".join(f'<joint name="j{k}" type="{kind}"/>' for k, kind in enumerate(["revolute", "fixed", "prismatic"]))
     (folder.path / "arm.urdf").write_text(f'<robot name="arm">{joints}</robot>')
