@@ -2,7 +2,8 @@
 
 1. Choose a strategy from the runs (`identification.fit.strategy`).
 2. Fit by simulation, freely or through an observer. Under position control few starts do at first.
-3. Keep that fit where its residual is at the noise: a position is the stricter test.
+3. Keep that fit where its residual is at the noise: a position is the stricter test. Above the noise its standard
+   deviations are widened by the jackknife, and of a model that explains nothing no parameter is identified.
 4. Under position control of a single joint, fit the torque as well (`identification.fit.torque_fit`), and keep the fit
    with the better figures (`Figures.badness`) on the fitted runs.
 5. Hold the fit against the plain model. Where that predicts the runs that no fit saw better, it is the result.
@@ -26,8 +27,10 @@ from haptid.identification.fit.torque_fit import fit_torque
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.absent import with_absent_terms
+from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
@@ -136,6 +139,7 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
 
     # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
     seen = fit_within_own_bounds(fit_position, test.equations, test.runs, () if both else test.own, trial)
+    seen = _doubted(test, seen, options, workers)
     best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen))
     if quiet(seen, options) or not both:
         return best
@@ -146,3 +150,23 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found))
     better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
     return scored if better else best
+
+
+def _doubted(test: JointTest, found: Fit, options: FitOptions, workers: Workers | None) -> Fit:
+    """Widen the standard deviations of a free simulation above the noise, whose model does not fit.
+
+    The parts of the motion must agree on a parameter (`identification.statistics.jackknife`); of a model that explains
+    nothing no parameter is identified. Fits through an observer come with the jackknife.
+    """
+    if found.outcome is Outcome.UNEXCITED:
+        return _without_identified(found)
+    if found.outcome not in (Outcome.ABOVE_NOISE, Outcome.LONELY, Outcome.UNEXPLAINED):
+        return found
+    simulator = test.build(found.equations)
+    wider = with_jackknife(simulator, found, test.runs, options.but(gains=(0.0,)), workers)
+    return _without_identified(wider) if found.outcome is Outcome.UNEXPLAINED else wider
+
+
+def _without_identified(found: Fit) -> Fit:
+    statuses = {id: "unidentifiable" if status == "identified" else status for id, status in found.statuses.items()}
+    return found.but(statuses=statuses)

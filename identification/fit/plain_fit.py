@@ -7,17 +7,20 @@ torque is the torque of a spring so soft that only Ks·epos matters, or the cons
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.compared import Compared, plain_theta
+from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Basin, Fit, RunScore
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.protocol import Simulator, initial_state
+from haptid.identification.statistics.identifiability import felt_sizes, known_sizes
 from haptid.identification.statistics.score import score_of
 from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 
 SOFT_SPRING_OF_TORQUE = 1e-4
@@ -74,12 +77,24 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
         basins=(Basin(over_noise=over_noise, starts=(0,), theta=theta, simulations=len(scores)),),
         starts=1,
         x0={run.file: x0[run.file] for run in used if run.use == "fit"},
-        statuses={q.id: "identified" if q.id in free else "fixed" for q in equations.parameters},
+        statuses=_statuses(equations, theta, dict(zip(free, np.sqrt(np.diag(covariance)), strict=True)), used),
         combinations=(),
         runs=scores,
         observer_gain=0.0,
         profiles={},
     )
+
+
+def _statuses(equations: Equations, theta: Array, std: Mapping[str, float], runs: Sequence[Run]) -> dict[str, str]:
+    """Judge the plain model's parameters by the rule of every fit; what it does not have is ``fixed``."""
+    parametrisation = Parametrisation.of(equations)
+    fitted = [run for run in runs if run.use == "fit"]
+    scaled = known_sizes(parametrisation, parametrisation.scaled(theta), felt_sizes(parametrisation, fitted))
+    largest = dict(zip(parametrisation.ids, scaled * parametrisation.slope(theta), strict=True))
+    result = {q.id: "fixed" for q in equations.parameters}
+    for id, deviation in std.items():
+        result[id] = "identified" if deviation <= largest.get(id, np.inf) else "unidentifiable"
+    return result
 
 
 def _score(simulator: Simulator, theta: Array, run: Run, x0: Array) -> RunScore:

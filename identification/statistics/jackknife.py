@@ -66,7 +66,9 @@ def with_jackknife(
     # Scaling by the growth keeps the correlations of the sandwich; a parameter without deviation stays without.
     grown = np.where(std > 0, wide / np.where(std > 0, std, 1.0), 1.0)
     felt = felt_sizes(parametrisation, problem.runs)
-    status = statuses(parametrisation, x[:n], wide, felt)
+    judged = statuses(parametrisation, x[:n], wide, felt)
+    # What was not identified with smaller standard deviations is not identified with larger ones.
+    status = {id: "unidentifiable" if fit.statuses[id] == "unidentifiable" else now for id, now in judged.items()}
     return fit.but(
         covariance=fit.covariance * np.outer(grown, grown),
         information=fit.information / np.outer(grown, grown),

@@ -25,14 +25,19 @@ NOISE, RATE = 1e-4, 500
 """Sensor noise [rad] and readings a second [1/s]."""
 
 
-def swung(amplitudes: list[float], frequencies: list[float], *, use: str = "fit", seed: int = 0) -> Run:
-    """Swing the pendulum by a sum of cosines [N m, rad/s]; its friction has no stiction and no bristle damping."""
+def swung(
+    amplitudes: list[float], frequencies: list[float], *, use: str = "fit", seed: int = 0, ripple: float = 0.0
+) -> Run:
+    """Swing the pendulum by a sum of cosines [N m, rad/s], with a torque ripple [N m] that the model lacks.
+
+    Its friction has no stiction and no bristle damping.
+    """
     t = np.arange(5 * RATE + 1) / RATE
     torque = sum(a * np.cos(w * t) for a, w in zip(amplitudes, frequencies, strict=True))
 
     def rates(x: np.ndarray, _: float, u: float) -> tuple[float, float, float]:
         q, v, z = x
-        pull = u - TRUE["gravity_sin"] * np.sin(q) - TRUE["sigma0"] * z - TRUE["sigma2"] * v
+        pull = u - ripple * np.sin(9.0 * q) - TRUE["gravity_sin"] * np.sin(q) - TRUE["sigma0"] * z - TRUE["sigma2"] * v
         return v, pull / TRUE["inertia"], v - TRUE["sigma0"] * abs(v) / TRUE["Fc"] * z
 
     states = [np.zeros(3)]
@@ -126,3 +131,20 @@ def test_spring_whose_interval_holds_zero_is_not_identified(fitted: Fitted) -> N
     covariance[place, place] = 2.73**2
     told = with_absent_terms(fit.but(equations=equations, theta=theta, covariance=covariance, warnings=()))
     assert "no spring is seen: |Ks| < 7.4 N m/rad with 95 %" in told.warnings
+
+
+def test_intervals_of_a_model_that_does_not_fit_hold_the_truth() -> None:
+    weak = 0.2 * TRUE["Fc"]
+    ripple = [
+        swung([0.35, 0.25, 0.2], [1.1, 3.7, 6.1], seed=1, ripple=weak),
+        swung([0.5], [2.3], seed=2, ripple=weak),
+        swung([0.2, 0.15, 0.1], [0.9, 2.1, 5.0], seed=4, ripple=weak),
+    ]
+    equations = guess(joint_equations(0), ripple, given={})
+    options = FitOptions(method="gauss_newton", starts=1)
+    fit = fit_runs(JointTest(equations=equations, build=KernelSimulator.of, runs=ripple), options=options).fit
+    assert fit.outcome in (Outcome.LONELY, Outcome.ABOVE_NOISE)
+    for id in ("inertia", "gravity_sin", "sigma2", "Fc"):
+        assert abs(fit.values[id] - TRUE[id]) < 1.96 * fit.std[fit.index(id)], id
+    for id in ("Ks", "vs", "sigma0", "Fs"):
+        assert fit.statuses[id] != "identified", id
