@@ -20,11 +20,15 @@ from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
 from haptid.fmu_build.exchange.identification_json import read_identification
-from haptid.identification.fit.strategy import choose_for
+from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
+from haptid.identification.optimise.workers import Here
+from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.carried_fit import carried_fit
 from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of
+from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
@@ -101,7 +105,7 @@ def _alone(
     read: Campaign, chosen: tuple[int, ...], entries: dict[str, Effect], out: Path, choices: dict[str, Any]
 ) -> None:
     """Study joints, each in the runs in which it moves alone."""
-    swept = [j for j in chosen if choose_for(read.runs_of((j,))).kind != "open_loop"]
+    swept = [j for j in chosen if _searched_by_torque(read, j)]
     if swept and choices["stage"] != "all":
         where = f"--stage {choices['stage']}"
         raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")
@@ -181,6 +185,20 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
     with bar:
         finding = find(study, out, **_options(choices), tell=bar.set_description)
     _write_finding(finding, read, out, choices["seed"])
+
+
+def _searched_by_torque(read: Campaign, joint: int) -> bool:
+    """Whether a position controller moved a joint and an observer leaves more than the noise.
+
+    A residual in position at the noise is the stricter test: then the position is searched.
+    """
+    runs = read.runs_of((joint,))
+    if not read.runs_of((joint,), "fit") or choose_for(runs).kind == "open_loop":
+        return False
+    equations = equations_for(read, device_of(read), (joint,))
+    options = FitOptions(starts=IDENTIFICATION.most_starts_of_trial, method="gauss_newton")
+    seen = fit_simulated(KernelSimulator.of(equations), runs, options=options, workers=Here())
+    return not quiet(seen, options)
 
 
 def _carried(study: Study, read: Campaign, out: Path) -> Fit | None:

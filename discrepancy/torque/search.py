@@ -41,6 +41,8 @@ class TorqueCandidate:
         Twice the gain in log score of stretches that the other fitted stretches predict, counted alike.
     errors_gained
         Decrease of the energy of predicted stretches, in its standard errors over the stretches.
+    vetoed
+        Whether the model does worse on held-out rows than without the effect.
     significance
         √(twice the gain in log score on fitted stretches): the effect's amplitudes in standard errors.
     """
@@ -51,6 +53,7 @@ class TorqueCandidate:
     evidence: float
     errors_gained: float
     significance: float
+    vetoed: bool
 
     @property
     def acceptable(self) -> bool:
@@ -65,7 +68,8 @@ class TorqueCandidate:
     @property
     def stays(self) -> bool:
         """Whether the effect keeps its place beside all others: its amplitude is not 0, and predictions need it."""
-        return self.significance > THRESHOLDS.torque.least_amplitude_in_standard_errors and self.evidence > 0.0
+        clear = self.significance > THRESHOLDS.torque.least_amplitude_in_standard_errors
+        return clear and self.evidence > 0.0 and not self.vetoed
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -254,4 +258,5 @@ def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCand
         evidence=gain.predicted,
         errors_gained=gain.errors,
         significance=float(np.sqrt(max(gain.fitted, 0.0))),
+        vetoed=more.unseen.size > 0 and rms(more.unseen) > rms(less.unseen),
     )
