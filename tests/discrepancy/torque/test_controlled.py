@@ -1,4 +1,4 @@
-"""Synthetic joints that a position controller moved: no false name where nothing is hidden, the right one where it is."""
+"""Synthetic joints under position control: no name where nothing is hidden, the right one where something is."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def campaign(folder: Path, hidden: float) -> Path:
 def test_a_controlled_joint_gets_the_name_of_what_is_hidden(tmp_path, hidden, verdict, names):
     out = tmp_path / "out"
     (tmp_path / "campaign").mkdir()
-    options = ["--starts", "2", "--fmu", "native", "--quiet", "--workers", "2", "--out", str(out)]
+    options = ["--fmu", "native", "--quiet", "--workers", "2", "--out", str(out)]
     done = CliRunner().invoke(main, [str(campaign(tmp_path / "campaign", hidden)), *options])
     assert done.exit_code == 0, done.output
     found = json.loads((out / "discrepancy" / "joint0.json").read_text())
