@@ -39,6 +39,12 @@ class Thresholds:
     """Range of positions [rad] above which the first guess distinguishes gravity from a spring."""
     bounds_over_guess: float = 100.0
     """Factor [1] of a positive parameter's first guess to its bounds on either side."""
+    most_widenings_of_bounds: int = 3
+    """Largest number of times that ranges which haptid chose are widened [1]: three times a hundredfold."""
+    widening_of_linear_range: float = 4.0
+    """Length by which a linear range is widened on the side of the estimate, over its length [1]."""
+    starts_of_refit: int = 3
+    """Number of starts of a fit within widened ranges [1], the first of them at the optimum before."""
     starts_over_guess: float = 2.0
     """Factor [1] of the first guess within which logarithmic parameters start; linear ones start within their typical
     size."""
@@ -47,6 +53,12 @@ class Thresholds:
     least_initial_velocity_in_std: float = 6.0
     """Initial velocity over its standard deviation [1] above which a run counts as started in motion, so that its
     initial velocity is fitted."""
+
+    start_rows_over_rows: float = 0.05
+    """Share of the rows of an unseen run [1] that determine its initial state: the rest is a prediction."""
+    least_start_rows: int = 50
+    """Smallest number of rows of an unseen run [1] that determine its initial state: fifty readings of white noise give
+    a position at rest to a seventh of that noise."""
 
     # Cost: what a row and its residual weigh.
     weights_of_run_halves: tuple[float, float] = (0.5, 1.0)
@@ -86,6 +98,14 @@ class Thresholds:
     # Identifiability: the status of a parameter and what is told of combinations.
     largest_std_over_size: float = 0.5
     """Standard deviation over the parameter's size [1], up to which a parameter without a prior is identified."""
+    smallest_felt_share: float = 0.02
+    """Torque of one standard deviation over the largest torque [1], and standard deviation of a spring's equilibrium
+    over the travel [1], up to which gravity and spring are identified whatever their value: what drives repeat."""
+    standard_errors_of_interval: float = 1.96
+    """Standard deviations from the estimate to the ends of a 95 % interval [1]."""
+    largest_chi_squared_of_no_gravity: float = 5.99
+    """Wald statistic of both gravity parameters [1] up to which no gravity is seen: 95 % of χ² with two degrees of
+    freedom."""
     largest_std_over_prior_std: float = 0.5
     """Standard deviation over the prior's [1], above which the prior counts as what determines the parameter."""
     largest_bound_distance_over_range: float = 1e-4

@@ -160,6 +160,8 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
         if found is None:
             with named(command.campaign, (joint,)):
                 found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
+        # The ranges of the fit: those that haptid chose may have been widened to hold its optimum.
+        equations = found.equations
 
         def report(steps: int, tau: float, effective: float) -> None:
             bar.n = steps

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.sequence.equations_for import device_of, equations_for
-from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, invertible, measured_motion, torque_run
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, invertible, measured_motion, torque_runs
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect
@@ -124,12 +124,12 @@ def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
     cut = {run.file for run in fitted} & {run.file for run in unseen}
     runs = [*(run for run in fitted if run.file not in cut), *unseen]
     # The masks hold rows out, so the runs themselves are scored from the first row on.
-    turned = [torque_run(run.but(score_from=0)) for run in runs]
+    turned = torque_runs([run.but(score_from=0) for run in runs])
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
     stated = tuple(campaign.parameter_overrides.get(joint, {}))
     return TorqueStudy(
         joint=joint,
-        runs=tuple(turned),
+        runs=turned,
         seen=tuple(np.broadcast_to(np.asarray(s), run.t.shape) for s, run in zip(seen, turned, strict=True)),
         base=restrain_stribeck(equations_for(campaign, device_of(campaign), (joint,)), fitted, stated),
         prismatic=bool(fitted[0].prismatic[0]),

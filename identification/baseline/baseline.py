@@ -1,8 +1,9 @@
 """The field's plain model of a configuration: `Run`s in, `Baseline` out.
 
 Inertia, gravity, Coulomb and viscous friction and a constant torque are fitted to the torque of all fitted runs by
-weighted least squares of the inverse dynamic model (IDIM-LS), with motion and torque filtered alike. For coupled
-joints the rigid body is the regressor of the locked motion. No other fit is to do worse than this one of seconds.
+weighted least squares of the inverse dynamic model (IDIM-LS). Motion and torque pass through one filter, and columns
+and torque through it once more (the parallel filter of Gautier 1997). For coupled joints the rigid body is the
+regressor of the locked motion. No other fit is to do worse than this one of seconds.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 
 from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
 from haptid.identification.baseline.regressor import UNITS, Regressor
-from haptid.measurement.signals.filtered_motion import FilteredMotion, filter_run
+from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
@@ -113,10 +114,13 @@ def fit_baseline(
     """
     fitted = [run for run in runs if run.use == "fit"]
     regressor = Regressor.of(device, fitted[0].free_joints, posture, fitted[0].prismatic)
-    motions = [filter_run(run) for run in fitted]
+    width = common_width(runs)
+    motions = [filter_run(run, width) for run in fitted]
     moving = [_moving(m)[m.interior] for m in motions]
-    columns = [regressor.columns(m)[m.interior] * rows[:, :, None] for m, rows in zip(motions, moving, strict=True)]
-    torques = [(m.torque * np.asarray(gain))[m.interior] * rows for m, rows in zip(motions, moving, strict=True)]
+    columns, torques = [], []
+    for m, rows in zip(motions, moving, strict=True):
+        columns.append(m.through_filter(regressor.columns(m))[m.interior] * rows[:, :, None])
+        torques.append(m.through_filter(m.torque * np.asarray(gain))[m.interior] * rows)
     if sum(rows.all(axis=1).sum() for rows in moving) < max(LEAST_ROWS, 2 * len(regressor.ids)):
         return None
     estimate = weighted_least_squares(columns, torques, regressor.nonnegative)

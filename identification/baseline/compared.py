@@ -13,7 +13,7 @@ from haptid.identification.baseline.figures import Figures, Model, figures_of
 from haptid.identification.baseline.regressor import Regressor
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
-from haptid.measurement.signals.filtered_motion import filter_run
+from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
@@ -97,8 +97,9 @@ def compare(
         plain = plain_theta(baseline, equations, used)
         models["baseline"] = Model(simulator=simulator, inverse=inverse, theta=plain, baseline=baseline)
     figures: dict[tuple[str, str], dict[str, Figures]] = {}
+    width = common_width(used)
     for run in used:
-        motion = filter_run(run)
+        motion = filter_run(run, width)
         figures[run.file, run.use] = {name: figures_of(model, run, motion) for name, model in models.items()}
     return Compared(baseline=baseline, figures=figures, models=models)
 

@@ -126,8 +126,9 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> 
     Figures
     """
     motion = filter_run(run) if motion is None else motion
-    error = (motion.torque - model.torque(motion))[motion.interior]
-    size = np.sqrt(np.mean(motion.torque[motion.interior] ** 2, axis=0))
+    # Both pass through the filter once more: a computed friction turns within a row, and the measured one was filtered.
+    error = motion.through_filter(motion.torque - model.torque(motion))[motion.interior]
+    size = np.sqrt(np.mean(motion.through_filter(motion.torque)[motion.interior] ** 2, axis=0))
     torque_rmse = np.sqrt(np.mean(error**2, axis=0))
     driven = run.but(u=run.u - model.offset)
     states = _States(model, run, motion)

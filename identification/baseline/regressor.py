@@ -132,11 +132,10 @@ class Regressor:
         Returns
         -------
         ndarray, shape (n, n_joints, n_ids)
-            The sign of the speed passes through the filter that the torque passed through.
         """
         n, joints = motion.t.size, len(self.joints)
         W = np.concatenate([self.rigid_columns(motion), np.zeros((n, joints, len(FRICTION) * joints))], axis=2)
-        sign = motion.through_filter(np.sign(motion.v))
+        sign = np.sign(motion.v)
         for k in range(joints):
             first = self.n_rigid + len(FRICTION) * k
             W[:, k, first : first + len(FRICTION)] = np.column_stack([motion.v[:, k], sign[:, k], np.ones(n)])

@@ -1,9 +1,8 @@
 """Torque of a model along a measured motion: `Equations`, parameters and `FilteredMotion` in, torque out.
 
-    τ = (rigid body + Ks·(q − epos) + G∗friction(q̇))/Kp
+    τ = (rigid body + Ks·(q − epos) + friction(q̇))/Kp
 
-The rigid body and the spring are linear in filtered signals. Friction is not: its states follow the filtered speed, and
-its torque passes through the filter G as the measured torque did.
+The states of friction follow the filtered speed.
 """
 
 from __future__ import annotations
@@ -103,7 +102,7 @@ class TorqueAlong:
             spring = self.value(theta, "Ks", k) * (motion.q[:, k] - self.value(theta, "epos", k))
             constant = self.value(theta, "gravity_cos", k) if slides and "gravity_cos" not in rigid else 0.0
             friction = self.friction_along(theta, motion, k, slice(None), None)[0]
-            torque[:, k] += spring + constant + motion.through_filter(friction)
+            torque[:, k] += spring + constant + friction
             torque[:, k] /= self.value(theta, "Kp", k)
         return np.asarray(torque)
 

@@ -27,7 +27,7 @@ from haptid.identification.result.outcome import NoStartError, outcome_of, with_
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import Curvature, curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings
-from haptid.identification.statistics.identifiability import combinations, statuses
+from haptid.identification.statistics.identifiability import combinations, felt_sizes, statuses
 from haptid.identification.statistics.profile_likelihood import profiles
 from haptid.identification.statistics.score import score, score_of
 from haptid.identification.thresholds import THRESHOLDS
@@ -129,7 +129,8 @@ def _result(
     slope = parametrisation.slope(theta)
     # Divided by the residual's excess over the noise and by its correlation time, as `Fit.information` promises.
     data = profile_out(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(bent.correlation_time, 1.0))
-    status = statuses(parametrisation, s, np.sqrt(np.diag(bent.covariance)[:n]))
+    felt = felt_sizes(parametrisation, problem.runs)
+    status = statuses(parametrisation, s, np.sqrt(np.diag(bent.covariance)[:n]), felt)
     x0 = {run.file: x for run, x in zip(problem.runs, problem.x0(best.x), strict=True)}
     fitted = {run.file: problem.simulator.simulate(theta, run, x0=x0[run.file]).y for run in problem.runs}
     scores = _scores(problem, theta, runs, x0, fitted)
@@ -159,7 +160,7 @@ def _result(
         simulations=sum(d.calls for d in descents) * len(problem.runs),
         wall_s=time.perf_counter() - begun,
         statuses=status,
-        combinations=combinations(parametrisation, s, data, status),
+        combinations=combinations(parametrisation, s, data, status, felt),
         warnings=excitation_warnings(
             parametrisation.equations, theta, [(run.t, fitted[run.file]) for run in problem.runs]
         ),

@@ -18,7 +18,7 @@ from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
-from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_runs
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import filter_run
@@ -64,7 +64,7 @@ def fit_torque(
     """
     options = (options or FitOptions()).but(gains=(0.0,))
     simulator = TorqueSimulator.of(restrain_stribeck(equations, runs, stated))
-    turned = tuple(torque_run(run) for run in runs)
+    turned = torque_runs(runs)
     found = fit(simulator, turned, options=options, workers=workers)
     if found.basins[0].over_noise > options.tolerance:
         found = with_jackknife(simulator, found, turned, options, workers)

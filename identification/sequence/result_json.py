@@ -173,7 +173,8 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
     Returns
     -------
     Fit
-        Its numbers are those of the fit that was written, bit for bit; ``wall_s`` is rounded to milliseconds.
+        Its numbers are those of the fit that was written, bit for bit, and so are the ranges of its parameters;
+        ``wall_s`` is rounded to milliseconds.
 
     Raises
     ------
@@ -182,7 +183,7 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
     """
     by_id = entry["parameters"]
     return Fit(
-        equations=equations,
+        equations=equations.with_parameters(_ranges(by_id, equations)),
         theta=np.array([by_id[q.id]["value"] for q in equations.parameters]),
         free=tuple(entry["free"]),
         covariance=np.array(entry["covariance"]),
@@ -216,6 +217,21 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
             if "profile_95" in one
         },
     )
+
+
+def _ranges(by_id: Mapping[str, Mapping[str, Any]], equations: Equations) -> dict[str, dict[str, object]]:
+    """Return the ranges that the fit was made with: those that haptid chose may have been widened."""
+    ranges: dict[str, dict[str, object]] = {}
+    for quantity in equations.parameters:
+        lower, upper = by_id[quantity.id].get("lower"), by_id[quantity.id].get("upper")
+        made: dict[str, float] = {
+            "lower": -math.inf if lower is None else float(lower),
+            "upper": math.inf if upper is None else float(upper),
+        }
+        if made != {"lower": quantity.lower, "upper": quantity.upper}:
+            initial = min(max(quantity.initial, made["lower"]), made["upper"])
+            ranges[quantity.id] = {**made, "initial": initial}
+    return ranges
 
 
 def _score_from(run: Mapping[str, Any]) -> RunScore:

@@ -9,7 +9,7 @@ import numpy as np
 
 from haptid.identification.result.fit import RunScore
 from haptid.identification.sequence.step import Step
-from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_run
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, torque_runs
 from haptid.identification.simulators.observer import Observed
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array, Run
@@ -69,7 +69,7 @@ def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tup
     """
     runs: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in step.configuration.runs}
     if step.torque_scored:
-        runs = {key: torque_run(run) for key, run in runs.items()}
+        runs = dict(zip(runs, torque_runs([*runs.values()]), strict=True))
     simulator = _simulator(step, simulator_of)
     free = [step.fit.index(id) for id in step.fit.free]
     made = []

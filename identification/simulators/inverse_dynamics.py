@@ -18,13 +18,14 @@ Effects on the path of the torque or of the reading cannot be inverted in this w
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import sympy as sp
 
 from haptid.identification.simulators.protocol import Trajectory
-from haptid.measurement.signals.filtered_motion import filter_run, gaussian
+from haptid.measurement.signals.filtered_motion import common_width, filter_run, gaussian
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
 from haptid.measurement.values.run import Array, Run
@@ -117,13 +118,15 @@ def _acceleration(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
     return acceleration.subs(tau, 0), sp.diff(acceleration, tau)
 
 
-def torque_run(run: Run) -> Run:
+def torque_run(run: Run, width: float | None = None) -> Run:
     """Exchange torque and position of a single joint's run, both filtered alike.
 
     Parameters
     ----------
     run
         Run of one joint.
+    width
+        Standard deviation of the filter [s]; the one that this run asks for where None.
 
     Returns
     -------
@@ -132,7 +135,7 @@ def torque_run(run: Run) -> Run:
         filtered position [rad], ``y`` the torque [N m] after two passes of the filter, ``extra`` holds filtered speed
         and acceleration. The noise is that of the raw torque's neighbouring rows after the two passes.
     """
-    m = filter_run(run)
+    m = filter_run(run, width)
     rows = slice(m.edge, m.t.size - m.edge)
     noise = estimate_noise(run.t, run.u[:, 0], estimate_resolution(run.u[:, 0]))
     return run.but(
@@ -151,6 +154,12 @@ def torque_run(run: Run) -> Run:
             WIDTH: np.full(m.t[rows].size, m.width_in_rows),
         },
     )
+
+
+def torque_runs(runs: Sequence[Run]) -> tuple[Run, ...]:
+    """Exchange torque and position of all runs of a joint, with one filter for all (`torque_run`)."""
+    width = common_width(runs)
+    return tuple(torque_run(run, width) for run in runs)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,22 +1,56 @@
 """Identifiability: estimates and their information in, status of every parameter and identifiable combinations out.
 
 A parameter is ``identified`` where its standard deviation is at most half of its size: of 1 for a logarithm (50 %), of
-its value or typical size otherwise. A parameter with a prior is ``prior`` where the data did not halve the prior's
-standard deviation.
+its value otherwise. Gravity and spring may also be known to be small: where one standard deviation changes the torque
+by less than `THRESHOLDS.smallest_felt_share` of the largest torque, the parameter is identified whatever its value. A
+parameter with a prior is ``prior`` where the data did not halve the prior's standard deviation.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import numpy as np
 
 from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Combination
 from haptid.identification.thresholds import THRESHOLDS
-from haptid.measurement.values.run import Array
+from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import inverse, profile_out
 
 
-def known_sizes(parametrisation: Parametrisation, s: Array) -> Array:
+def felt_sizes(parametrisation: Parametrisation, runs: Sequence[Run]) -> Array:
+    """Compute the values at which gravity and spring would make up the largest torque of the runs.
+
+    Parameters
+    ----------
+    parametrisation
+        Free parameters.
+    runs
+        Runs of the fit, from torque to position or turned round (`torque_run`).
+
+    Returns
+    -------
+    ndarray, shape (n_free,)
+        The largest torque for gravity, over the travel for a spring's stiffness, and the travel for its equilibrium, in
+        the parameter's unit; NaN for all others.
+    """
+    joints = parametrisation.equations.joints
+    result = np.full(len(parametrisation.free), np.nan)
+    # Equations that are solved for the torque have no joints: the position goes in and the torque comes out.
+    tails = {"": 0} if len(joints) < 2 else {f"_{j}": k for k, j in enumerate(joints)}
+    for tail, column in tails.items():
+        torques, positions = ("u", "y") if joints else ("y", "u")
+        torque = max(float(np.max(np.abs(getattr(run, torques)[:, column]))) for run in runs)
+        travel = max(float(np.ptp(getattr(run, positions)[:, column])) for run in runs)
+        felt = {"gravity_cos": torque, "gravity_sin": torque, "Ks": torque / max(travel, 1e-300), "epos": travel}
+        for id, size in felt.items():
+            if f"{id}{tail}" in parametrisation.ids:
+                result[parametrisation.ids.index(f"{id}{tail}")] = size
+    return result
+
+
+def known_sizes(parametrisation: Parametrisation, s: Array, felt: Array) -> Array:
     """Compute the scaled standard deviations up to which the free parameters are identified.
 
     Parameters
@@ -25,14 +59,23 @@ def known_sizes(parametrisation: Parametrisation, s: Array) -> Array:
         Free parameters with their scales.
     s
         Scaled estimates, shape (n_free,).
+    felt
+        Values that would make up the largest torque, shape (n_free,), as `felt_sizes` returns them.
 
     Returns
     -------
     ndarray, shape (n_free,)
-        Half of 1 for a logarithm; half of max(|p|/w, 1) otherwise.
+        Half of 1 for a logarithm. Otherwise half of |p|/w, but at least the felt size's share; half of max(|p|/w, 1)
+        where the felt size is not known.
     """
     value = np.abs(parametrisation.physical(s)[list(parametrisation.free)]) / parametrisation.unit
-    return THRESHOLDS.largest_std_over_size * np.where(parametrisation.log, 1.0, np.maximum(value, 1.0))
+    least = np.where(
+        np.isfinite(felt),
+        THRESHOLDS.smallest_felt_share * felt / parametrisation.unit,
+        THRESHOLDS.largest_std_over_size,
+    )
+    linear = np.maximum(THRESHOLDS.largest_std_over_size * value, least)
+    return np.where(parametrisation.log, THRESHOLDS.largest_std_over_size, linear)
 
 
 def on_bound(parametrisation: Parametrisation, s: Array) -> Array:
@@ -55,7 +98,7 @@ def on_bound(parametrisation: Parametrisation, s: Array) -> Array:
     return np.asarray((s - lower <= reach) | (upper - s <= reach))
 
 
-def statuses(parametrisation: Parametrisation, s: Array, std: Array) -> dict[str, str]:
+def statuses(parametrisation: Parametrisation, s: Array, std: Array, felt: Array) -> dict[str, str]:
     """Judge whether every parameter is identifiable.
 
     Parameters
@@ -66,6 +109,8 @@ def statuses(parametrisation: Parametrisation, s: Array, std: Array) -> dict[str
         Scaled estimates, shape (n_free,).
     std
         Scaled standard deviations, shape (n_free,).
+    felt
+        Values that would make up the largest torque, shape (n_free,), as `felt_sizes` returns them.
 
     Returns
     -------
@@ -73,7 +118,7 @@ def statuses(parametrisation: Parametrisation, s: Array, std: Array) -> dict[str
         ``fixed``, ``at_bound``, ``prior``, ``unidentifiable`` or ``identified`` by id.
     """
     result = {q.id: "fixed" for q in parametrisation.equations.parameters if q.fixed}
-    sizes, edge = known_sizes(parametrisation, s), on_bound(parametrisation, s)
+    sizes, edge = known_sizes(parametrisation, s, felt), on_bound(parametrisation, s)
     theta = parametrisation.physical(s)
     slope = parametrisation.slope(theta)
     for k, q in enumerate(parametrisation.quantities):
@@ -90,7 +135,7 @@ def statuses(parametrisation: Parametrisation, s: Array, std: Array) -> dict[str
 
 
 def combinations(
-    parametrisation: Parametrisation, s: Array, information: Array, status: dict[str, str]
+    parametrisation: Parametrisation, s: Array, information: Array, status: dict[str, str], felt: Array
 ) -> tuple[Combination, ...]:
     """Find combinations that the data identify, of parameters that the data do not identify alone.
 
@@ -104,6 +149,8 @@ def combinations(
         Scaled Fisher information of the data, initial states marginalised, shape (n_free, n_free).
     status
         Status by id, as `statuses` returns it.
+    felt
+        Values that would make up the largest torque, shape (n_free,), as `felt_sizes` returns them.
 
     Returns
     -------
@@ -118,7 +165,7 @@ def combinations(
     3. Each such eigenvector of two to `THRESHOLDS.most_members_of_combination` components above
        `THRESHOLDS.least_component_of_combination` is a combination.
     """
-    sizes = known_sizes(parametrisation, s)
+    sizes = known_sizes(parametrisation, s, felt)
     H = information * np.outer(sizes, sizes)
     members = _members(parametrisation, H, status)
     if len(members) < 2:

@@ -28,7 +28,7 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.statistics.covariance import curvature
-from haptid.identification.statistics.identifiability import combinations, statuses
+from haptid.identification.statistics.identifiability import combinations, felt_sizes, statuses
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
@@ -65,13 +65,14 @@ def with_jackknife(
     wide = np.maximum(std, jackknife_std(problem, x, workers or Here())[:n])
     # Scaling by the growth keeps the correlations of the sandwich; a parameter without deviation stays without.
     grown = np.where(std > 0, wide / np.where(std > 0, std, 1.0), 1.0)
-    status = statuses(parametrisation, x[:n], wide)
+    felt = felt_sizes(parametrisation, problem.runs)
+    status = statuses(parametrisation, x[:n], wide, felt)
     return fit.but(
         covariance=fit.covariance * np.outer(grown, grown),
         information=fit.information / np.outer(grown, grown),
         statuses=status,
         combinations=combinations(
-            parametrisation, x[:n], fit.information * np.outer(slope / grown, slope / grown), status
+            parametrisation, x[:n], fit.information * np.outer(slope / grown, slope / grown), status, felt
         ),
     )
 

@@ -1,8 +1,8 @@
 """Scores of runs at fitted parameters: `Simulator`, parameters and `Run` in, residuals and `RunScore` out.
 
-The first sample determines the initial position only to the sensor's noise: the position is fitted with the prior
-N(y[0], σ²), also for runs that no fit saw. A held-out part of a run is scored from an initial state that only the rows
-before that part determine.
+The first sample determines the initial position only to the sensor's noise: the initial state is fitted, also of runs
+that no fit saw. There only the first rows determine it (`rows_of_start`), so that the rest of the run is a prediction.
+A held-out part of a run is scored from an initial state that only the rows before that part determine.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 from haptid.identification.problem.initial_states import Start, start_of
 from haptid.identification.result.fit import RunScore
 from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
 MOST_GAUSS_NEWTON_STEPS = 8
@@ -61,7 +62,7 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
     theta
         Parameters, shape (n_p,).
     run
-        Run to fit; where its first rows are not scored, only these rows determine the initial state.
+        Run whose first rows, those of `rows_of_start`, determine the initial state.
     free_velocity
         Whether the initial velocities are fitted in any case, see `start_of`.
 
@@ -71,7 +72,7 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
         Initial state; that of the first row where its simulation is not finite.
     """
     start = start_of(simulator.equations, run, free_velocity=free_velocity)
-    rows = slice(0, run.score_from) if run.score_from else slice(None)
+    rows = slice(0, rows_of_start(run))
     delta = np.zeros(len(start.states))
     r, J = _whiten(simulator, theta, run, start, delta, rows)
     if not np.isfinite(r).all():
@@ -89,6 +90,26 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
         if abs(gained) < 1e-9 * float(r @ r):
             break
     return start.at(delta)
+
+
+def rows_of_start(run: Run) -> int:
+    """Count the first rows that determine the initial state of a run at fixed parameters.
+
+    Parameters
+    ----------
+    run
+        Run to score.
+
+    Returns
+    -------
+    int
+        The rows before the scored ones where there are such; else `THRESHOLDS.start_rows_over_rows` of the run, at
+        least `THRESHOLDS.least_start_rows`.
+    """
+    if run.score_from:
+        return run.score_from
+    share = int(np.ceil(THRESHOLDS.start_rows_over_rows * run.t.size))
+    return min(max(share, THRESHOLDS.least_start_rows), run.t.size)
 
 
 def _whiten(

@@ -13,6 +13,7 @@ width at which the noise is at most `NOISE_SHARE_OF_ACCELERATION` of the varianc
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -89,13 +90,31 @@ class FilteredMotion:
         return self.width / float(self.t[1])
 
 
-def filter_run(run: Run) -> FilteredMotion:
-    """Filter position and torque of a run by one Gaussian whose width the data choose.
+def common_width(runs: Sequence[Run]) -> float:
+    """Choose the filter of a machine: the largest width that one of its runs asks for.
+
+    Parameters
+    ----------
+    runs
+        Runs of one configuration.
+
+    Returns
+    -------
+    float
+        Standard deviation of the filter [s].
+    """
+    return max(_width_of(run) for run in runs)
+
+
+def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
+    """Filter position and torque of a run by one Gaussian.
 
     Parameters
     ----------
     run
         Run with the standard deviation of its readings.
+    width
+        Standard deviation of the filter [s]; the one that this run asks for where None.
 
     Returns
     -------
@@ -106,7 +125,7 @@ def filter_run(run: Run) -> FilteredMotion:
     t = np.linspace(0.0, float(run.t[-1]), n)
     dt = float(t[1])
     y = _columns(t, run.t, run.y)
-    width = max(_width(t, y[:, k], float(std)) for k, std in enumerate(_noise(run)))
+    width = max(_width_of(run) if width is None else width, LEAST_WIDTH_IN_ROWS * dt)
     rows = width / dt
     # What is computed along the filtered motion passes through the filter once more, so that its reach counts twice.
     edge = min(math.ceil(2.0 * REACH_IN_WIDTHS * rows), (n - 1) // 4)
@@ -121,6 +140,12 @@ def filter_run(run: Run) -> FilteredMotion:
         edge=edge,
         interior=slice(max(first, edge), n - edge),
     )
+
+
+def _width_of(run: Run) -> float:
+    t = np.linspace(0.0, float(run.t[-1]), run.t.size)
+    y = _columns(t, run.t, run.y)
+    return max(_width(t, y[:, k], float(std)) for k, std in enumerate(_noise(run)))
 
 
 def _noise(run: Run) -> Array:

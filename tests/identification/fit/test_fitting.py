@@ -17,7 +17,7 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.protocol import Trajectory
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.excitation_warnings import excitation_warnings, presliding
-from haptid.identification.statistics.score import score
+from haptid.identification.statistics.score import fit_initial_state, rows_of_start, score
 from haptid.measurement.values.run import Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
@@ -194,6 +194,16 @@ def test_score_profiles_the_start_of_an_unseen_run(fitted):
     off[0] += 5 * NOISE
     judged = score(simulator(), fitted, unseen.but(y=off))
     assert judged.over_noise < 1.06
+
+
+def test_start_of_an_unseen_run_hangs_on_its_first_rows_alone(fitted):
+    unseen = runs()[2]
+    later = unseen.y.copy()
+    later[rows_of_start(unseen) :] += 0.1
+    made = [fit_initial_state(simulator(), fitted.theta, run) for run in (unseen, unseen.but(y=later))]
+    np.testing.assert_array_equal(*made)
+    assert rows_of_start(unseen) == 61
+    assert rows_of_start(unseen.but(score_from=400)) == 400
 
 
 def test_warns_of_runs_that_never_slide_or_never_stick():

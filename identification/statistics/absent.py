@@ -1,0 +1,97 @@
+"""Terms that the data do not need: `Fit` in, `Fit` out with the status of each and a sentence on how large it may be.
+
+A model holds spring, gravity and stiction whether the joint has them or not. Where the 95 % interval of such a term
+holds 0, the term is not ``identified``: it is told as absent, with the end of the interval. Ids of a term:
+
+- spring: Ks, whose equilibrium epos has no meaning without it;
+- gravity: gravity_cos and gravity_sin together (a joint that slides has only the first);
+- stiction: Fs − Fc, without which the Stribeck velocity vs has no meaning.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from haptid.identification.result.fit import Fit
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.model.friction.registry import law_named
+
+
+def with_absent_terms(fit: Fit) -> Fit:
+    """Tell spring, gravity and stiction that the data do not need as absent.
+
+    Parameters
+    ----------
+    fit
+        Fit with its final covariance. Parameters that are fixed or have a prior are left as they are.
+
+    Returns
+    -------
+    Fit
+        The parameters of absent terms are ``unidentifiable``; a sentence for each is added to the warnings.
+    """
+    joints, laws = fit.equations.joints, fit.equations.friction
+    statuses, said = dict(fit.statuses), list(fit.warnings)
+    for k, law in enumerate(laws):
+        tail, name = ("", "") if len(joints) < 2 else (f"_{joints[k]}", f"joint {joints[k]}: ")
+        roles = law_named(law).roles
+        stiction = (roles.stiction, roles.coulomb) if roles.stiction != roles.coulomb else ()
+        for absent, sentence in (
+            _spring(fit, f"Ks{tail}", f"epos{tail}"),
+            _gravity(fit, [f"gravity_cos{tail}", f"gravity_sin{tail}"]),
+            _stiction(fit, [f"{id}{tail}" for id in stiction], f"{roles.stribeck_velocity}{tail}"),
+        ):
+            statuses |= {id: "unidentifiable" for id in absent if statuses.get(id) in ("identified", "at_bound")}
+            said += [name + sentence] if absent else []
+    return fit.but(statuses=statuses, warnings=tuple(said))
+
+
+def _open(fit: Fit, ids: Sequence[str]) -> list[str]:
+    """Return the ids of fitted parameters without a prior."""
+    return [id for id in ids if id in fit.free and fit.equations.parameter(id).prior is None]
+
+
+def _spring(fit: Fit, stiffness: str, equilibrium: str) -> tuple[list[str], str]:
+    ids = _open(fit, [stiffness])
+    # A range that the user begins above 0 says that there is a spring.
+    if not ids or fit.equations.parameter(stiffness).lower > 0:
+        return [], ""
+    value, reach = fit.values[stiffness], _reach(fit, [stiffness], np.ones(1))
+    if abs(value) > reach:
+        return [], ""
+    unit = fit.equations.parameter(stiffness).unit
+    return [stiffness, equilibrium], f"no spring is seen: |{stiffness}| < {abs(value) + reach:.2g} {unit} with 95 %"
+
+
+def _gravity(fit: Fit, ids: Sequence[str]) -> tuple[list[str], str]:
+    chosen = _open(fit, ids)
+    if not chosen:
+        return [], ""
+    places = [fit.free.index(id) for id in chosen]
+    values = np.array([fit.values[id] for id in chosen])
+    covariance = fit.covariance[np.ix_(places, places)]
+    if float(values @ np.linalg.pinv(covariance) @ values) > THRESHOLDS.largest_chi_squared_of_no_gravity:
+        return [], ""
+    limit = max(abs(fit.values[id]) + _reach(fit, [id], np.ones(1)) for id in chosen)
+    return chosen, f"no gravity is seen: below {limit:.2g} {fit.equations.parameter(chosen[0]).unit} with 95 %"
+
+
+def _stiction(fit: Fit, ids: Sequence[str], velocity: str) -> tuple[list[str], str]:
+    if len(_open(fit, ids)) < 2:
+        return [], ""
+    stiction, coulomb = ids
+    rise, reach = fit.values[stiction] - fit.values[coulomb], _reach(fit, ids, np.array([1.0, -1.0]))
+    if rise > reach:
+        return [], ""
+    unit = fit.equations.parameter(stiction).unit
+    sentence = f"no stiction is seen: {stiction} - {coulomb} < {rise + reach:.2g} {unit} with 95 %"
+    return [stiction, velocity], sentence
+
+
+def _reach(fit: Fit, ids: Sequence[str], weights: np.ndarray) -> float:
+    """Return the half width of the 95 % interval of a weighted sum of parameters."""
+    places = [fit.free.index(id) for id in ids]
+    variance = float(weights @ fit.covariance[np.ix_(places, places)] @ weights)
+    return THRESHOLDS.standard_errors_of_interval * float(np.sqrt(max(variance, 0.0)))

@@ -1,0 +1,128 @@
+"""Bounds that haptid chose, and terms that a joint does not have: a stiff pendulum with plain Coulomb friction."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from scipy.integrate import odeint
+
+from haptid.identification.fit.fit_runs import Fitted, JointTest, fit_runs
+from haptid.identification.fit.initial_guess import guess
+from haptid.identification.fit.own_bounds import wider_ranges
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.parametrisation import Parametrisation
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.statistics.absent import with_absent_terms
+from haptid.identification.statistics.identifiability import felt_sizes, statuses
+from haptid.measurement.values.run import Run
+from haptid.model.joint.locked_joint import joint_equations
+
+TRUE = {"inertia": 0.05, "gravity_cos": 0.0, "gravity_sin": 0.8, "sigma0": 1200.0, "sigma2": 0.03, "Fc": 0.12}
+NOISE, RATE = 1e-4, 500
+"""Sensor noise [rad] and readings a second [1/s]."""
+
+
+def swung(amplitudes: list[float], frequencies: list[float], *, use: str = "fit", seed: int = 0) -> Run:
+    """Swing the pendulum by a sum of cosines [N m, rad/s]; its friction has no stiction and no bristle damping."""
+    t = np.arange(5 * RATE + 1) / RATE
+    torque = sum(a * np.cos(w * t) for a, w in zip(amplitudes, frequencies, strict=True))
+
+    def rates(x: np.ndarray, _: float, u: float) -> tuple[float, float, float]:
+        q, v, z = x
+        pull = u - TRUE["gravity_sin"] * np.sin(q) - TRUE["sigma0"] * z - TRUE["sigma2"] * v
+        return v, pull / TRUE["inertia"], v - TRUE["sigma0"] * abs(v) / TRUE["Fc"] * z
+
+    states = [np.zeros(3)]
+    for u in torque[:-1]:
+        states.append(odeint(rates, states[-1], (0.0, 1.0 / RATE), args=(u,), rtol=1e-9, atol=1e-11)[-1])
+    noise = NOISE * np.random.default_rng(seed).standard_normal(t.size)
+    return Run(
+        file=f"swing_{seed}.csv",
+        free_joints=(0,),
+        t=t,
+        u=torque[:, None],
+        y=(np.array(states)[:, 0] + noise)[:, None],
+        noise=np.array([NOISE]),
+        resolution=np.zeros(1),
+        posture=np.zeros(0),
+        use=use,  # type: ignore[arg-type] # one of the three uses
+    )
+
+
+@cache
+def runs() -> tuple[Run, ...]:
+    """Three runs to fit and one to judge."""
+    return (
+        swung([0.35, 0.25, 0.2], [1.1, 3.7, 6.1], seed=1),
+        swung([0.5], [2.3], seed=2),
+        swung([0.2, 0.15, 0.1], [0.9, 2.1, 5.0], seed=4),
+        swung([0.3], [1.7], use="validate", seed=3),
+    )
+
+
+@pytest.fixture(scope="module")
+def fitted() -> Fitted:
+    equations = guess(joint_equations(0), runs()[:3], given={})
+    options = FitOptions(method="gauss_newton", starts=3)
+    return fit_runs(JointTest(equations=equations, build=KernelSimulator.of, runs=runs()), options=options)
+
+
+def test_stiff_coulomb_friction_is_fitted_to_the_noise(fitted: Fitted) -> None:
+    fit = fitted.fit
+    assert fit.outcome is Outcome.CONVERGED
+    assert max(score.over_noise for score in fit.runs) < 1.1
+    first = guess(joint_equations(0), runs()[:3], given={})
+    assert first.parameter("sigma0").upper < TRUE["sigma0"] < fit.equations.parameter("sigma0").upper
+    for id, value in TRUE.items():
+        assert abs(fit.values[id] - value) < 1.96 * fit.std[fit.index(id)], id
+        assert fit.statuses[id] == "identified", id
+
+
+def test_spring_and_stiction_that_the_joint_lacks_are_told_as_absent(fitted: Fitted) -> None:
+    fit = fitted.fit
+    for id in ("Ks", "epos", "Fs", "vs"):
+        assert fit.statuses[id] == "unidentifiable", id
+    said = " ".join(fit.warnings)
+    assert "no spring is seen: |Ks| < " in said
+    assert "no stiction is seen: Fs - Fc < " in said
+    assert "gravity" not in said
+
+
+def test_bound_that_the_user_stated_is_not_widened() -> None:
+    equations = guess(joint_equations(0), runs()[:3], given={})
+    own = JointTest(equations=equations, build=KernelSimulator.of, runs=runs(), stated=("sigma0",)).own
+    assert "sigma0" not in own
+    assert "sigma1" in own
+
+
+def test_range_grows_on_the_side_of_the_estimate_and_not_below_zero(fitted: Fitted) -> None:
+    fit = fitted.fit
+    ends = {"sigma0": fit.equations.parameter("sigma0").upper, "Ks": 0.0}
+    ends["gravity_sin"] = fit.equations.parameter("gravity_sin").lower
+    edge = fit.but(theta=np.array([ends.get(id, value) for id, value in fit.values.items()]))
+    wider = wider_ranges(edge, [q.id for q in fit.equations.parameters])
+    assert "Ks" not in wider
+    assert wider["sigma0"]["upper"] == pytest.approx(100 * ends["sigma0"])
+    assert wider["sigma0"]["lower"] == fit.equations.parameter("sigma0").lower
+    assert wider["gravity_sin"]["lower"] < ends["gravity_sin"]
+    assert wider["gravity_sin"]["upper"] == fit.equations.parameter("gravity_sin").upper
+
+
+def test_spring_whose_interval_holds_zero_is_not_identified(fitted: Fitted) -> None:
+    fit = fitted.fit
+    equations = fit.equations.with_parameters({"Ks": {"lower": 0.0, "upper": 100.0, "initial": 2.04}})
+    parametrisation = Parametrisation.of(equations)
+    theta = fit.theta.copy()
+    theta[fit.index("Ks")] = 2.04
+    physical = np.array([2.73 if id == "Ks" else fit.std[fit.index(id)] for id in parametrisation.ids])
+    std = physical / parametrisation.slope(theta)
+    felt = felt_sizes(parametrisation, runs())
+    assert statuses(parametrisation, parametrisation.scaled(theta), std, felt)["Ks"] == "unidentifiable"
+    covariance = fit.covariance.copy()
+    place = fit.free.index("Ks")
+    covariance[place, place] = 2.73**2
+    told = with_absent_terms(fit.but(equations=equations, theta=theta, covariance=covariance, warnings=()))
+    assert "no spring is seen: |Ks| < 7.4 N m/rad with 95 %" in told.warnings
