@@ -17,10 +17,11 @@ def page_of(data: Mapping[str, Any]) -> str:
         "# Real machines",
         "",
         "Both commands with their defaults on measured campaigns, beside what was published. The campaigns state "
-        "units, references and the use of every run; nothing is smoothed or left out.",
+        "units, references and the use of every run; nothing is smoothed or left out. What is missing is judged in "
+        "torques that passed the filter of inverse dynamics twice.",
         "",
-        f"`{data['command']}`, {data['date']}, haptid at `{data['version']}`, {data['cores']} cores that others used "
-        f"as well; a command is stopped after {data['limit_s']:.0f} s.",
+        f"`{data['command']}`, {data['date']}, {data['cores']} cores that others used as well; a command is stopped "
+        f"after {data['limit_s']:.0f} s.",
         "",
         "## Figures",
         "",
@@ -80,7 +81,8 @@ def _value(value: float | Sequence[str] | None, unit: str, *, none: str = NONE) 
 
 
 def _section(one: Mapping[str, Any]) -> list[str]:
-    lines = ["", f"## {one['title']}", "", f"Published: {one['source']}.", ""]
+    run_at = f"Run on {one['date']} with haptid at `{one['version']}`."
+    lines = ["", f"## {one['title']}", "", f"Published: {one['source']}. {run_at}", ""]
     lines += [f"- `{call['command']}`: {call['outcome']}, {call['wall_s']:.1f} s" for call in one["commands"]]
     found, missing = one["identification"], one["missing"]
     if found is not None:
@@ -90,7 +92,10 @@ def _section(one: Mapping[str, Any]) -> list[str]:
     if found is not None:
         lines += ["", _parameters(found["parameters"]), _runs(found["runs"])]
     if missing is not None:
-        lines += ["", f"What is missing: `{missing['verdict']}`. {missing['sentence']}", *_effects(missing["effects"])]
+        lines += ["", f"What is missing: `{missing['verdict']}`. {missing['sentence']}"]
+        # Under any other verdict an effect only stands in for what is missing.
+        if missing["verdict"] in ("named", "partly_named"):
+            lines += _effects(missing["effects"])
     return lines
 
 
