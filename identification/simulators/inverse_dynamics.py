@@ -144,6 +144,7 @@ def torque_run(run: Run) -> Run:
         score_from=m.interior.start - m.edge,
         start_time=run.start_time + float(m.t[m.edge]),
         extra={SPEED: m.v[rows, 0], ACCELERATION: m.a[rows, 0]},
+        drive_inputs={},
     )
 
 
