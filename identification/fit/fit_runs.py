@@ -1,6 +1,7 @@
 """The fit of one configuration: `Equations` and `Run`s in, `Fitted` out, by the strategy that the runs allow.
 
-1. Choose a strategy from the runs (`identification.fit.strategy`).
+1. Where the recorded controller closes the loop, fit by simulation through it, from the recorded reference. Otherwise
+   choose a strategy from the runs (`identification.fit.strategy`).
 2. Fit by simulation, freely or through an observer. Under position control few starts do at first.
 3. Keep that fit where its residual is at the noise: a position is the stricter test.
 4. Under position control of a single joint, fit the torque as well (`identification.fit.torque_fit`), and keep the fit
@@ -15,7 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.identification.baseline.compared import Compared, compare
+from haptid.identification.baseline.compared import Compared
+from haptid.identification.baseline.driven import compare_driven
+from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.fit.torque_fit import fit_torque
@@ -79,7 +82,7 @@ class JointTest:
     def compare(self, found: Fit) -> Compared:
         """Hold a fit against the plain model."""
         theta = np.array([found.values[q.id] for q in self.equations.parameters])
-        return compare(self.equations, theta, self.runs, self.device, self.posture)
+        return compare_driven(self.equations, theta, self.runs, self.device, self.posture)
 
 
 def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Workers | None = None) -> Fitted:
@@ -104,9 +107,13 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
         Where no start gave a finite simulation.
     """
     options = options or FitOptions()
+    drive = test.equations.drive
+    if drive is not None and drive.is_closed:
+        return _fit_closed(test, options, workers)
     strategy = choose_for(test.runs)
     simulator = test.build(test.equations)
-    both = strategy.kind != "open_loop" and len(test.runs[0].free_joints) == 1
+    # The torque of another drive hangs on parameters that are fitted with the rest: it cannot be scored.
+    both = strategy.kind != "open_loop" and len(test.runs[0].free_joints) == 1 and drive is None
     trial = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial)) if both else options
     seen = fit_simulated(simulator, test.runs, options=trial, workers=workers)
     best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen))
@@ -120,7 +127,15 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
         scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found))
         if scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit"):
             best = scored
-    if best.compared.plain_is_better:
+    # The plain model of a drive stands on the torque that the fit gives it, and cannot replace that fit.
+    if best.compared.plain_is_better and drive is None:
         made = plain_fit(simulator, best.fit, best.compared, test.runs)
         best = Fitted(fit=made, torque_scored=False, compared=best.compared)
     return best
+
+
+def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
+    """Fit by simulation through the recorded controller, which holds the simulation near the measured motion."""
+    found = fit(test.build(test.equations), test.runs, options=options, workers=workers)
+    found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
+    return Fitted(fit=found, torque_scored=False, compared=test.compare(found))
