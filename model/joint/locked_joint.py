@@ -101,6 +101,7 @@ def joint_equations(
     if drive is not None:
         command = {sym.tau: drive_torque(drive)}
         rhs = [sp.sympify(f).subs(command) for f in rhs]
+        rates = [sp.sympify(r).subs(command) for r in rates]
         reading = sp.sympify(reading).subs(command)
         rates[1] += drive_damping(drive) * p["Kp"] / p["inertia"]
         for state, rate_of_change in drive_states(drive, prismatic=prismatic):

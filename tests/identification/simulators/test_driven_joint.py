@@ -15,6 +15,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.values.run import Array, Run
+from haptid.model.effects.registry import catalogue
 from haptid.model.equations.drive import Controller, Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.drive_terms import drive_inputs
@@ -139,6 +140,13 @@ def test_sensitivities_are_those_of_differences(drive: Drive):
             ahead, behind = simulator.simulate(theta + step, run).y, simulator.simulate(theta - step, run).y
             difference = (ahead - behind)[:, 0] / (2e-6 * theta[k])
             assert np.max(np.abs(exact[:, 0, k] - difference)) < 2e-3 * np.max(np.abs(difference)) + 1e-7
+
+
+def test_an_effect_of_the_torque_takes_that_of_the_drive():
+    effect = catalogue()["load_dependent_friction"]
+    equations = joint_equations(0, drive=DRIVES[5], effects=[effect])
+    used = {s for f in (*equations.rhs, *equations.rates) for s in f.free_symbols}
+    assert {x.symbol for x in equations.inputs} <= used
 
 
 @pytest.mark.parametrize("drive", [Drive(kind="voltage"), DRIVES[5]], ids=["open", "closed"])
