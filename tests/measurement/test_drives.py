@@ -108,6 +108,7 @@ def test_a_faulty_table_is_refused(tmp_path: Path, tables: str, words: str):
         (VOLTAGE, without("voltage_0_V"), "a column voltage_0_V"),
         (DUTY, without("supply_V"), "a column supply_V"),
         (DUTY + LOOP, without("reference_0_rad"), "a column reference_0_rad"),
+        (DUTY, {**without("supply_V"), "supply_mV": 7400.0 + T}, "supply_V.*supply_mV.*by 0.001"),
         (DUTY, {**COLUMNS, "duty_0": 100 * COLUMNS["duty_0"]}, "line 2, column duty_0.*from -1 to 1"),
         (DUTY, {**COLUMNS, "supply_V": 0.0 * T}, "line 2, column supply_V.*positive"),
         ("", {**COLUMNS, "enabled_0": 0.5 + 0.0 * T}, "line 2, column enabled_0.*0 or 1"),
