@@ -23,7 +23,7 @@ from docs.equations import with_equations
 from docs.tables import table
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
-from haptid.model.equations.joint_parameters import TABLE, Row
+from haptid.model.equations.joint_parameters import DRIVE_TABLE, TABLE, Row
 from haptid.model.friction.registry import laws
 from haptid.support.installing.environment import ROOT
 
@@ -37,6 +37,7 @@ COMMANDS = (
 def parameters_page() -> str:
     """Return the parameters of a locked joint."""
     text = "# Parameters of a locked joint\n\n" + _rows(TABLE)
+    text += "\n## Drive, where the torque is not recorded\n\n" + _rows(DRIVE_TABLE)
     for law in laws().values():
         formulas = "\n".join(f"    {line}" for line in (f"friction = {law.formulas[0]}", *law.formulas[1:]))
         text += f"\n## {law.title} friction (`{law.id}`)\n\n{formulas}\n\n{_rows(law.parameters)}"

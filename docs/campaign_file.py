@@ -25,6 +25,8 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
     "SENSOR": schema.SENSOR,
     "JOINT": schema.JOINT,
     "PARAMETER": schema.PARAMETER,
+    "DRIVE": schema.DRIVE,
+    "CONTROLLER": schema.CONTROLLER,
     "RUN": schema.RUN,
 }
 HEADER = ("key", "meaning", "accepts", "unit", "default", "example")

@@ -18,6 +18,7 @@ from haptid.fmu_build.exchange.identification_check import (
     impossible_links,
 )
 from haptid.fmu_build.exchange.identification_json import (
+    drive_of,
     entries_of,
     friction_by_joint,
     of_device,
@@ -30,7 +31,9 @@ from haptid.fmu_build.exchange.start_values import with_start_values
 from haptid.fmu_build.exchange.taken_along import taken_along
 from haptid.model.device.device import Device
 from haptid.model.effects.registry import with_folder
+from haptid.model.equations.drive import Drive
 from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.drive_terms import drive_quantities
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.joint.whole_device import full_equations
@@ -112,9 +115,12 @@ def export_joint(
     entries, found = entries_of(identification, joint), of_joint(identification, joint)
     # The inertia of a prismatic joint is a mass: its unit says which kind of joint was identified.
     slides, friction = entries["inertia"].get("unit") == "kg", friction_by_joint(identification)[joint]
-    table = [q for q in joint_parameters(prismatic=slides, friction=friction) if q.id in found.values]
+    drive = drive_of(identification, joint)
+    driven = () if drive is None else drive_quantities(drive, prismatic=slides)
+    rows = (*joint_parameters(prismatic=slides, friction=friction), *driven)
+    table = [q for q in rows if q.id in found.values]
     parameters = [_set_within_bounds(q, found.values[q.id], entries[q.id]) for q in table]
-    equations = joint_equations(joint, parameters=parameters, prismatic=slides, friction=friction)
+    equations = joint_equations(joint, parameters=parameters, prismatic=slides, friction=friction, drive=drive)
     found = with_start_values(found, start, equations)
     return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
 
@@ -158,9 +164,10 @@ def _only_joint(data: Mapping[str, Any], wanted: tuple[int, ...] | None) -> int:
     return int(chosen[0])
 
 
-def _check_complete(entries: Mapping[str, Any], friction: str, where: str) -> None:
+def _check_complete(entries: Mapping[str, Any], friction: str, drive: Drive | None, where: str) -> None:
     """Refuse the parameters of a joint alone where one is missing; gravity may be, where it does no work."""
-    for q in joint_parameters(friction=friction):
+    driven = () if drive is None else drive_quantities(drive)
+    for q in (*joint_parameters(friction=friction), *driven):
         if q.id not in entries and not q.id.startswith("gravity"):
             raise InputError(where, expected=f"the key {q.id!r}", got=", ".join(entries) or "none")
 
@@ -228,7 +235,7 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
             raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
         joint = _only_joint(data, wanted)
         law = friction_by_joint(data)[joint]
-        _check_complete(entries_of(data, joint), law, f"{source}: parameters of joint {joint}")
+        _check_complete(entries_of(data, joint), law, drive_of(data, joint), f"{source}: parameters of joint {joint}")
         with _told_of(source, []):
             fmu = export_joint(data, joint, out, kind, start)
     else:

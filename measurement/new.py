@@ -14,9 +14,9 @@ import click
 import tomli_w
 
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.format.table import SUFFIXES, Table, read_table
 from haptid.measurement.making.mapping import Target, free_joints, map_columns, parse_map
 from haptid.measurement.making.writing import refuse_overwrite, write_table
+from haptid.measurement.tables.table import SUFFIXES, Table, read_table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import exit_codes, parse_joints

@@ -109,7 +109,7 @@ class Study:
         """
         return joint_equations(
             joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
-            friction=self.base.friction[0],
+            friction=self.base.friction[0], drive=self.base.drive,
         )  # fmt: skip
 
     def in_si(self, theta: Mapping[str, float]) -> dict[str, Effect]:
@@ -197,13 +197,14 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
         raise InputError(where, expected=f"a joint that some run frees alone ({known})", got=str(joint))
     base = equations_for(campaign, device_of(campaign), (joint,))
     slides = bool(fitted[0].prismatic[0])
-    expected = joint_equations(joint, parameters=base.parameters, prismatic=slides, friction=base.friction[0])
+    law, drive = law_named(base.friction[0]), base.drive
+    expected = joint_equations(joint, parameters=base.parameters, prismatic=slides, friction=law.id, drive=drive)
     # The search builds candidates on the equation of one axis. Any other nominal model would be replaced silently.
     if expected.digest != base.digest:
         where = f"joint {joint}"
         raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
     base = within_reach(base, fitted)
-    unseen, law = campaign.runs_of((joint,), "validate"), law_named(base.friction[0])
+    unseen = campaign.runs_of((joint,), "validate")
     entries = usable(entries, law)
     return Study(
         joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides,

@@ -25,6 +25,7 @@ from haptid.fmu_build.exchange.possible import (
 from haptid.model.device.device import STANDARD, Device
 from haptid.model.device.stated_parameters import ORDERED, ROWS
 from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.drive_terms import DERIVATIVE_GAIN, INTEGRAL_GAIN, LIMIT
 from haptid.model.joint.joint_in_device import joint_quantities
 from haptid.model.rigid_body.forward_dynamics import link_quantities
 from haptid.support.errors import InputError
@@ -39,7 +40,12 @@ ROUNDING_OF_SECOND_MOMENT = 1e-6
 
 The smallest moment of a disc or a rod is 0.
 """
-ANY = Possible(least=-LARGEST_MAGNITUDE_SI, most=LARGEST_MAGNITUDE_SI, units=(), description="inertial coefficient")
+ANY = Possible(
+    least=-LARGEST_MAGNITUDE_SI,
+    most=LARGEST_MAGNITUDE_SI,
+    units=(),
+    description="inertial coefficient or limit of a controller",
+)
 
 
 def check_tests(data: Mapping[str, Any], path: str) -> None:
@@ -63,7 +69,7 @@ def check_tests(data: Mapping[str, Any], path: str) -> None:
         name, _ = _of_joint(id, joints)
         if name in ROWS:
             check_entry(entry, of_joint_parameter(name), where)
-        elif COEFFICIENT.fullmatch(id):
+        elif COEFFICIENT.fullmatch(id) or id in (LIMIT, DERIVATIVE_GAIN, INTEGRAL_GAIN):
             check_value(float(entry["value"]), ANY, f"{where}.value")
             check_bounds(entry, where)
         else:

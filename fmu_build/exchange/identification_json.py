@@ -10,6 +10,7 @@ from typing import Any
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_check import check_tests
+from haptid.model.equations.drive import Controller, Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import DEFAULT, law_named
 from haptid.model.joint.parameter_table import all_ids, parameter_rows
@@ -128,6 +129,28 @@ def friction_by_joint(data: Mapping[str, Any]) -> dict[int, str]:
     """Return the friction law by joint, for every joint that some configuration frees; the last one decides."""
     pairs = ((c["free_joints"], friction_of(c)) for c in data["configurations"])
     return {joint: law for joints, laws in pairs for joint, law in zip(joints, laws, strict=True)}
+
+
+def drive_of(data: Mapping[str, Any], joint: int) -> Drive | None:
+    """Return the drive of a joint tested alone; None where the torque is its input.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json``.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    Drive or None
+        That of the first such test.
+    """
+    told = next((c.get("drive") for c in data["configurations"] if c["free_joints"] == [joint]), None)
+    if told is None:
+        return None
+    controller = told.get("controller")
+    return Drive(kind=told["kind"], controller=None if controller is None else Controller(**controller))
 
 
 def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:

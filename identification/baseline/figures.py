@@ -2,7 +2,8 @@
 
 free       RMS of (measured − simulated) position of one free simulation from the measured start,
 torque     RMS of (measured − computed) torque along the measured motion, also relative to the torque's RMS,
-horizon    RMS of (measured − simulated) position of simulations of 0.1, 1 and 10 s, each from the measured state.
+horizon    RMS of (measured − simulated) position of simulations of 0.1, 1 and 10 s, each from the measured state,
+closed     RMS of (measured − simulated) position through the recorded controller, from the measured start.
 
 The free simulation shows drift, the torque shows what the model explains of the effort, and the horizons lie between.
 """
@@ -75,12 +76,15 @@ class Figures:
         The same over the RMS of the torque [1], shape (n_joints,).
     horizon_rmse
         [rad] or [m] by horizon, shape (n_joints,) each; horizons longer than the run are left out.
+    closed_rmse
+        [rad] or [m] through the recorded controller, shape (n_joints,); None where there is none.
     """
 
     free_rmse: Array
     torque_rmse: Array
     torque_error: Array
     horizon_rmse: Mapping[str, Array] = field(default_factory=dict)
+    closed_rmse: Array | None = None
 
     @property
     def badness(self) -> float:
@@ -96,7 +100,9 @@ class Figures:
 
     def as_json(self) -> dict[str, Any]:
         """Return ``figures.model`` or ``figures.baseline`` of a run: a number a joint, a list for several joints."""
+        closed = {} if self.closed_rmse is None else {"closed_rmse": _plain(self.closed_rmse)}
         return {
+            **closed,
             "free_rmse": _plain(self.free_rmse),
             "torque_rmse": _plain(self.torque_rmse),
             "torque_error": _plain(self.torque_error),

@@ -1,6 +1,7 @@
 """The fit of one configuration: `Equations` and `Run`s in, `Fitted` out, by the strategy that the runs allow.
 
-1. Choose a strategy from the runs (`identification.fit.strategy`).
+1. Where the recorded controller closes the loop, fit by simulation through it, from the recorded reference. Otherwise
+   choose a strategy from the runs (`identification.fit.strategy`).
 2. Fit by simulation, freely or through an observer. Under position control few starts do at first.
 3. Keep that fit where its residual is at the noise: a position is the stricter test. Above the noise its standard
    deviations are widened by the jackknife, and of a model that explains nothing no parameter is identified.
@@ -19,7 +20,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.identification.baseline.compared import Compared, compare
+from haptid.identification.baseline.compared import Compared
+from haptid.identification.baseline.driven import compare_driven
+from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
@@ -94,7 +97,7 @@ class JointTest:
     def compare(self, found: Fit) -> Compared:
         """Hold a fit against the plain model."""
         theta = np.array([found.values[q.id] for q in self.equations.parameters])
-        return compare(self.equations, theta, self.runs, self.device, self.posture)
+        return compare_driven(self.equations, theta, self.runs, self.device, self.posture)
 
 
 def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Workers | None = None) -> Fitted:
@@ -119,10 +122,14 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
         Where no start gave a finite simulation.
     """
     options = options or FitOptions()
+    drive = test.equations.drive
+    if drive is not None and drive.is_closed:
+        return _fit_closed(test, options, workers)
     best = _best_of_both(test, options, workers)
     # A position at the noise is the stricter test, and settles it; a torque at its noise may still predict worse.
     settled = quiet(best.fit, options) and not best.torque_scored
-    if best.compared.plain_is_better and not settled:
+    # The plain model of a drive stands on the torque that the fit gives it, and cannot replace that fit.
+    if best.compared.plain_is_better and not settled and drive is None:
         made = plain_fit(test.build(test.equations), best.fit, best.compared, test.runs)
         return replace(best, fit=made, torque_scored=False)
     return replace(best, fit=with_absent_terms(best.fit))
@@ -131,7 +138,8 @@ def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Wor
 def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
     """Fit by simulation and, under position control of a single joint, the torque; return the better one."""
     strategy = choose_for(test.runs)
-    both = strategy.kind != "open_loop" and len(test.runs[0].free_joints) == 1
+    # The torque of another drive hangs on parameters that are fitted with the rest: it cannot be scored.
+    both = strategy.kind != "open_loop" and len(test.runs[0].free_joints) == 1 and test.equations.drive is None
     trial = options.but(starts=min(options.starts, THRESHOLDS.most_starts_of_trial)) if both else options
 
     def fit_position(equations: Equations, options: FitOptions) -> Fit:
@@ -170,3 +178,10 @@ def _doubted(test: JointTest, found: Fit, options: FitOptions, workers: Workers 
 def _without_identified(found: Fit) -> Fit:
     statuses = {id: "unidentifiable" if status == "identified" else status for id, status in found.statuses.items()}
     return found.but(statuses=statuses)
+
+
+def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
+    """Fit by simulation through the recorded controller, which holds the simulation near the measured motion."""
+    found = fit(test.build(test.equations), test.runs, options=options, workers=workers)
+    found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
+    return Fitted(fit=found, torque_scored=False, compared=test.compare(found))

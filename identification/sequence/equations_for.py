@@ -71,7 +71,8 @@ def equations_for(
         return _single(joints[0], [run for run in runs if run.use == "fit"], given[joints[0]], campaign)
     if posture is None and runs:
         posture = tuple(float(x) for x in runs[0].posture)
-    equations = configuration_equations(device, joints, posture)
+    drive = campaign.drives.get(joints[0]) if len(joints) == 1 else None
+    equations = configuration_equations(device, joints, posture, drive=drive)
     if len(joints) == 1:
         return overridden(equations, given[joints[0]], joints[0], where=places(campaign, joints[0]))
     for j in joints:
@@ -87,7 +88,8 @@ def _has(equations: Equations, id: str) -> bool:
 
 def _single(joint: int, runs: Sequence[Run], given: Overrides, campaign: Campaign) -> Equations:
     prismatic = bool(runs[0].prismatic[0]) if runs else False
-    nominal = joint_equations(joint, prismatic=prismatic, friction=campaign.friction.get(joint, DEFAULT))
+    friction, drive = campaign.friction.get(joint, DEFAULT), campaign.drives.get(joint)
+    nominal = joint_equations(joint, prismatic=prismatic, friction=friction, drive=drive)
     equations = overridden(nominal, given, joint, where=places(campaign, joint))
     return guess(equations, runs, given=given) if runs else equations
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "floor": None,
         "baseline": None if compared is None or compared.baseline is None else compared.baseline.as_json(),
         "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
+        "drive": None if fit.equations.drive is None else asdict(fit.equations.drive),
         "observer_gain_per_s": fit.observer_gain,
         "parameters": parameters,
         "runs": [_run_json(score, step) for score in fit.runs],
@@ -111,6 +113,11 @@ def tell_why(fit: Fit, *, torque_scored: bool) -> str:
     """
     if torque_scored or fit.observer_gain:
         return fit.outcome.value
+    drive = fit.equations.drive
+    if drive is not None and drive.is_closed:
+        return "the recorded reference drives a simulation through the stated controller, from the measured start"
+    if drive is not None:
+        return f"the recorded {drive.kind} drives a free simulation, whose position is compared with the measured one"
     return "the recorded torque drives a free simulation, whose position is compared with the measured one"
 
 

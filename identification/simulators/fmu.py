@@ -180,8 +180,9 @@ def _drive(at: References, run: Run, gain: float) -> tuple[tuple[int, ...], Arra
     """Return the value references of all inputs and slopes, and their values, shape (n_t, n_inputs + n_slopes)."""
     u = observer_inputs(run, gain)
     if gain == 0.0:
-        n = len(run.free_joints)
-        u[:, n : 2 * n] = run.y[0]  # without gain the measured position does nothing: it need not be set at every row
+        first = run.inputs.shape[1]
+        # Without gain the measured position does nothing: it need not be set at every row.
+        u[:, first : first + len(run.free_joints)] = run.y[0]
     linear = np.array(observer_hold(run))[: len(at.slopes)]
     slopes = np.zeros((run.t.size, len(at.slopes)))
     slopes[:-1] = np.where(linear, np.diff(u[:, : len(at.slopes)], axis=0) / np.diff(run.t)[:, None], 0.0)

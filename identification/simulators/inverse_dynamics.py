@@ -153,6 +153,7 @@ def torque_run(run: Run, width: float | None = None) -> Run:
             ACCELERATION: m.a[rows, 0],
             WIDTH: np.full(m.t[rows].size, m.width_in_rows),
         },
+        drive_inputs={},
     )
 
 

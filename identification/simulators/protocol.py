@@ -129,10 +129,10 @@ def observer_inputs(run: Run, gain: float) -> Array:
 
     Returns
     -------
-    ndarray, shape (n_t, 2·n_joints + 1)
-        Torques [N m], measured positions [rad], gain [1/s].
+    ndarray, shape (n_t, n_inputs + n_joints + 1)
+        Torques [N m] or inputs of the drive, measured positions [rad], gain [1/s].
     """
-    return np.column_stack((run.u, run.y, np.full(run.t.size, gain)))
+    return np.column_stack((run.inputs, run.y, np.full(run.t.size, gain)))
 
 
 def observer_hold(run: Run) -> tuple[bool, ...]:
@@ -145,8 +145,10 @@ def observer_hold(run: Run) -> tuple[bool, ...]:
 
     Returns
     -------
-    tuple of bool, length 2·n_joints + 1
-        Torques as ``run.hold`` says, measured positions linear, gain held.
+    tuple of bool, length n_inputs + n_joints + 1
+        Torques, or the first input of a drive, as ``run.hold`` says, measured positions linear, gain held.
     """
     n = len(run.free_joints)
-    return (run.hold == "linear",) * n + (True,) * n + (False,)
+    driven = run.inputs.shape[1] - n
+    # Behind the command of a drive come supply, switch and gain, which hold their values.
+    return (run.hold == "linear",) * n + (False,) * driven + (True,) * n + (False,)

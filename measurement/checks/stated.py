@@ -59,9 +59,11 @@ def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: 
         return
     if device is None:
         friction = campaign.friction.get(joint, DEFAULT)
-        equations = joint_equations(joint, prismatic=bool(runs[0].prismatic[0]), friction=friction)
+        slides, drive = bool(runs[0].prismatic[0]), campaign.drives.get(joint)
+        equations = joint_equations(joint, prismatic=slides, friction=friction, drive=drive)
     else:
-        equations = configuration_equations(device, (joint,), tuple(float(x) for x in runs[0].posture))
+        posture = tuple(float(x) for x in runs[0].posture)
+        equations = configuration_equations(device, (joint,), posture, drive=campaign.drives.get(joint))
     overridden(equations, stated, joint, where=places(campaign, joint))
 
 

@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.format.table import Table
+from haptid.measurement.format.drive_columns import DriveColumns, read_drive, read_enabled
+from haptid.measurement.format.drives import StatedDrive
+from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
 
 KNOWN = re.compile(
     r"time_s|(torque|torque_command|torque_measured)_\d+_Nm|(force|force_command|force_measured)_\d+_N|current_\d+_A"
+    r"|voltage_\d+_V|duty_\d+|supply_V|enabled_\d+|temperature_\d+_C"
     r"|(position|reference)_\d+_(rad|m)|(velocity|reference_velocity)_\d+_(rad_s|m_s)"
 )
 """Names of all columns that the campaign format has; others are kept with a warning."""
@@ -37,6 +40,8 @@ class Signals:
         Whether each joint is prismatic, shape (n_joints,).
     extra
         All other columns by name, each of shape (n_t,), NaN where a cell holds no number.
+    drive_inputs
+        Inputs of a single driven joint by id, as `Run` holds them; empty where torques are the inputs.
     """
 
     t: Array
@@ -45,6 +50,7 @@ class Signals:
     v: Array | None
     prismatic: tuple[bool, ...]
     extra: Mapping[str, Array]
+    drive_inputs: Mapping[str, Array]
 
     @property
     def unknown(self) -> tuple[str, ...]:
@@ -52,7 +58,13 @@ class Signals:
         return tuple(name for name in self.extra if not KNOWN.fullmatch(name))
 
 
-def read_signals(table: Table, joints: tuple[int, ...], constants: Mapping[int, float]) -> Signals:
+def read_signals(
+    table: Table,
+    joints: tuple[int, ...],
+    constants: Mapping[int, float],
+    drives: Mapping[int, StatedDrive] | None = None,
+    gain: float | None = None,
+) -> Signals:
     """Pick the columns of the free joints.
 
     Parameters
@@ -64,6 +76,10 @@ def read_signals(table: Table, joints: tuple[int, ...], constants: Mapping[int, 
     constants
         Torque per ampere (force per ampere) of the joints whose drive is recorded in amperes [N m/A] ([N/A]);
         u = constant · current where the table has no torque.
+    drives
+        Drives by joint; those of joints that are not free count for nothing.
+    gain
+        Gain of the controller in this run; that of the drive where None.
 
     Returns
     -------
@@ -78,20 +94,45 @@ def read_signals(table: Table, joints: tuple[int, ...], constants: Mapping[int, 
     """
     t = table.time()
     prismatic = tuple(_slides(table, joint) for joint in joints)
-    inputs = [_input(table, joint, slides, constants) for joint, slides in zip(joints, prismatic, strict=True)]
+    stated = drives or {}
+    # Torques are read first: where a joint is mistyped, the error names the torque.
+    columns = {
+        joint: _input(table, joint, slides, constants)
+        for joint, slides in zip(joints, prismatic, strict=True)
+        if joint not in stated
+    }
     units = ["m" if slides else "rad" for slides in prismatic]
     positions = [f"position_{joint}_{unit}" for joint, unit in zip(joints, units, strict=True)]
     velocities = [f"velocity_{joint}_{unit}_s" for joint, unit in zip(joints, units, strict=True)]
     measured = all(name in table.columns for name in velocities)
-    used = {"time_s", *positions, *(velocities if measured else ()), *(name for name, _ in inputs)}
+    y = np.stack([table.numbers(name) for name in positions], axis=1)
+    v = np.stack([table.numbers(name) for name in velocities], axis=1) if measured else None
+    for k, joint in enumerate(joints):
+        if joint not in stated:
+            continue
+        controller = stated[joint].drive.controller
+        own = gain if gain is not None else controller.gain if controller else 0.0
+        motion, alone = (y[:, k], _speed(t, y[:, k]) if v is None else v[:, k]), len(joints) == 1
+        columns[joint] = read_drive(
+            table, joint, stated[joint], alone=alone, motion=motion, slides=prismatic[k], gain=own
+        )
+    inputs = [columns[joint] for joint in joints]
+    used = {"time_s", *positions, *(velocities if measured else ()), *(name for one in inputs for name in one.names)}
     return Signals(
         t=t,
-        u=np.stack([values for _, values in inputs], axis=1),
-        y=np.stack([table.numbers(name) for name in positions], axis=1),
-        v=np.stack([table.numbers(name) for name in velocities], axis=1) if measured else None,
+        u=np.stack([one.torque for one in inputs], axis=1),
+        y=y,
+        v=v,
         prismatic=prismatic,
         extra={name: table.loosely(name) for name in table.columns if name not in used},
+        drive_inputs={id: column for one in inputs for id, column in one.inputs.items()},
     )
+
+
+def _speed(t: Array, y: Array) -> Array:
+    """Return the differenced position; 0 where the clock stands, which a later check refuses."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(np.gradient(y, t), posinf=0.0, neginf=0.0)
 
 
 def _slides(table: Table, joint: int) -> bool:
@@ -102,13 +143,18 @@ def _slides(table: Table, joint: int) -> bool:
     return slides
 
 
-def _input(table: Table, joint: int, slides: bool, constants: Mapping[int, float]) -> tuple[str, Array]:
+def _input(table: Table, joint: int, slides: bool, constants: Mapping[int, float]) -> DriveColumns:
     name = f"force_{joint}_N" if slides else f"torque_{joint}_Nm"
     current = f"current_{joint}_A"
     if name in table.columns or current not in table.columns:
-        return name, table.numbers(name)
+        return _switched(table, joint, name, table.numbers(name))
     if joint not in constants:
         key = "force_constant_N_per_A" if slides else "torque_constant_Nm_per_A"
         todo = f"give {key} under [joint.{joint}] in campaign.toml"
         raise InputError(table.header, expected=f"a column {name}", got=current, todo=todo)
-    return current, constants[joint] * table.numbers(current)
+    return _switched(table, joint, current, constants[joint] * table.numbers(current))
+
+
+def _switched(table: Table, joint: int, name: str, torque: Array) -> DriveColumns:
+    names, enabled = read_enabled(table, joint)
+    return DriveColumns(names=(name, *names), torque=torque * enabled, inputs={})

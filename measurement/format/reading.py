@@ -8,6 +8,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,14 @@ import numpy as np
 
 from haptid.measurement.format import schema
 from haptid.measurement.format.devices import joint_count, joint_range, resolve_device
-from haptid.measurement.format.joint_tables import friction_laws, joint_tables, read_overrides, warn_of_unused
+from haptid.measurement.format.drives import StatedDrive, read_drives
+from haptid.measurement.format.joint_tables import (
+    Overrides,
+    friction_laws,
+    joint_tables,
+    read_overrides,
+    warn_of_unused,
+)
 from haptid.measurement.format.run_entries import read_runs
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.campaign import Campaign
@@ -61,7 +69,8 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
     head = schema.check_table(source, source.data.get("campaign"), schema.CAMPAIGN, "campaign")
     device = resolve_device(head["device"], folder, source.where("campaign", "device"))
     tables = _joint_tables(source, device)
-    runs, unknown = read_runs(source, device, head.get("hold", "zero"), tables)
+    drives = read_drives(source, tables)
+    runs, unknown = read_runs(source, device, head.get("hold", "zero"), tables, drives)
     if unknown:
         warn(f"{folder}: columns that the format does not know are kept and not used: {', '.join(unknown)}")
     warn_of_unused(source, tables, {joint for run in runs for joint in run.free_joints})
@@ -73,7 +82,8 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
         measured=head["measured"],
         hold=head.get("hold", "zero"),
         runs=runs,
-        parameter_overrides=read_overrides(source, tables),
+        parameter_overrides=_with_drives(read_overrides(source, tables), drives),
+        drives={joint: stated.drive for joint, stated in drives.items()},
         friction=friction_laws(tables),
         noise_given=all(bool(np.isfinite(run.noise).all()) for run in runs),
         extra={
@@ -81,6 +91,12 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
             **{name: value for name, value in head.items() if name not in named},
         },
     )
+
+
+def _with_drives(overrides: Overrides, drives: Mapping[int, StatedDrive]) -> Overrides:
+    """Return the stated parameters with those of the drives."""
+    known = {joint: dict(stated.parameters) for joint, stated in drives.items() if stated.parameters}
+    return {joint: {**overrides.get(joint, {}), **known.get(joint, {})} for joint in sorted({*overrides, *known})}
 
 
 def _open(folder: Path) -> TomlSource:

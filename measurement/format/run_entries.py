@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -9,16 +10,21 @@ import numpy as np
 from haptid.measurement.format import schema
 from haptid.measurement.format.columns import Signals, read_signals
 from haptid.measurement.format.devices import SINGLE_JOINT, joint_count, joint_range
+from haptid.measurement.format.drives import StatedDrive
 from haptid.measurement.format.joint_tables import drive_constants, sensor_of
 from haptid.measurement.format.places import check_inside
-from haptid.measurement.format.table import read_table
 from haptid.measurement.format.toml_source import TomlSource
+from haptid.measurement.tables.table import read_table
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError, one_line
 
 
 def read_runs(
-    source: TomlSource, device: str, hold: str, tables: dict[int, dict[str, Any]]
+    source: TomlSource,
+    device: str,
+    hold: str,
+    tables: dict[int, dict[str, Any]],
+    drives: Mapping[int, StatedDrive],
 ) -> tuple[tuple[Run, ...], tuple[str, ...]]:
     """Read every table that ``[[runs]]`` lists.
 
@@ -32,6 +38,8 @@ def read_runs(
         ``zero`` or ``linear``, for the entries that state nothing.
     tables
         The checked ``[joint.J]`` tables by joint number.
+    drives
+        Drives by joint number.
 
     Returns
     -------
@@ -59,7 +67,8 @@ def read_runs(
         check_inside(source.path.parent, entry["file"], f"{source.path}, runs[{index}].file")
         table = read_table(source.path.parent / entry["file"])
         joints = tuple(sorted(entry["free_joints"]))
-        signals = read_signals(table, joints, drive_constants(tables))
+        _check_gain(source, entry, index, joints, drives)
+        signals = read_signals(table, joints, drive_constants(tables), drives, entry.get("controller_gain"))
         noise, resolution = sensor_of(source, tables, joints, signals.prismatic)
         unknown.update(dict.fromkeys(signals.unknown))
         run = _make_run({"hold": hold, **entry}, signals, _posture(entry, device, count))
@@ -80,6 +89,7 @@ def _make_run(entry: dict[str, Any], signals: Signals, posture: Array) -> Run:
         v=signals.v,
         prismatic=signals.prismatic,
         extra=signals.extra,
+        drive_inputs=signals.drive_inputs,
         posture=posture,
         noise=np.full(len(joints), np.nan),
         resolution=np.full(len(joints), np.nan),
@@ -117,6 +127,15 @@ def _check_entry(
     if count is not None and posture is not None and len(posture) != count:
         where = source.where("runs", "locked_positions_rad", index)
         raise InputError(where, expected=f"{count} numbers, one per joint of {device}", got=f"{len(posture)}")
+
+
+def _check_gain(
+    source: TomlSource, entry: dict[str, Any], index: int, joints: tuple[int, ...], drives: Mapping[int, StatedDrive]
+) -> None:
+    closed = len(joints) == 1 and joints[0] in drives and drives[joints[0]].drive.is_closed
+    if "controller_gain" in entry and not closed:
+        where, expected = source.where("runs", "controller_gain", index), f"a table [joint.{joints[0]}.controller]"
+        raise InputError(where, expected=expected, got="none" if len(joints) == 1 else f"free joints {list(joints)}")
 
 
 def _check_fit_runs(source: TomlSource, runs: list[Run]) -> None:

@@ -101,6 +101,13 @@ CONSTANT = Key(
     words=f"a number of size {THRESHOLDS.smallest_torque_per_ampere:g} to {THRESHOLDS.largest_torque_per_ampere:g}",
 )
 
+NUMBER_OR_ENTRY = Key(
+    accepts=lambda value: _is_positive(value) or isinstance(value, dict),
+    words="a positive number, or { initial, lower, upper, prior, fixed }",
+)
+GAIN = Key(accepts=_is_positive, words="a positive number", required=True)
+LEAST_ZERO = Key(accepts=lambda value: is_number(value) and value >= 0, words="a number of at least 0")
+
 CAMPAIGN = {
     "title": TEXT,
     "device": Key(accepts=_is_text, words='a device name or file, as in "single_joint"', required=True),
@@ -119,6 +126,7 @@ RUN = {
     "use": Key(accepts=_one_of("fit", "validate", "excluded"), words='"fit", "validate" or "excluded"', required=True),
     "reason": TEXT,
     "hold": HOLD,
+    "controller_gain": Key(accepts=_is_positive, words="a positive number"),
     "note": TEXT,
 }
 JOINT = {
@@ -127,8 +135,26 @@ JOINT = {
     ),
     "parameters": Key(accepts=lambda value: isinstance(value, dict), words="a table of parameters"),
     "sensor": Key(accepts=lambda value: isinstance(value, dict), words="a table with noise_rad, resolution_rad"),
+    "drive": Key(accepts=lambda value: isinstance(value, dict), words="a table with kind"),
+    "controller": Key(accepts=lambda value: isinstance(value, dict), words="a table with kind, gain and limit"),
     "torque_constant_Nm_per_A": CONSTANT,
     "force_constant_N_per_A": CONSTANT,
+}
+DRIVE = {
+    "kind": Key(
+        accepts=_one_of("torque", "current", "voltage", "duty"),
+        words='"torque", "current", "voltage" or "duty"',
+        required=True,
+    ),
+    "torque_constant": NUMBER_OR_ENTRY,
+    "resistance_ohm": NUMBER_OR_ENTRY,
+}
+CONTROLLER = {
+    "kind": Key(accepts=_one_of("p", "pd", "pid"), words='"p", "pd" or "pid"', required=True),
+    "gain": GAIN,
+    "limit": GAIN,
+    "derivative_gain": LEAST_ZERO,
+    "integral_gain": LEAST_ZERO,
 }
 PARAMETER = {
     "initial": NUMBER,

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import pandas as pd
 
 from haptid.measurement.format.columns import KNOWN
-from haptid.measurement.format.table import Table
+from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
 TORQUE = re.compile(r"(?:torque_(\d+)_Nm|force_(\d+)_N|current_(\d+)_A)")

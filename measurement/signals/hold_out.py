@@ -31,6 +31,7 @@ def hold_out(run: Run) -> tuple[Run, Run]:
         y=run.y[:cut],
         v=None if run.v is None else run.v[:cut],
         extra={name: column[:cut] for name, column in run.extra.items()},
+        drive_inputs={name: column[:cut] for name, column in run.drive_inputs.items()},
         notes=(*run.notes, note),
     )
     return fit, run.but(use="validate", score_from=cut, notes=(*run.notes, note))

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from haptid.measurement.values.run import Hold, Run, Use
+from haptid.model.equations.drive import Drive
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,6 +37,8 @@ class Campaign:
         in SI units.
     friction
         Friction law by joint; a joint that is not listed has the law of the device.
+    drives
+        Drive by joint; the torque is the input of a joint that is not listed.
     noise_given
         Whether the campaign states the sensor noise of every run. Where False, noise is estimated from the rows.
     remarks
@@ -52,6 +55,7 @@ class Campaign:
     runs: tuple[Run, ...]
     parameter_overrides: Mapping[int, Mapping[str, Mapping[str, Any]]] = field(default_factory=dict)
     friction: Mapping[int, str] = field(default_factory=dict)
+    drives: Mapping[int, Drive] = field(default_factory=dict)
     noise_given: bool = False
     remarks: tuple[str, ...] = ()
     extra: Mapping[str, Any] = field(default_factory=dict)

@@ -65,6 +65,9 @@ class Run:
         Whether each free joint slides (u in N, y in m, v in m/s), shape (n_joints,); all turn by default.
     extra
         Further columns of the table, each of shape (n_t,), NaN where a cell holds no number. Nothing fits them.
+    drive_inputs
+        Inputs of the equations with a drive by id, each of shape (n_t,), in the order of `drive_terms.drive_inputs`;
+        ``u`` is then the torque that they make at the stated parameters of the drive. Empty where u is the input.
     score_from
         Index of the first row whose residual is scored. The rows before bring the simulation to that state.
 
@@ -95,12 +98,15 @@ class Run:
     notes: tuple[str, ...] = field(default=())
     prismatic: tuple[bool, ...] = ()
     extra: Mapping[str, Array] = field(default_factory=dict)
+    drive_inputs: Mapping[str, Array] = field(default_factory=dict)
     score_from: int = 0
 
     def __post_init__(self) -> None:
         """Check shapes and make the arrays read-only."""
         object.__setattr__(self, "prismatic", tuple(self.prismatic) or (False,) * len(self.free_joints))
         object.__setattr__(self, "extra", {name: freeze(column) for name, column in self.extra.items()})
+        driven = {name: freeze(column) for name, column in self.drive_inputs.items()}
+        object.__setattr__(self, "drive_inputs", driven)
         for name in ("t", "u", "y", "noise", "resolution", "posture"):
             object.__setattr__(self, name, freeze(getattr(self, name)))
         if self.v is not None:
@@ -114,6 +120,11 @@ class Run:
         if len(self.prismatic) != len(self.free_joints) or not 0 <= self.score_from < max(self.t.size, 1):
             msg = f"{self.file}: prismatic {self.prismatic} or score_from {self.score_from} does not fit the run"
             raise ValueError(msg)
+
+    @property
+    def inputs(self) -> Array:
+        """Inputs of the equations: those of the drive, else the torques, shape (n_t, n_inputs)."""
+        return np.column_stack(tuple(self.drive_inputs.values())) if self.drive_inputs else self.u
 
     @property
     def sensor_std(self) -> Array:

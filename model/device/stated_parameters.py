@@ -10,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from haptid.model.equations.joint_parameters import TABLE, Row
+from haptid.model.equations.joint_parameters import DRIVE_TABLE, TABLE, Row
 from haptid.model.friction.registry import laws
 from haptid.support.errors import InputError
 
 Entry = Mapping[str, Any]
-ROWS: Mapping[str, Row] = {row.id: row for row in (*TABLE, *(row for law in laws().values() for row in law.parameters))}
+ROWS: Mapping[str, Row] = {
+    row.id: row for row in (*TABLE, *DRIVE_TABLE, *(row for law in laws().values() for row in law.parameters))
+}
 """Rows of drive, body and spring, and of every friction law."""
 LARGEST_FACTOR_BEYOND_RANGE = 1e3
 """A stated number may lie beyond the default range of its parameter by this factor; a wrong unit lies further out."""

@@ -12,6 +12,7 @@ from typing import Any
 
 import sympy as sp
 
+from haptid.model.equations.drive import Drive
 from haptid.model.equations.quantity import Quantity
 
 TIME = sp.Symbol("t", real=True)
@@ -126,6 +127,8 @@ class Equations:
         Ids of the effects that were added to the nominal model.
     friction
         The friction law of each joint, in the order of ``joints``; empty where there is none.
+    drive
+        What drives a single joint; None where the input is a torque.
     """
 
     name: str
@@ -142,6 +145,7 @@ class Equations:
     orderings: tuple[tuple[str, str], ...] = ()
     effects: tuple[str, ...] = ()
     friction: tuple[str, ...] = ()
+    drive: Drive | None = None
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:

@@ -113,6 +113,30 @@ TABLE = (
     ),
 )
 
+DRIVE_TABLE = (
+    Row(
+        id="torque_constant",
+        unit="N m/A",
+        prismatic_unit="N/A",
+        description="torque per ampere at the joint, and back-EMF",
+        initial=0.1,
+        lower=1e-4,
+        upper=1e3,
+        structured="drive.torque_constant",
+    ),
+    Row(
+        id="resistance_ohm",
+        unit="V/A",
+        prismatic_unit="V/A",
+        description="winding resistance",
+        initial=5.0,
+        lower=1e-3,
+        upper=1e4,
+        structured="drive.resistance",
+    ),
+)
+"""Parameters of the drive; one of a current has the first alone."""
+
 
 def quantities(rows: Iterable[Row], *, prismatic: bool = False) -> tuple[Quantity, ...]:
     """Return rows of the table as parameters with default ranges.

@@ -12,10 +12,12 @@ from collections.abc import Sequence
 import sympy as sp
 
 from haptid.model.device.device import Device
+from haptid.model.equations.drive import Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.fmu_names import COUPLING
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.joint.checked_coefficients import checked_coefficients
+from haptid.model.joint.drive_terms import drive_quantities
 from haptid.model.joint.joint_in_device import (
     INERTIAL,
     Effects,
@@ -38,7 +40,11 @@ LARGEST_INERTIA_OVER_GUESS = 20.0
 
 
 def configuration_equations(
-    device: Device, free_joints: Sequence[int], posture: Sequence[float] | None = None, effects: Effects | None = None
+    device: Device,
+    free_joints: Sequence[int],
+    posture: Sequence[float] | None = None,
+    effects: Effects | None = None,
+    drive: Drive | None = None,
 ) -> Equations:
     """Build the equations of the free joints with all others locked.
 
@@ -54,6 +60,8 @@ def configuration_equations(
         Positions of the locked joints [rad] or [m], shape (n_q,); entries of free joints are ignored. All 0 where None.
     effects
         Effects by joint; added where several joints are free (`model.joint.joint_in_device.joint_part`).
+    drive
+        What drives a single free joint; several take torques.
 
     Returns
     -------
@@ -67,18 +75,19 @@ def configuration_equations(
     """
     motion = locked_motion(device, free_joints, posture)
     if len(motion.joints) == 1 and {c.id for c in motion.coefficients} <= set(INERTIAL):
-        return _single(device, motion)
+        return _single(device, motion, drive)
     # a single joint with other coefficients, as an inertia that varies with q, needs the general form
     return coupled_equations(device, motion, effects or {})
 
 
-def _single(device: Device, motion: LockedDynamics) -> Equations:
+def _single(device: Device, motion: LockedDynamics, drive: Drive | None) -> Equations:
     (j,) = motion.joints
     known = {c.id: c for c in checked_coefficients(device, motion)}
     first = tuple(inertial_quantity(known[id], structured=id) for id in INERTIAL if id in known)
     joint = device.joints[j]
-    table = (*first, *joint_quantities(device, j))
-    return joint_equations(j, parameters=table, prismatic=joint.prismatic, friction=joint.friction)
+    driven = () if drive is None else drive_quantities(drive, prismatic=joint.prismatic)
+    table = (*first, *joint_quantities(device, j), *driven)
+    return joint_equations(j, parameters=table, prismatic=joint.prismatic, friction=joint.friction, drive=drive)
 
 
 def inertial_quantity(c: Coefficient, *, structured: str = "") -> Quantity:

@@ -13,11 +13,19 @@ import sympy as sp
 
 from haptid.model.effects import effect as sym
 from haptid.model.effects.effect import Effect
+from haptid.model.equations.drive import Drive
 from haptid.model.equations.equations import Equations, Input, Output, State
 from haptid.model.equations.fmu_names import POSITION, READING, TORQUE, VELOCITY, of_joint
 from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.registry import DEFAULT, law_named
+from haptid.model.joint.drive_terms import (
+    drive_damping,
+    drive_inputs,
+    drive_quantities,
+    drive_states,
+    drive_torque,
+)
 from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.joint.slots import with_effects
 
@@ -37,6 +45,7 @@ def joint_equations(
     effects: Sequence[Effect] = (),
     prismatic: bool = False,
     friction: str = DEFAULT,
+    drive: Drive | None = None,
 ) -> Equations:
     """Build the equations of a single free joint.
 
@@ -54,11 +63,13 @@ def joint_equations(
         Whether the joint slides: then gravity is a constant force, and units are those of forces and lengths.
     friction
         Id of the friction law.
+    drive
+        What drives the joint, with its parameters behind the others; None where the torque is the input.
 
     Returns
     -------
     Equations
-        States q, v, those of the friction law, those of the effects; input ``tau``, output ``y``.
+        States q, v, those of the friction law, those of the effects; input ``tau`` or those of the drive, output ``y``.
 
     Raises
     ------
@@ -71,9 +82,9 @@ def joint_equations(
     the acceleration; all rates of change are multiplied by the factor of the machine's clock.
     """
     law = law_named(friction)
-    quantities = tuple(
-        parameters if parameters is not None else joint_parameters(prismatic=prismatic, friction=friction)
-    )
+    driven = () if drive is None else drive_quantities(drive, prismatic=prismatic)
+    default = (*joint_parameters(prismatic=prismatic, friction=friction), *driven)
+    quantities = tuple(parameters) if parameters is not None else default
     p = {x.id: x.symbol for x in quantities}
     effects = [e for e in effects if not e.random]
     terms = with_effects(effects, p["Kp"], law)
@@ -85,7 +96,19 @@ def joint_equations(
     acceleration = terms.a.subs(sym.a, force / inertia)
     rhs = [sym.v, acceleration, *dry.rhs, *(s.rhs.subs(sym.a, acceleration) for s in terms.states)]
     rates = [sp.S.Zero, law.damping(p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)]
-    rad, nm = ("m", "N") if prismatic else ("rad", "N m")
+    reading = terms.y.subs(sym.a, acceleration)
+    further: tuple[State, ...] = ()
+    if drive is not None:
+        command = {sym.tau: drive_torque(drive)}
+        rhs = [sp.sympify(f).subs(command) for f in rhs]
+        rates = [sp.sympify(r).subs(command) for r in rates]
+        reading = sp.sympify(reading).subs(command)
+        rates[1] += drive_damping(drive) * p["Kp"] / p["inertia"]
+        for state, rate_of_change in drive_states(drive, prismatic=prismatic):
+            further += (replace(state, structured=of_joint(joint, state.structured)),)
+            rhs.append(rate_of_change)
+            rates.append(sp.S.Zero)
+    rad = "m" if prismatic else "rad"
     return Equations(
         name="_".join((f"joint{joint}", *(e.id for e in effects))),
         title=f"joint {joint}, all others locked" + (f", with {', '.join(e.id for e in effects)}" if effects else ""),
@@ -95,14 +118,15 @@ def joint_equations(
             State(id="v", unit=f"{rad}/s", description="velocity", structured=of_joint(joint, VELOCITY)),
             *(replace(s, unit=_unit(s, prismatic), structured=of_joint(joint, s.structured)) for s in law.states),
             *(replace(s.state, unit=_unit(s.state, prismatic)) for s in terms.states),
+            *further,
         ),
-        inputs=(Input(id="tau", unit=nm, description="commanded torque", structured=of_joint(joint, TORQUE)),),
+        inputs=_inputs(joint, drive, prismatic),
         outputs=(
             Output(
                 id="y",
                 unit=rad,
                 description="position reading",
-                expression=terms.y.subs(sym.a, acceleration),
+                expression=reading,
                 structured=of_joint(joint, READING),
             ),
         ),
@@ -112,7 +136,16 @@ def joint_equations(
         orderings=law.orderings,
         effects=tuple(e.id for e in effects),
         friction=(friction,),
+        drive=drive,
     )
+
+
+def _inputs(joint: int, drive: Drive | None, prismatic: bool) -> tuple[Input, ...]:
+    if drive is None:
+        unit = "N" if prismatic else "N m"
+        return (Input(id="tau", unit=unit, description="commanded torque", structured=of_joint(joint, TORQUE)),)
+    inputs = drive_inputs(drive, prismatic=prismatic)
+    return tuple(replace(x, structured=of_joint(joint, x.structured)) for x in inputs)
 
 
 def _unit(state: State, prismatic: bool) -> str:

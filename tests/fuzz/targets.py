@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.format.table import read_table
+from haptid.measurement.tables.table import read_table
 from tests.fuzz.devices import DEVICES
 from tests.fuzz.harness import Target
 from tests.fuzz.results import RESULTS

@@ -18,6 +18,12 @@ UNITS = (
     (r"(?:torque|tau|effort|trq)_?(\d+)(?:_?Nm)?", r"torque_\1_Nm", "if it holds N m, keep the numbers"),
     (r"force_(\d+)_mN", r"force_\1_N", "multiply it by 0.001"),
     (r"(?:force)_?(\d+)(?:_?N)?", r"force_\1_N", "if it holds N, keep the numbers"),
+    (r"reference_(\d+)_deg", r"reference_\1_rad", "multiply it by 0.0174533"),
+    (r"reference_(\d+)_mm", r"reference_\1_m", "multiply it by 0.001"),
+    (r"current_(\d+)_mA", r"current_\1_A", "multiply it by 0.001"),
+    (r"voltage_(\d+)_mV", r"voltage_\1_V", "multiply it by 0.001"),
+    (r"duty_(\d+)_(?:percent|pct)", r"duty_\1", "multiply it by 0.01"),
+    (r"supply_mV", "supply_V", "multiply it by 0.001"),
     (r"velocity_(\d+)_deg_s", r"velocity_\1_rad_s", "multiply it by 0.0174533"),
 )
 """Patterns of common names, the name in the campaign format, and how to convert; the first match decides.

@@ -21,9 +21,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from haptid.measurement.format.damage import DECIMAL_COMMA, refuse_damaged
-from haptid.measurement.format.layout import check_layout, refuse_bomb
-from haptid.measurement.format.misnamed import advice
+from haptid.measurement.tables.damage import DECIMAL_COMMA, refuse_damaged
+from haptid.measurement.tables.layout import check_layout, refuse_bomb
+from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, shorten

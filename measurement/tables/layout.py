@@ -11,7 +11,7 @@ import zlib
 from pathlib import Path
 from typing import TextIO
 
-from haptid.measurement.format.damage import refuse_damaged, too_many_cells
+from haptid.measurement.tables.damage import refuse_damaged, too_many_cells
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 

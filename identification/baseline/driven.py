@@ -1,0 +1,116 @@
+"""Model and plain model of a joint with a drive: as `compare`, on the torque that the fitted drive makes.
+
+1. Compute the torque of the fitted drive along each measured motion.
+2. Compare both models on these torques, without the drive.
+3. Where the controller is known, simulate both through drive and controller from the measured start (``closed_rmse``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from haptid.identification.baseline.compared import Compared, compare, plain_theta
+from haptid.identification.baseline.figures import Figures
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.values.run import Array, Run
+from haptid.model.device.device import Device
+from haptid.model.equations.drive import Drive
+from haptid.model.equations.equations import Equations
+from haptid.model.joint.drive_terms import drive_quantities, torque_along
+from haptid.model.joint.locked_joint import joint_equations
+
+OFFSET_SPRING_REACH = 1e6
+"""Travels of the joint between it and the end of the spring that stands for a constant torque [1]."""
+
+
+def compare_driven(
+    equations: Equations, theta: Array, runs: Sequence[Run], device: Device | None, posture: Sequence[float]
+) -> Compared:
+    """Compute the figures of a driven joint's model and of the plain model.
+
+    Parameters
+    ----------
+    equations
+        Equations of a single joint with a drive.
+    theta
+        Fitted parameters in the order of ``equations.parameters``, shape (n_p,).
+    runs
+        Runs of the configuration.
+    device
+        Device of the campaign; None for a single joint.
+    posture
+        Positions of the locked joints [rad].
+
+    Returns
+    -------
+    Compared
+        Its plain model is that of the drive's torque at the fitted torque constant and resistance.
+    """
+    drive = equations.drive
+    if drive is None:
+        return compare(equations, theta, runs, device, posture)
+    values = {q.id: float(value) for q, value in zip(equations.parameters, theta, strict=True)}
+    rigid = without_drive(equations, drive, prismatic=bool(runs[0].prismatic[0]))
+    torques = [with_torque(run, drive, values) for run in runs if run.use != "excluded"]
+    compared = compare(rigid, np.array([values[q.id] for q in rigid.parameters]), torques, device, posture)
+    if not drive.is_closed:
+        return compared
+    models = {"model": np.asarray(theta, dtype=np.float64)}
+    if compared.baseline is not None:
+        plain = plain_theta(compared.baseline, rigid, torques)
+        known = dict(zip((q.id for q in rigid.parameters), plain.tolist(), strict=True))
+        known |= _offset_as_spring(compared.baseline.offset[0] * values["Kp"], torques)
+        models["baseline"] = np.array([known.get(q.id, values[q.id]) for q in equations.parameters])
+    simulator = KernelSimulator.of(equations)
+    closed = {name: {run.file: _closed_rmse(simulator, at, run) for run in runs} for name, at in models.items()}
+    figures: dict[tuple[str, str], dict[str, Figures]] = {}
+    for run in runs:
+        both = compared.figures.get((run.file, run.use), {})
+        figures[run.file, run.use] = {
+            name: replace(one, closed_rmse=closed[name][run.file]) for name, one in both.items()
+        }
+    return replace(compared, figures=figures)
+
+
+def without_drive(equations: Equations, drive: Drive, *, prismatic: bool) -> Equations:
+    """Return the nominal equations of the same joint with the torque as input."""
+    own = {q.id for q in drive_quantities(drive)}
+    rows = tuple(q for q in equations.parameters if q.id not in own)
+    return joint_equations(equations.joints[0], parameters=rows, prismatic=prismatic, friction=equations.friction[0])
+
+
+def with_torque(run: Run, drive: Drive, values: dict[str, float]) -> Run:
+    """Return a run whose input is the torque of its drive along the measured motion.
+
+    Parameters
+    ----------
+    run
+        Run of the driven joint.
+    drive
+        Its drive.
+    values
+        Parameters of the drive by id, in SI units.
+
+    Returns
+    -------
+    Run
+        Without inputs of the drive; the speed is the measured one, or that of the differenced position.
+    """
+    q = run.y[:, 0]
+    v = np.gradient(q, run.t) if run.v is None else run.v[:, 0]
+    torque = torque_along(drive, values, run.drive_inputs, q, v, run.t)
+    return run.but(u=torque[:, None], drive_inputs={})
+
+
+def _closed_rmse(simulator: KernelSimulator, theta: Array, run: Run) -> Array:
+    y = simulator.simulate(theta, run).y[run.scored, :1]
+    return np.sqrt(np.mean((run.y[run.scored] - y) ** 2, axis=0))
+
+
+def _offset_as_spring(offset: float, runs: Sequence[Run]) -> dict[str, float]:
+    """Write a constant torque as a spring so long and soft that its torque does not vary over the travel."""
+    reach = OFFSET_SPRING_REACH * max(float(np.ptp(run.y)) for run in runs)
+    return {"Ks": abs(offset) / reach, "epos": -float(np.sign(offset)) * reach}
