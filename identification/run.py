@@ -151,7 +151,7 @@ def main(
     write_json(job.file, data)
     exported = [] if no_export else _export(job, data, verification)
     traces = [traces_of(step, job.build) for step in steps]
-    predictions = [predict_unseen(step.compared, step.configuration.runs) for step in steps]
+    predictions = [predict_unseen(step.compared) for step in steps]
     page = identification_page(read.title, steps, traces, predictions, data, verification)
     write_text(job.out / "report.html", page)
     write_json(job.file, data | {"complete": True})

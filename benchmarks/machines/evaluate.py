@@ -119,7 +119,7 @@ def _picture(campaign: Path, entry: Mapping[str, Any]) -> bytes | None:
     equations = equations_for(read, device, configuration.free_joints, configuration.posture)
     theta = np.array([entry["parameters"][q.id]["value"] for q in equations.parameters])
     compared = compare(equations, theta, configuration.runs, device, configuration.posture)
-    prediction = predict_unseen(compared, configuration.runs)
+    prediction = predict_unseen(compared)
     if prediction is None:
         return None
     return base64.b64decode(plain_picture(prediction).uri.partition(",")[2])

@@ -37,11 +37,14 @@ class Compared:
         Figures by (file, use) and by ``model`` or ``baseline``.
     models
         The models themselves, ``model`` and ``baseline``.
+    runs
+        Runs that they were held against; where a drive makes the torque, with that torque.
     """
 
     baseline: Baseline | None
     figures: Mapping[tuple[str, str], Mapping[str, Figures]]
     models: Mapping[str, Model]
+    runs: tuple[Run, ...]
 
     def badness(self, name: str, use: str) -> float:
         """Return the mean `Figures.badness` of a model, ``model`` or ``baseline``, over the runs of one use.
@@ -101,7 +104,7 @@ def compare(
     for run in used:
         motion = filter_run(run, width)
         figures[run.file, run.use] = {name: figures_of(model, run, motion) for name, model in models.items()}
-    return Compared(baseline=baseline, figures=figures, models=models)
+    return Compared(baseline=baseline, figures=figures, models=models, runs=tuple(used))
 
 
 def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:

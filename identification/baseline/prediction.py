@@ -77,22 +77,22 @@ def predict_run(compared: Compared, run: Run) -> Prediction:
     )
 
 
-def predict_unseen(compared: Compared | None, runs: tuple[Run, ...]) -> Prediction | None:
+def predict_unseen(compared: Compared | None) -> Prediction | None:
     """Predict the longest run that no fit saw.
 
     Parameters
     ----------
     compared
-        Both models; None where the configuration has no plain model.
-    runs
-        Runs of the configuration.
+        Both models with their runs; None where the configuration has no plain model.
 
     Returns
     -------
     Prediction or None
         None without a plain model or an unseen run.
     """
-    unseen = [run for run in runs if run.use == "validate"]
-    if compared is None or compared.baseline is None or not unseen:
+    if compared is None or compared.baseline is None:
+        return None
+    unseen = [run for run in compared.runs if run.use == "validate"]
+    if not unseen:
         return None
     return predict_run(compared, max(unseen, key=lambda run: run.t[-1] - run.t[run.score_from]))

@@ -70,6 +70,9 @@ def _draw(axes: tuple[Axes, Axes], t: Array, measured: Array, models: Mapping[st
         above.plot(t[rows], signal[rows, k], color=colour, label=label, linestyle="--")
         below.plot(t[rows], (measured - signal)[rows, k], color=colour, linewidth=0.7)
     # A simulation that runs away would flatten the measured signal to a line.
-    middle, reach = float(np.mean(measured[:, k])), float(np.ptp(measured[:, k]))
+    # A signal that never changes has no range; any will do.
+    middle, reach = float(np.mean(measured[:, k])), float(np.ptp(measured[:, k])) or 1.0
     above.set_ylim(middle - reach, middle + reach)
-    below.set_ylim(*np.clip(below.get_ylim(), -reach, reach))
+    low, high = np.clip(below.get_ylim(), -reach, reach)
+    if low < high:
+        below.set_ylim(low, high)

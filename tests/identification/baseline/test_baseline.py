@@ -136,7 +136,7 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     assert told.endswith("on unseen runs")
     assert f"joint 0: {told}" in summary_text([step], {})
     assert tell_result(step).startswith("The plain model is the result")
-    prediction = predict_unseen(made.compared, tuple(runs))
+    prediction = predict_unseen(made.compared)
     for name, figures in unseen.items():
         error = prediction.position - prediction.simulated[name]
         assert np.sqrt(np.mean(error**2)) == pytest.approx(figures.free_rmse[0])
