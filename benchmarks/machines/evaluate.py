@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.machines.commands import find_missing, identify
 from benchmarks.machines.figures import Results
 from benchmarks.machines.sets import MachineSet
-from haptid.identification.baseline.compared import compare
+from haptid.identification.baseline.driven import compare_driven
 from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.equations_for import device_of, equations_for
@@ -118,7 +118,7 @@ def _picture(campaign: Path, entry: Mapping[str, Any]) -> bytes | None:
     configuration = configurations_of(read, device)[-1]
     equations = equations_for(read, device, configuration.free_joints, configuration.posture)
     theta = np.array([entry["parameters"][q.id]["value"] for q in equations.parameters])
-    compared = compare(equations, theta, configuration.runs, device, configuration.posture)
+    compared = compare_driven(equations, theta, configuration.runs, device, configuration.posture)
     prediction = predict_unseen(compared)
     if prediction is None:
         return None
