@@ -10,6 +10,7 @@ import numpy as np
 from haptid.discrepancy.fit.solution import start_vector
 from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.identification.baseline.least_squares import correlation_length
 from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
@@ -75,7 +76,7 @@ class TorqueFit:
     @property
     def correlation_time(self) -> float:
         """Autocorrelation time of the residual [rows], 1 + 2·Σρₖ up to the first negative ρₖ, longest of all runs."""
-        return max(_correlation_time(r) for r in self.residual)
+        return max(correlation_length(r) for r in self.residual)
 
     @property
     def std(self) -> dict[str, float]:
@@ -94,16 +95,6 @@ class TorqueFit:
 def rms(values: Array) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
-
-
-def _correlation_time(r: Array) -> float:
-    centred = r - r.mean()
-    # Zeros appended to twice the length keep the circular correlation from wrapping around.
-    spectrum = np.abs(np.fft.rfft(centred, 2 * r.size)) ** 2
-    rho = np.fft.irfft(spectrum)[: r.size]
-    rho = rho / max(float(rho[0]), 1e-300)
-    below = np.flatnonzero(rho < 0.0)
-    return float(1.0 + 2.0 * rho[1 : below[0] if below.size else r.size].sum())
 
 
 def fit_model(

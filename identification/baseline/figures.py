@@ -137,9 +137,8 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> 
     size = np.sqrt(np.mean(motion.through_filter(motion.torque)[motion.interior] ** 2, axis=0))
     torque_rmse = np.sqrt(np.mean(error**2, axis=0))
     driven = run.but(u=run.u - model.offset)
-    states = _States(model, run, motion)
     length = run.t[-1] - run.t[run.score_from]
-    horizons = {f"{h:g}": _horizon(model, driven, states, h) for h in HORIZONS_S if length > h}
+    horizons = {f"{h:g}": _horizon(model, driven, motion, h) for h in HORIZONS_S if length > h}
     return Figures(
         free_rmse=_rms(run.y[run.score_from :] - simulate_freely(model, run, motion)),
         torque_rmse=torque_rmse,
@@ -201,16 +200,16 @@ def simulate_freely(model: Model, run: Run, motion: FilteredMotion) -> Array:
     return y[:, : run.y.shape[1]]
 
 
-def _horizon(model: Model, run: Run, states: _States, horizon: float) -> Array:
+def _horizon(model: Model, run: Run, motion: FilteredMotion, horizon: float) -> Array:
     """Return the RMS over all simulations of one length."""
     t, first = run.t, run.score_from
     spacing = max(horizon, (t[-1] - t[first]) / MOST_WINDOWS)
-    fresh = _States(model, run, states.motion)
+    states = _States(model, run, motion)
     errors = []
     for begin in np.arange(t[first], t[-1] - horizon, spacing):
         row = int(np.searchsorted(t, begin))
         end = int(np.searchsorted(t, t[row] + horizon, side="right"))
-        y, _ = model.simulator.onward(model.theta, run, slice(row, end), fresh.at(row))
+        y, _ = model.simulator.onward(model.theta, run, slice(row, end), states.at(row))
         errors.append(run.y[row + 1 : end] - y[1:, : run.y.shape[1]])
     return _rms(np.concatenate(errors)) if errors else np.full(run.y.shape[1], np.nan)
 

@@ -135,7 +135,7 @@ def _block_covariance(columns: Sequence[Array], residuals: Sequence[Array], weig
     n = columns[0].shape[2]
     normal, moments = np.zeros((n, n)), np.zeros((n, n))
     blocks, scale = 0, np.zeros(n)
-    for W, _ in zip(columns, residuals, strict=True):
+    for W in columns:
         scale += np.sum(W**2, axis=(0, 1))
     scale = np.sqrt(np.maximum(scale, np.finfo(float).tiny))
     for W, e, w in zip(columns, residuals, weights, strict=True):
