@@ -45,10 +45,10 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
     def __init__(self, address: str) -> None:
         need("cluster", "--scheduler")
         encrypted = _is_encrypted(address)
-        from distributed import Client  # noqa: PLC0415 (slow to import and rarely needed)
+        from haptid.identification.optimise.dask_client import DaskClient  # noqa: PLC0415 (slow, rarely needed)
 
         try:
-            self._client = Client(address, timeout="10s", set_as_default=False)
+            self._client = DaskClient(address, timeout="10s", set_as_default=False)
         except (OSError, ValueError, TypeError, TimeoutError) as error:  # TypeError: Dask's word for no certificate
             raise InputError(
                 "--scheduler", expected="the address of a running Dask scheduler", got=f"{address}: {error}",

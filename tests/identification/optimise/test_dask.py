@@ -17,6 +17,7 @@ from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
+from distributed import Client
 
 from haptid.identification.fit.multistart import fit
 from haptid.identification.optimise.dask_workers import Cluster
@@ -84,9 +85,19 @@ def test_a_cluster_without_haptid_is_refused_in_one_line(tmp_path: Path):
         Cluster(address)
 
 
-def test_no_scheduler_at_the_address():
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "tls://127.0.0.1:1"])
+def test_no_scheduler_at_the_address(address: str, monkeypatch: pytest.MonkeyPatch):
+    made = []
+
+    async def start(client: Client, **_: object) -> None:
+        made.append(client)
+        await begin(client, timeout=0.2)
+
+    begin = Client._start
+    monkeypatch.setattr(Client, "_start", start)
     with pytest.raises(InputError, match="the address of a running Dask scheduler"):
-        Cluster("tcp://127.0.0.1:1")
+        Cluster(address)
+    assert [client.status for client in made] == ["closed"], "the collector would close it, and can wait for ever"
 
 
 @pytest.fixture
@@ -131,7 +142,7 @@ def test_an_encrypted_scheduler_is_used_with_the_certificates_of_dasks_configura
 
 
 def test_an_unencrypted_scheduler_elsewhere_is_told(capsys: pytest.CaptureFixture[str], monkeypatch):
-    monkeypatch.setattr("distributed.Client", Unreachable)
+    monkeypatch.setattr("haptid.identification.optimise.dask_client.DaskClient", Unreachable)
     for address, told in (("tcp://lab.example:8786", 1), ("tls://lab.example:8786", 0), ("tcp://127.0.0.1:1", 0)):
         with pytest.raises(InputError):
             Cluster(address)
