@@ -37,6 +37,9 @@ class Thresholds:
     # Starts: first guesses, their bounds and initial states.
     least_travel_for_gravity_rad: float = 1.2
     """Range of positions [rad] above which the first guess distinguishes gravity from a spring."""
+    least_speed_of_drive_guess_over_rms: float = 0.05
+    """Speed over the RMS speed [1] below which a row tells the first guess of a drive nothing: at rest friction takes
+    any value up to its level."""
     bounds_over_guess: float = 100.0
     """Factor [1] of a positive parameter's first guess to its bounds on either side."""
     most_widenings_of_bounds: int = 3
@@ -75,6 +78,9 @@ class Thresholds:
     """Excess of the cost over one square a row [squares over the noise] from which the tolerance of a descent grows in
     proportion: a small decrease decides nothing where the residual is so far above the noise, and Gauss-Newton steps
     creep there."""
+    excess_cost_of_model_error: float = 100.0
+    """Cost per row [squares over the noise] above which the residual counts as a model error alone: ten times the noise
+    in RMS."""
     most_simulations_without_progress: int = 10
     """Number of successive simulations [1] whose average decrease of the cost must reach the tolerance."""
     largest_cost_difference_in_basin: float = 2.0

@@ -14,6 +14,8 @@ import pandas as pd
 
 EMPS_FORCE_PER_VOLT = 35.15065188
 """Force of the drive over its control voltage, published with the measurements [N/V]."""
+XL330_WEIGHT_NM = 0.49 * 9.80665 * 0.1
+"""Weight of the known mass on its rod, published with the measurements [N m]."""
 XL330_DUTY_PER_RAD = (4096 / (2 * np.pi)) / (256 * 885)
 """Duty per radian of error and unit of the firmware's gain kp, published with the measurements [1/rad]."""
 
@@ -59,6 +61,10 @@ def write_xl330(source: Path, out: Path) -> None:
         use = "validate" if file.startswith("kp400") else "fit"
         lines += _run_lines(file, 0, use, f"controller_gain = {gain:.9g}")
     drive = [
+        "[joint.0.parameters]",
+        "gravity_cos = { fixed = 0.0 }",
+        f"gravity_sin = {{ fixed = {XL330_WEIGHT_NM:.6g} }}",
+        "",
         "[joint.0.drive]",
         'kind = "duty"',
         "torque_constant = { initial = 0.4, lower = 0.05, upper = 3.0 }",

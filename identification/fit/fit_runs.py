@@ -1,7 +1,8 @@
 """The fit of one configuration: `Equations` and `Run`s in, `Fitted` out, by the strategy that the runs allow.
 
-1. Where the recorded controller closes the loop, fit by simulation through it, from the recorded reference. Otherwise
-   choose a strategy from the runs (`identification.fit.strategy`).
+1. Where the recorded controller closes the loop, fit by simulation through it, from the recorded reference, with a
+   restrained Stribeck curve, and without a spring that nothing shows. Otherwise choose a strategy from the runs
+   (`identification.fit.strategy`).
 2. Fit by simulation, freely or through an observer. Under position control few starts do at first.
 3. Keep that fit where its residual is at the noise: a position is the stricter test. Above the noise its standard
    deviations are widened by the jackknife, and of a model that explains nothing no parameter is identified.
@@ -26,13 +27,13 @@ from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
-from haptid.identification.fit.torque_fit import fit_torque
+from haptid.identification.fit.torque_fit import fit_torque, restrain_stribeck
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.protocol import Simulator
-from haptid.identification.statistics.absent import with_absent_terms
+from haptid.identification.statistics.absent import with_absent_terms, without_absent_spring
 from haptid.identification.statistics.jackknife import with_jackknife
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Run
@@ -181,7 +182,23 @@ def _without_identified(found: Fit) -> Fit:
 
 
 def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -> Fitted:
-    """Fit by simulation through the recorded controller, which holds the simulation near the measured motion."""
-    found = fit(test.build(test.equations), test.runs, options=options, workers=workers)
+    """Fit by simulation through the recorded controller, which holds the simulation near the measured motion.
+
+    No observer is needed, and the Stribeck curve is held as in a fit of the torque: a controlled joint hardly creeps.
+    A spring that a model above the noise does not need is left out, because it takes the place of what is missing.
+    """
+    options = options.but(gains=(0.0,))
+    equations = restrain_stribeck(test.equations, test.runs, test.stated)
+
+    def fit_closed(equations: Equations, options: FitOptions) -> Fit:
+        return fit(test.build(equations), test.runs, options=options, workers=workers)
+
+    found = fit_within_own_bounds(fit_closed, equations, test.runs, test.own, options)
+    springless = without_absent_spring(found, test.own)
+    if not quiet(found, options) and springless is not None:
+        start = tuple(q.initial for q in springless.parameters)
+        refit = options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
+        found = fit_closed(springless, refit)
+    found = with_absent_terms(_doubted(test, found, options, workers))
     found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
     return Fitted(fit=found, torque_scored=False, compared=test.compare(found))

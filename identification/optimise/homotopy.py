@@ -21,10 +21,14 @@ from haptid.identification.optimise.inner_step import coarsen
 from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.identification.optimise.slsqp import slsqp
 from haptid.identification.problem.residuals import Problem
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
 LOOSE, FINAL, POLISHED = 1e-3, 1e-5, 1e-8
 """Relative decrease of the cost below which a minimisation ends: levels before the last, last level, polish."""
+POLISHED_FAR = 1e-6
+"""The same for the polish where the residual is a model error: a few hundred independent parts of the motion determine
+the parameters, so that a decrease by 1e-6 moves them by a hundredth of their standard deviation."""
 FEW, MANY = 15, 60
 """Largest number of iterations of a level before the last, and of the last level and the polish."""
 LEAST_DAMPING = 1e-3
@@ -89,7 +93,10 @@ def descend(problem: Problem, x: Array) -> Descent:
     if problem.options.passive:
         exact = slsqp(problem, near.x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
         return replace(exact, calls=near.calls + exact.calls)
-    polish = minimise(problem, near.x, gains[-1], iterations=MANY, tolerance=0.0, relative=POLISHED, damping=1e-9)
+    # Far above the noise the residual is a correlated model error, whose parameters no further digit describes.
+    far = near.cost / problem.weight > THRESHOLDS.excess_cost_of_model_error
+    relative = POLISHED_FAR if far else POLISHED
+    polish = minimise(problem, near.x, gains[-1], iterations=MANY, tolerance=0.0, relative=relative, damping=1e-9)
     return replace(polish, calls=near.calls + polish.calls)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
+from haptid.identification.fit.driven_guess import guess_drive, with_torques
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.result.outcome import NoStartError
 from haptid.measurement.checks.stated import Overrides, overridden, places
@@ -91,7 +92,10 @@ def _single(joint: int, runs: Sequence[Run], given: Overrides, campaign: Campaig
     friction, drive = campaign.friction.get(joint, DEFAULT), campaign.drives.get(joint)
     nominal = joint_equations(joint, prismatic=prismatic, friction=friction, drive=drive)
     equations = overridden(nominal, given, joint, where=places(campaign, joint))
-    return guess(equations, runs, given=given) if runs else equations
+    if not runs:
+        return equations
+    equations = guess_drive(equations, runs, given)
+    return guess(equations, with_torques(equations, runs), given=given)
 
 
 @contextmanager

@@ -16,6 +16,7 @@ import numpy as np
 
 from haptid.identification.result.fit import Fit
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 
 
@@ -46,6 +47,32 @@ def with_absent_terms(fit: Fit) -> Fit:
             statuses |= {id: "unidentifiable" for id in absent if statuses.get(id) in ("identified", "at_bound")}
             said += [name + sentence] if absent else []
     return fit.but(statuses=statuses, warnings=tuple(said))
+
+
+def without_absent_spring(fit: Fit, own: Sequence[str]) -> Equations | None:
+    """Leave out the spring of a single joint where the 95 % interval of its stiffness holds 0.
+
+    Parameters
+    ----------
+    fit
+        Fit with its final covariance.
+    own
+        Ids of the parameters that nobody stated: a stated spring stays.
+
+    Returns
+    -------
+    Equations or None
+        With the estimates as first guesses and the spring fixed at 0; None where there is none, or where it is seen.
+    """
+    if not {"Ks", "epos"} <= set(own) or not _spring(fit, "Ks", "epos")[0]:
+        return None
+    kept = {
+        q.id: {"initial": fit.values[q.id], "lower": q.lower, "upper": q.upper}
+        for q in fit.equations.parameters
+        if q.id in fit.free
+    }
+    none = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fixed": True}
+    return fit.equations.with_parameters({**kept, "Ks": none, "epos": none})
 
 
 def _open(fit: Fit, ids: Sequence[str]) -> list[str]:

@@ -7,11 +7,14 @@ from pathlib import Path
 
 import fmpy
 import numpy as np
+import pytest
 from click.testing import CliRunner
 
 from haptid.fmu_build import export
 from haptid.identification import run
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.values.run import Run
 from haptid.model.equations.drive import Controller, Drive
 from haptid.model.joint.drive_terms import drive_inputs
@@ -26,10 +29,10 @@ FIXED = ("gravity_sin", "Ks", "sigma0", "sigma1", "vs")
 T = np.arange(0.0, 3.0, 0.005)
 
 
-def write_campaign(folder: Path) -> None:
+def write_campaign(folder: Path, truth: dict[str, float] = TRUTH, stated: tuple[str, ...] = FIXED) -> None:
     drive = Drive(kind="duty", controller=Controller(kind="p", gain=0.6, limit=0.5))
     equations, noise = joint_equations(0, drive=drive), np.random.default_rng(0)
-    theta = np.array([TRUTH.get(q.id, q.initial) for q in equations.parameters])
+    theta = np.array([truth.get(q.id, q.initial) for q in equations.parameters])
     entries = ""
     enabled = ((T < 1.2) | (T > 1.6)).astype(float)
     for name, rate, use in (("a", 2.5, "fit"), ("b", 1.7, "validate")):
@@ -47,10 +50,11 @@ def write_campaign(folder: Path) -> None:
         header = "time_s,reference_0_rad,position_0_rad,supply_V,enabled_0"
         np.savetxt(folder / f"{name}.csv", table, delimiter=",", header=header, comments="")
         entries += f'[[runs]]\nfile = "{name}.csv"\nfree_joints = [0]\nuse = "{use}"\n'
-    known = "".join(f"{id} = {{ fixed = {TRUTH[id]} }}\n" for id in FIXED)
+    known = "".join(f"{id} = {{ fixed = {truth[id]} }}\n" for id in stated)
+    known += "epos = { fixed = 0.0 }\n" if "Ks" in stated else ""
     (folder / "campaign.toml").write_text(
         '[campaign]\ndevice = "single_joint"\nmeasured = false\n[sensor]\nnoise_rad = 1e-4\nresolution_rad = 0.0\n'
-        f"[joint.0.parameters]\ngravity_cos = {{ fixed = 0.0 }}\nepos = {{ fixed = 0.0 }}\n{known}"
+        f"[joint.0.parameters]\ngravity_cos = {{ fixed = 0.0 }}\n{known}"
         '[joint.0.drive]\nkind = "duty"\nresistance_ohm = { initial = 4.0, lower = 1.0, upper = 10.0 }\n'
         "torque_constant = { initial = 0.3, lower = 0.05, upper = 3.0 }\n"
         f'[joint.0.controller]\nkind = "p"\ngain = 0.6\nlimit = 0.5\n{entries}',
@@ -79,3 +83,31 @@ def test_the_command_fits_and_exports_a_drive(tmp_path: Path):
     assert exported.exit_code == 0, exported.output
     names = {variable.name for variable in fmpy.read_model_description(fmu).modelVariables}
     assert {"joint0.controller.reference", "joint0.drive.supply", "joint0.drive.resistance"} <= names
+
+
+@pytest.mark.parametrize(("vs", "stiction"), [(0.05, 0.12), (0.4, 0.09)])
+def test_all_parameters_of_a_driven_joint_from_its_known_weight(vs: float, stiction: float, tmp_path: Path):
+    truth = TRUTH | {"vs": vs, "Fs": stiction}
+    write_campaign(tmp_path, truth, stated=("gravity_sin",))
+    out = tmp_path / "out"
+    fitted = CliRunner().invoke(run.main, [str(tmp_path), "--out", str(out), "--no-export", "--quiet"])
+    assert fitted.exit_code == 0, fitted.output
+    (found,) = json.loads((out / "identification.json").read_text(encoding="utf-8"))["configurations"]
+    assert found["outcome"] == "converged"
+    for id in set(truth) - {"gravity_sin", "Ks"}:
+        entry = found["parameters"][id]
+        assert entry["status"] == "identified", id
+        assert abs(entry["value"] - truth[id]) < 4.0 * entry["std"], id
+    assert "no spring is seen" in fitted.output
+
+
+def test_the_first_guess_of_a_drive_comes_from_weight_and_back_emf(tmp_path: Path):
+    write_campaign(tmp_path, stated=("gravity_sin",))
+    campaign = campaign_for_command(tmp_path)
+    equations = equations_for(campaign, None, (0,))
+    for id in ("torque_constant", "resistance_ohm"):
+        assert abs(equations.parameter(id).initial / TRUTH[id] - 1.0) < 0.1
+    assert equations.parameter("resistance_ohm").upper == 10.0
+    write_campaign(tmp_path, stated=())
+    equations = equations_for(campaign_for_command(tmp_path), None, (0,))
+    assert equations.parameter("torque_constant").initial == 0.3, "without a known weight no torque is known in N m"
