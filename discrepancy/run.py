@@ -26,10 +26,11 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.carried_fit import carried_fit
 from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for

@@ -12,7 +12,8 @@ from dataclasses import dataclass, field, replace
 from haptid.discrepancy.study.channels import alone
 from haptid.discrepancy.study.study import Study, scales_over, within_reach
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.algebra.trig_polynomials import position_symbol

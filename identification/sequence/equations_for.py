@@ -11,34 +11,14 @@ from contextlib import contextmanager
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.result.outcome import NoStartError
 from haptid.measurement.checks.stated import Overrides, overridden, places
-from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
-from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import DEFAULT
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import NumericalError
-
-
-def device_of(campaign: Campaign) -> Device | None:
-    """Load the campaign's device with the friction laws that the campaign names.
-
-    Parameters
-    ----------
-    campaign
-        Campaign with the name of its device and the friction law by joint.
-
-    Returns
-    -------
-    Device or None
-        None for ``single_joint``.
-    """
-    if campaign.device == SINGLE_JOINT:
-        return None
-    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
 
 
 def equations_for(

@@ -17,10 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from haptid.measurement.signals.noise import estimate_noise
-from haptid.measurement.signals.smoothing import dominant_period
+from haptid.measurement.signals.smoothing import convolve_gaussian, dominant_period
 from haptid.measurement.values.run import Array, Run
 
 NOISE_SHARE_OF_ACCELERATION = 0.005
@@ -82,7 +81,7 @@ class FilteredMotion:
         ndarray
             The same shape.
         """
-        return gaussian(signal, self.width_in_rows)
+        return convolve_gaussian(signal, self.width_in_rows)
 
     @property
     def width_in_rows(self) -> float:
@@ -132,10 +131,10 @@ def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
     first = int(np.searchsorted(t, run.t[run.score_from]))
     return FilteredMotion(
         t=t,
-        q=_gaussian(y, rows, 0),
-        v=_gaussian(y, rows, 1) / dt,
-        a=_gaussian(y, rows, 2) / dt**2,
-        torque=_gaussian(_torque(run, t), rows, 0),
+        q=convolve_gaussian(y, rows),
+        v=convolve_gaussian(y, rows, 1) / dt,
+        a=convolve_gaussian(y, rows, 2) / dt**2,
+        torque=convolve_gaussian(_torque(run, t), rows),
         width=width,
         edge=edge,
         interior=slice(max(first, edge), n - edge),
@@ -176,32 +175,9 @@ def _width(t: Array, y: Array, noise: float) -> float:
     most = max(LARGEST_WIDTH_OF_PERIOD * dominant_period(t, y), least)
     width = least
     while width < most:
-        acceleration = _gaussian(y, width / dt, 2) / dt**2
+        acceleration = convolve_gaussian(y, width / dt, 2) / dt**2
         variance = 3.0 * noise**2 * dt / (8.0 * math.sqrt(math.pi) * width**5)
         if variance <= NOISE_SHARE_OF_ACCELERATION * float(np.var(acceleration)):
             return width
         width *= GROWTH_OF_WIDTH
     return most
-
-
-def gaussian(signal: Array, rows: float) -> Array:
-    """Filter a signal by a Gaussian.
-
-    Parameters
-    ----------
-    signal
-        Shape (n, …), filtered along its first axis.
-    rows
-        Standard deviation of the Gaussian [rows].
-
-    Returns
-    -------
-    ndarray
-        The same shape.
-    """
-    return _gaussian(signal, rows, 0)
-
-
-def _gaussian(signal: Array, rows: float, order: int) -> Array:
-    """Convolve with a derivative of the Gaussian; cut at 4σ, as by default, G″ would not have the sum 0."""
-    return np.asarray(gaussian_filter1d(signal, rows, order=order, axis=0, mode="nearest", truncate=8.0))

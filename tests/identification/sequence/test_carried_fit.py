@@ -14,8 +14,9 @@ from haptid.discrepancy.study.study import study_of
 from haptid.identification.run import main
 from haptid.identification.sequence.carried_fit import carried_fit
 from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.devices import device_of
 
 
 @pytest.fixture(scope="module")
