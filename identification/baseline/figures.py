@@ -20,7 +20,7 @@ from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import initial_state
-from haptid.measurement.signals.filtered_motion import FilteredMotion, filter_run
+from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array, Run
 
 HORIZONS_S = (0.1, 1.0, 10.0)
@@ -115,7 +115,7 @@ def _plain(values: Array) -> float | list[float | None] | None:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> Figures:
+def figures_of(model: Model, run: Run, motion: FilteredMotion) -> Figures:
     """Compute the figures of a model on a run.
 
     Parameters
@@ -125,13 +125,12 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> 
     run
         Run of any use; only its scored rows count.
     motion
-        Its filtered motion; computed here where None.
+        Its motion, filtered with the width of all runs of the configuration.
 
     Returns
     -------
     Figures
     """
-    motion = filter_run(run) if motion is None else motion
     # Both pass through the filter once more: a computed friction turns within a row, and the measured one was filtered.
     error = motion.through_filter(motion.torque - model.torque(motion))[motion.interior]
     size = np.sqrt(np.mean(motion.through_filter(motion.torque)[motion.interior] ** 2, axis=0))
