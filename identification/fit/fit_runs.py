@@ -15,7 +15,7 @@ A fit on a bound that haptid chose is repeated within a wider range first (`iden
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -94,9 +94,9 @@ class JointTest:
             return ()
         return tuple(q.id for q in self.equations.parameters if q.id not in self.stated)
 
-    def compare(self, found: Fit) -> Compared:
-        """Hold a fit against the plain model."""
-        theta = np.array([found.values[q.id] for q in self.equations.parameters])
+    def compare(self, values: Mapping[str, float]) -> Compared:
+        """Hold a fit, given by its values by id, against the plain model."""
+        theta = np.array([values[q.id] for q in self.equations.parameters])
         return compare_driven(self.equations, theta, self.runs, self.device, self.posture)
 
 
@@ -148,14 +148,14 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
     seen = fit_within_own_bounds(fit_position, test.equations, test.runs, () if both else test.own, trial)
     seen = _doubted(test, seen, options, workers)
-    best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen))
+    best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen.values))
     if quiet(seen, options) or not both:
         return best
     found = fit_torque(test.equations, test.runs, stated=test.stated, options=options, workers=workers)
     over = plain(seen.basins[0].over_noise)
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
-    scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found))
+    scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found.values))
     better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
     return scored if better else best
 
@@ -184,4 +184,4 @@ def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -
     """Fit by simulation through the recorded controller, which holds the simulation near the measured motion."""
     found = fit(test.build(test.equations), test.runs, options=options, workers=workers)
     found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
-    return Fitted(fit=found, torque_scored=False, compared=test.compare(found))
+    return Fitted(fit=found, torque_scored=False, compared=test.compare(found.values))

@@ -62,7 +62,7 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
     scores = tuple(_score(simulator, theta, run, x0[run.file]) for run in used)
     over_noise = float(np.sqrt(np.mean([s.over_noise**2 for s in scores if s.use == "fit"])))
     return found.but(
-        equations=equations,
+        equations=_widen_to_hold(equations, theta),
         theta=theta,
         free=free,
         covariance=covariance,
@@ -78,6 +78,15 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
         observer_gain=0.0,
         profiles={},
     )
+
+
+def _widen_to_hold(equations: Equations, theta: Array) -> Equations:
+    """Widen the ranges that the plain model leaves: the end of its soft spring lies far outside the travel."""
+    changes: dict[str, dict[str, object]] = {}
+    for quantity, value in zip(equations.parameters, theta.tolist(), strict=True):
+        if not quantity.lower <= value <= quantity.upper:
+            changes[quantity.id] = {"lower": min(quantity.lower, value), "upper": max(quantity.upper, value)}
+    return equations.with_parameters(changes)
 
 
 def _statuses(equations: Equations, theta: Array, std: Mapping[str, float], runs: Sequence[Run]) -> dict[str, str]:

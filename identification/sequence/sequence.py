@@ -128,11 +128,13 @@ class Sequence:
             with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
                 torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
                 fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
+                # Figures are those of the fit that was held against the plain model, even where that replaced it.
+                judged = kept["replaced"] if fitted.outcome is Outcome.PLAIN else fitted.values
                 return Step(
                     configuration=configuration,
                     fit=fitted,
                     torque_scored=torque,
-                    compared=self._test(configuration, equations).compare(fitted),
+                    compared=self._test(configuration, equations).compare(judged),
                 )
         with named(self.campaign, configuration.free_joints):
             made = fit_runs(self._test(configuration, equations), options=self.options, workers=self.workers)
