@@ -11,16 +11,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
-
-PRESLIDING_OF_TRAVEL = 3e-4
-"""Displacement after which the plain model's Coulomb friction is at its level, over the travel of the joint [1]."""
-LEAST_FRICTION_OF_TORQUE = 1e-6
-"""Coulomb friction of the plain model over the largest torque, below which it is raised: no law divides by 0 [1]."""
-SOFT_SPRING_OF_TORQUE = 1e-4
-"""Torque of the spring that carries a constant torque, over the travel, as a share of the largest torque [1]."""
 
 
 def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:
@@ -44,11 +38,11 @@ def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -
     for k, j in enumerate(baseline.regressor.joints):
         travel = max(float(np.ptp(run.y[:, k])) for run in runs)
         torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
-        coulomb = max(baseline.of_joint("Fc", k), LEAST_FRICTION_OF_TORQUE * torque)
+        coulomb = max(baseline.of_joint("Fc", k), THRESHOLDS.least_friction_over_torque * torque)
         roles = law_named(equations.friction[k]).roles
         values = {"Ks": 0.0, "epos": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0}
         values |= {roles.viscous: baseline.of_joint("Fv", k), roles.coulomb: coulomb, roles.stiction: coulomb}
-        values[roles.stiffness] = coulomb / (PRESLIDING_OF_TRAVEL * travel)
+        values[roles.stiffness] = coulomb / (THRESHOLDS.presliding_of_plain_model_over_travel * travel)
         # What the plain model itself states, such as gravity, goes before the zeros.
         known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
     return np.array([known.get(q.id, q.initial) for q in equations.parameters])
@@ -81,7 +75,8 @@ def with_constant_torque(theta: Array, baseline: Baseline, equations: Equations,
             moved[ids.index(f"gravity_cos{tail}")] += offset
         elif f"Ks{tail}" in ids and offset:
             travel = max(float(np.ptp(run.y[:, k])) for run in runs)
-            stiffness = SOFT_SPRING_OF_TORQUE * max(float(np.max(np.abs(run.u[:, k]))) for run in runs) / travel
+            torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
+            stiffness = THRESHOLDS.soft_spring_torque_over_torque * torque / travel
             moved[ids.index(f"Ks{tail}")] = stiffness
             # Ks·(q − epos) is −Ks·epos at every position of the joint, to the share above.
             moved[ids.index(f"epos{tail}")] = -offset / stiffness

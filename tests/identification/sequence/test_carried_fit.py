@@ -8,9 +8,9 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from haptid.discrepancy.fit.homotopy import TOLERANCE
 from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.study.study import study_of
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.run import main
 from haptid.identification.sequence.carried_fit import carried_fit, leaves_position_at_noise
 from haptid.identification.sequence.configurations import configurations_of
@@ -98,6 +98,6 @@ def test_the_nominal_fit_ends_at_the_same_optimum_in_fewer_simulations(identifie
     begun = fit_base(replace(study, carried=carried(campaign, out)), starts=4)
     assert begun.calls < alone.calls / 2
     assert begun.solution.chi2 == pytest.approx(alone.solution.chi2, abs=0.1)
-    # Both fits end where a step promises less than `TOLERANCE`, so that they may lie apart by as much.
+    # Both fits end where a step promises less than this tolerance, so that they may lie apart by as much.
     apart = alone.solution.blocks.jacobian @ (begun.solution.x - alone.solution.x)
-    assert apart @ apart < 4 * TOLERANCE
+    assert apart @ apart < 4 * THRESHOLDS.fit.nominal_tolerance_chi2
