@@ -172,7 +172,7 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
-    study = replace(study, effort=choices["effort"], carried=_carried(study, read, out))
+    study = replace(study, effort=choices["effort"], carried=_read_carried_fit(study, read, out))
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
     if choices["stage"] != "all":
         with bar:
@@ -208,7 +208,7 @@ def _is_searched_by_torque(read: Campaign, joint: int, out: Path) -> bool:
     return not quiet(seen, options)
 
 
-def _carried(study: Study, read: Campaign, out: Path) -> Fit | None:
+def _read_carried_fit(study: Study, read: Campaign, out: Path) -> Fit | None:
     """Return the fit that an identification wrote below ``out`` from the same runs; None where there is none."""
     tested = _only_configuration(read, study.fitted[0].free_joints)
     return None if tested is None else carried_fit(read, device_of(read), tested, study.base, out)

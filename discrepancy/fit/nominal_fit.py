@@ -97,7 +97,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
     found: list[Solution] = []
     calls, agreed = 0, 0
     if study.carried is not None:
-        refined = _refined(study, study.carried)
+        refined = _refine_carried_fit(study, study.carried)
         calls = refined.calls
         if np.isfinite(refined.chi2):
             found, agreed = [refined], len(study.carried.basins[0].starts)
@@ -119,7 +119,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
     return Base(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
 
 
-def _refined(study: Study, carried: Fit) -> Solution:
+def _refine_carried_fit(study: Study, carried: Fit) -> Solution:
     """Fit the nominal model from the optimum and the initial states of a fit of the same runs."""
     starts = [carried.x0[run.file] for run in study.fitted]
     iterations, tolerance = THRESHOLDS.fit.most_simulations_of_last_fit, THRESHOLDS.fit.nominal_tolerance_chi2

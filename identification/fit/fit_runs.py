@@ -147,7 +147,7 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
 
     # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
     seen = fit_within_own_bounds(fit_position, test.equations, test.runs, () if both else test.own, trial)
-    seen = _doubted(test, seen, options, workers)
+    seen = _widen_above_noise(test, seen, options, workers)
     best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen.values))
     if quiet(seen, options) or not both:
         return best
@@ -160,7 +160,7 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     return scored if better else best
 
 
-def _doubted(test: JointTest, found: Fit, options: FitOptions, workers: Workers | None) -> Fit:
+def _widen_above_noise(test: JointTest, found: Fit, options: FitOptions, workers: Workers | None) -> Fit:
     """Widen the standard deviations of a free simulation above the noise, whose model does not fit.
 
     The parts of the motion must agree on a parameter (`identification.statistics.jackknife`); of a model that explains

@@ -93,7 +93,7 @@ def _statuses(equations: Equations, theta: Array, std: Mapping[str, float], runs
     """Judge the plain model's parameters by the rule of every fit; what it does not have is ``fixed``."""
     parametrisation = Parametrisation.of(equations)
     fitted = [run for run in runs if run.use == "fit"]
-    scaled = known_sizes(parametrisation, parametrisation.scaled(theta), felt_sizes(parametrisation, fitted))
+    scaled = known_sizes(parametrisation, parametrisation.to_coordinates(theta), felt_sizes(parametrisation, fitted))
     largest = dict(zip(parametrisation.ids, scaled * parametrisation.slope(theta), strict=True))
     result = {q.id: "fixed" for q in equations.parameters}
     for id, deviation in std.items():

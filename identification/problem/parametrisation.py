@@ -176,7 +176,7 @@ class Parametrisation:
         theta[..., list(self.free)] = self.values(s)
         return theta
 
-    def scaled(self, theta: Array) -> Array:
+    def to_coordinates(self, theta: Array) -> Array:
         """Convert full parameter sets into coordinates.
 
         Parameters
@@ -210,7 +210,7 @@ class Parametrisation:
         """Return ln(dp/ds) of coordinates s (…, n_free), shape (…, n_free); its sum is the log-volume of the map."""
         return np.where(self.log, s, np.log(self.unit))
 
-    def ordered(self, theta: Array) -> NDArray[np.bool_]:
+    def meets_orderings(self, theta: Array) -> NDArray[np.bool_]:
         """Say which parameter sets meet all orderings.
 
         Parameters

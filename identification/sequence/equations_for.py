@@ -75,7 +75,7 @@ def _single(joint: int, runs: Sequence[Run], given: Overrides, campaign: Campaig
 
 
 @contextmanager
-def named(campaign: Campaign, joints: Sequence[int]) -> Iterator[None]:
+def name_campaign_in_errors(campaign: Campaign, joints: Sequence[int]) -> Iterator[None]:
     """Put the user's file and keys before the message of a `NoStartError` from inside.
 
     Parameters

@@ -23,7 +23,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import Configuration
-from haptid.identification.sequence.equations_for import equations_for, named
+from haptid.identification.sequence.equations_for import equations_for, name_campaign_in_errors
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.inverse_dynamics import torque_equations
@@ -136,7 +136,7 @@ class Sequence:
                     torque_scored=torque,
                     compared=self._test(configuration, equations).compare(judged),
                 )
-        with named(self.campaign, configuration.free_joints):
+        with name_campaign_in_errors(self.campaign, configuration.free_joints):
             made = fit_runs(self._test(configuration, equations), options=self.options, workers=self.workers)
         return Step(configuration=configuration, fit=made.fit, torque_scored=made.torque_scored, compared=made.compared)
 

@@ -90,11 +90,11 @@ def _drive(source: TomlSource, table: Mapping[str, Any], joint: int) -> StatedDr
     _check_gain(source, table, joint, parameters)
     return StatedDrive(
         drive=Drive(kind=entry["kind"], controller=_controller(source, table, joint)),
-        parameters={id: _held(id, value) for id, value in parameters.items()},
+        parameters={id: _guess_between_bounds(id, value) for id, value in parameters.items()},
     )
 
 
-def _held(id: str, entry: Mapping[str, Any]) -> dict[str, Any]:
+def _guess_between_bounds(id: str, entry: Mapping[str, Any]) -> dict[str, Any]:
     """Return an entry of bounds alone with the middle between them as its first guess."""
     full = with_positive_bound(id, entry)
     if stated_value(full) is None and {"lower", "upper"} <= set(full):
