@@ -24,12 +24,13 @@ from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.carried_fit import carried_fit
-from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.carried_fit import carried_fit, leaves_position_at_noise
+from haptid.identification.sequence.configurations import Configuration, configurations_of
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for
@@ -105,7 +106,7 @@ def _alone(
     read: Campaign, chosen: tuple[int, ...], entries: dict[str, Effect], out: Path, choices: dict[str, Any]
 ) -> None:
     """Study joints, each in the runs in which it moves alone."""
-    swept = [j for j in chosen if _searched_by_torque(read, j)]
+    swept = [j for j in chosen if _is_searched_by_torque(read, j, out)]
     if swept and choices["stage"] != "all":
         where = f"--stage {choices['stage']}"
         raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")
@@ -171,7 +172,7 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
-    study = replace(study, effort=choices["effort"], carried=_carried(study, read, out))
+    study = replace(study, effort=choices["effort"], carried=_read_carried_fit(study, read, out))
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
     if choices["stage"] != "all":
         with bar:
@@ -187,27 +188,39 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
     _write_finding(finding, read, out, choices["seed"])
 
 
-def _searched_by_torque(read: Campaign, joint: int) -> bool:
+def _is_searched_by_torque(read: Campaign, joint: int, out: Path) -> bool:
     """Whether a position controller moved a joint and an observer leaves more than the noise.
 
-    A residual in position at the noise is the stricter test: then the position is searched.
+    A residual in position at the noise is the stricter test: then the position is searched. What an identification
+    below ``out`` found is not fitted again.
     """
     runs = read.runs_of((joint,))
     if not read.runs_of((joint,), "fit") or choose_for(runs).kind == "open_loop":
         return False
-    equations = equations_for(read, device_of(read), (joint,))
+    device = device_of(read)
+    tested = _only_configuration(read, (joint,))
+    at_noise = None if tested is None else leaves_position_at_noise(read, device, tested, out)
+    if at_noise is not None:
+        return not at_noise
+    equations = equations_for(read, device, (joint,))
     options = FitOptions(starts=IDENTIFICATION.most_starts_of_trial, method="gauss_newton")
     seen = fit_simulated(KernelSimulator.of(equations), runs, options=options, workers=Here())
     return not quiet(seen, options)
 
 
-def _carried(study: Study, read: Campaign, out: Path) -> Fit | None:
+def _read_carried_fit(study: Study, read: Campaign, out: Path) -> Fit | None:
     """Return the fit that an identification wrote below ``out`` from the same runs; None where there is none."""
-    device = device_of(read)
-    free = study.fitted[0].free_joints
-    tested = [one for one in configurations_of(read, device, None) if one.free_joints == tuple(free)]
-    # In several postures the study has all runs of the joints, and each fit those of one posture.
-    return carried_fit(read, device, tested[0], study.base, out) if len(tested) == 1 else None
+    tested = _only_configuration(read, study.fitted[0].free_joints)
+    return None if tested is None else carried_fit(read, device_of(read), tested, study.base, out)
+
+
+def _only_configuration(read: Campaign, free: tuple[int, ...]) -> Configuration | None:
+    """Return the configuration of free joints that were tested in one posture; None for several.
+
+    In several postures a study has all runs of the joints, and each fit those of one posture.
+    """
+    tested = [one for one in configurations_of(read, device_of(read)) if one.free_joints == tuple(free)]
+    return tested[0] if len(tested) == 1 else None
 
 
 def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:

@@ -15,7 +15,8 @@ from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.simulators import Factory, TwoStep
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect

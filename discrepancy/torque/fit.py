@@ -9,6 +9,7 @@ import numpy as np
 
 from haptid.discrepancy.fit.solution import start_vector
 from haptid.discrepancy.fit.whitened import OPTIONS
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.baseline.least_squares import correlation_length
 from haptid.identification.optimise.levenberg_marquardt import minimise
@@ -18,9 +19,6 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.errors import NumericalError
 from haptid.support.linear_algebra import scaled_covariance
-
-ITERATIONS = 60
-"""Largest number of simulations of all runs from one start."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -132,7 +130,7 @@ def fit_model(
     problem = replace(Problem.of(simulator, study.runs, OPTIONS), roots=roots)
     first = start_vector(simulator.equations, start or {})
     found = [
-        minimise(problem, problem.first(theta), iterations=ITERATIONS)
+        minimise(problem, problem.first(theta), iterations=THRESHOLDS.torque.most_simulations_of_start)
         for theta in sobol_starts(problem.parametrisation, first, starts, seed)
     ]
     best = min(found, key=lambda d: d.cost)

@@ -17,8 +17,6 @@ from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 
 Cells = NDArray[np.int64]
-LEAST_REPEATED_SHARE = 0.2
-"""Share of the rows in cells with several passes, below which the floor counts as unknown [1]."""
 
 
 def floor_of(model: TorqueFit) -> float | None:
@@ -49,7 +47,7 @@ def floor_of(model: TorqueFit) -> float | None:
         scale = means.size / (means.size - 1.0)
         deviations.append(scale * np.sum(sizes * (means - centre) ** 2))
         rows += int(sizes.sum())
-    if rows < LEAST_REPEATED_SHARE * total:
+    if rows < THRESHOLDS.torque.least_repeated_share_of_rows * total:
         return None
     return float(np.sqrt(np.sum(deviations) / rows))
 

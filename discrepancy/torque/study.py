@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.fit.torque_fit import restrain_stribeck
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, invertible, measured_motion, torque_runs
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect

@@ -10,6 +10,7 @@ import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline, fit_baseline
 from haptid.identification.baseline.figures import Figures, Model, figures_of
+from haptid.identification.baseline.plain_parameters import plain_theta
 from haptid.identification.baseline.regressor import Regressor
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
@@ -17,12 +18,6 @@ from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
-from haptid.model.friction.registry import law_named
-
-PRESLIDING_OF_TRAVEL = 3e-4
-"""Displacement after which the plain model's Coulomb friction is at its level, over the travel of the joint [1]."""
-LEAST_FRICTION_OF_TORQUE = 1e-6
-"""Coulomb friction of the plain model over the largest torque, below which it is raised: no law divides by 0 [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -105,34 +100,3 @@ def compare(
         motion = filter_run(run, width)
         figures[run.file, run.use] = {name: figures_of(model, run, motion) for name, model in models.items()}
     return Compared(baseline=baseline, figures=figures, models=models, runs=tuple(used))
-
-
-def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:
-    """Write the plain model in the parameters of a friction law: no stiction, stiff presliding, no spring.
-
-    Parameters
-    ----------
-    baseline
-        Plain model; its constant torques are not among the parameters.
-    equations
-        Equations of the configuration.
-    runs
-        Runs whose travel and torque scale presliding and the least friction.
-
-    Returns
-    -------
-    ndarray, shape (n_p,)
-    """
-    known = baseline.values
-    single = len(baseline.regressor.joints) == 1
-    for k, j in enumerate(baseline.regressor.joints):
-        travel = max(float(np.ptp(run.y[:, k])) for run in runs)
-        torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
-        coulomb = max(baseline.of_joint("Fc", k), LEAST_FRICTION_OF_TORQUE * torque)
-        roles = law_named(equations.friction[k]).roles
-        values = {"Ks": 0.0, "epos": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0}
-        values |= {roles.viscous: baseline.of_joint("Fv", k), roles.coulomb: coulomb, roles.stiction: coulomb}
-        values[roles.stiffness] = coulomb / (PRESLIDING_OF_TRAVEL * travel)
-        # What the plain model itself states, such as gravity, goes before the zeros.
-        known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
-    return np.array([known.get(q.id, q.initial) for q in equations.parameters])

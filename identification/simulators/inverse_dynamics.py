@@ -25,9 +25,10 @@ import numpy as np
 import sympy as sp
 
 from haptid.identification.simulators.protocol import Trajectory
-from haptid.measurement.signals.filtered_motion import common_width, filter_run, gaussian
+from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
+from haptid.measurement.signals.smoothing import convolve_gaussian
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations, Input, Output
 from haptid.model.friction.registry import law_named
@@ -234,7 +235,7 @@ class TorqueSimulator:
 
 def filter_as(run: Run, torque: Array) -> Array:
     """Filter a torque along the motion of a `torque_run` as its measured torque was filtered, shape (n_t, …)."""
-    return gaussian(torque, float(run.extra[WIDTH][0]))
+    return convolve_gaussian(torque, float(run.extra[WIDTH][0]))
 
 
 def measured_motion(run: Run) -> Array:

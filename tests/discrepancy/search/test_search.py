@@ -249,13 +249,13 @@ def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_
     s, start = begun
     score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
     fit = begin(s.study, start.solution, s.entries["cubic_spring"], score)
-    assert s.known(start.candidate, fit) is None
+    assert s.find_finished(start.candidate, fit) is None
     made = s.finish(start.candidate, fit)
-    again = s.known(start.candidate, fit)
+    again = s.find_finished(start.candidate, fit)
     assert again is not None
     assert again.candidate is made.candidate
     better = replace(fit, log_likelihood=made.solution.log_likelihood + 1e3)
-    assert s.known(start.candidate, better) is None
+    assert s.find_finished(start.candidate, better) is None
 
 
 def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searcher, Trial]) -> None:

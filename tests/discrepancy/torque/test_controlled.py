@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+import haptid.discrepancy.run as command
 from haptid.discrepancy.run import main
 from tests.identification.controlled_cases import controlled_joint, rich_motion
 
@@ -38,3 +39,14 @@ def test_a_controlled_joint_gets_the_name_of_what_is_hidden(tmp_path, hidden, ve
     if names:
         assert found["residual"] == "torque"
         assert found["gap"]["validate"]["after"] < 0.7 * found["gap"]["validate"]["before"]
+
+
+def test_a_joint_that_was_judged_in_torque_is_not_fitted_through_an_observer_again(tmp_path, monkeypatch):
+    fitted: list[object] = []
+    monkeypatch.setattr(command, "leaves_position_at_noise", lambda *_: False)
+    monkeypatch.setattr(command, "fit_simulated", lambda *a, **_: fitted.append(a))
+    # A single stage is refused for such a joint, before anything is searched.
+    done = CliRunner().invoke(main, [str(campaign(tmp_path, 0.01)), "--stage", "gap", "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "swept by position" in done.output
+    assert fitted == []
