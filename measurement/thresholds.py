@@ -151,6 +151,14 @@ class Thresholds:
     filter_reach_in_widths: float = 4.0
     """Length at either end of a run that the filter has no full surroundings for, over its width [1]."""
 
+    # Repeats: what of a torque does not come back at the same position and speed.
+    cells_of_position: int = 25
+    """Number of cells of position in which passes are compared [1]."""
+    cells_of_speed: int = 12
+    """Number of cells of speed in which passes are compared [1]."""
+    least_repeated_share_of_rows: float = 0.2
+    """Share of the rows in cells with several passes [1], below which it is unknown what does not repeat."""
+
 
 THRESHOLDS = Thresholds()
 """Thresholds that the code of `measurement/` uses."""

@@ -43,10 +43,6 @@ class TorqueThresholds:
     """Least decrease of the energy of predicted stretches, in its standard errors over the stretches."""
     least_amplitude_in_standard_errors: float = 3.0
     """Least amplitude of an effect in its standard errors."""
-    cells_of_position: int = 25
-    """Cells of position of the table that stands for the best black box, and of the passes that are compared."""
-    cells_of_speed: int = 12
-    """Cells of speed of the same table."""
     degree_of_black_box: int = 7
     """Degree of the polynomials of position that stand for the best black box, one for each direction."""
     least_share_of_black_box: float = 0.9

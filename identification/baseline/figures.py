@@ -128,8 +128,7 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion) -> Figures:
     -------
     Figures
     """
-    # Both pass through the filter once more: a computed friction turns within a row, and the measured one was filtered.
-    error = motion.through_filter(motion.torque - model.torque(motion))[motion.interior]
+    error = torque_residual(model, motion)
     size = np.sqrt(np.mean(motion.through_filter(motion.torque)[motion.interior] ** 2, axis=0))
     torque_rmse = np.sqrt(np.mean(error**2, axis=0))
     driven = run.but(u=run.u - model.offset)
@@ -141,6 +140,25 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion) -> Figures:
         torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
         horizon_rmse=horizons,
     )
+
+
+def torque_residual(model: Model, motion: FilteredMotion) -> Array:
+    """Compute measured minus computed torque along a motion.
+
+    Parameters
+    ----------
+    model
+        Model of the motion's configuration.
+    motion
+        Filtered motion.
+
+    Returns
+    -------
+    ndarray, shape (n_interior, n_joints)
+        [N m] or [N]. Both pass through the filter once more: a computed friction turns within a row, and the measured
+        one was filtered.
+    """
+    return motion.through_filter(motion.torque - model.torque(motion))[motion.interior]
 
 
 class _States:

@@ -54,7 +54,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "scored": unit,
         "residual": unit,
         "why": tell_why(fit, torque_scored=step.torque_scored),
-        "floor": None,
+        "floor": None if compared is None else compared.floor_json(),
         "baseline": None if compared is None or compared.baseline is None else compared.baseline.as_json(),
         "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
         "drive": None if fit.equations.drive is None else asdict(fit.equations.drive),
