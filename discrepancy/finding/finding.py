@@ -66,7 +66,7 @@ class Finding:
     rebuilt
         FMU with the named effects, or None.
     gaps
-        RMS before and after by ``fit`` and ``validate``.
+        RMS before and after by ``fit``, ``validate`` and ``sealed``, as far as there are such runs.
     curves
         Runs with their simulations, held-out ones where there are any.
     maps
@@ -135,6 +135,9 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     groups = {"fit": (study.fitted, before_fit, after_fit)}
     if study.unseen:
         groups["validate"] = (study.unseen, plain.prediction, best.prediction)
+    if study.sealed:
+        before, after = (predict(study, one.solution, study.sealed) for one in (plain, best))
+        groups["sealed"] = (study.sealed, before, after)
     shown = (
         (study.unseen, plain.prediction.y, best.prediction.y)
         if study.unseen
@@ -258,7 +261,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
         "next_experiment": proposal.as_json() if proposal else None,
         "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions],
-        "gap": {"validate": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
+        "gap": {"validate": None, "sealed": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
         "refit": dict(rebuilt.fit.values) if rebuilt else None,

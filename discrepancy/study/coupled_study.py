@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from haptid.discrepancy.study.channels import alone
+from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.study.study import Study, scales_over, within_reach
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.sequence.equations_for import equations_for
@@ -215,13 +216,14 @@ def coupled_study_of(
     posture = tuple(float(x) for x in first.posture)
     locked = _find_locked_posture(first, joints)
     alike = [run for run in campaign.runs_of(joints) if _find_locked_posture(run, joints) == locked]
-    fitted, unseen = (tuple(run for run in alike if run.use == use) for use in ("fit", "validate"))
+    fitted = tuple(run for run in alike if run.use == "fit")
+    unseen, sealed = seal([run for run in alike if run.use == "validate"])
     base = within_reach(equations_for(campaign, device, joints, posture), fitted)
     held = (q.but(fixed=True) for j, found in known.items() for e in found for q in place_in_joint(e, j).parameters)
     base = replace(base, parameters=(*base.parameters, *held))
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
-        unseen=unseen, base=base, known=known,
+        unseen=unseen, sealed=sealed, base=base, known=known,
         entries={key: e for key, e in entries.items() if e.random or not of_the_test_alone(e)},
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip

@@ -152,8 +152,8 @@ def _slides(finding: Finding) -> tuple[bool, ...]:
 
 def _in_words(finding: Finding) -> list[str]:
     """Say the residual RMS before and after the search, over the sensor's noise."""
-    name = "validate" if "validate" in finding.gaps else "fit"
-    runs = "runs that no fit saw" if name == "validate" else "the fitted runs (there are no others)"
+    name = next(name for name in ("sealed", "validate", "fit") if name in finding.gaps)
+    runs = "the fitted runs (there are no others)" if name == "fit" else "runs that no fit saw"
     gap, unit = finding.gaps[name], unit_for("mrad", _slides(finding))
     before = (
         f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} {unit} (RMS), "
@@ -171,7 +171,11 @@ def _in_words(finding: Finding) -> list[str]:
 
 
 def _gaps(finding: Finding) -> Table:
-    names = {"fit": "fitted runs", "validate": "runs that no fit saw"}
+    names = {
+        "fit": "fitted runs",
+        "validate": "runs that no fit saw, which chose among candidates",
+        "sealed": "sealed runs, which took part in no choice",
+    }
     unlisted = finding.judgement.verdict == "unlisted"
     rows = [
         (
