@@ -15,6 +15,7 @@ from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.discrepancy.verdict.verdict import NamedEffect
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Picture, Section, Table, render_page
@@ -108,11 +109,21 @@ def _ticks(axis: Axes, m: Map) -> None:
 
 def _effects(finding: Finding) -> Table:
     rows = [
-        (e.id, e.formula, id, _with_unit(with_error(x.value, x.std), x.unit), _ends(x), f"{e.evidence:.0f}")
+        (
+            *(e.id, e.formula, id, _with_unit(with_error(x.value, x.std), x.unit)),
+            *(_ends(x), f"{e.evidence:.0f}", _share(finding, e)),
+        )
         for e in finding.judgement.effects
         for id, x in e.parameters.items()
     ]
-    return Table(header=("effect", "formula", "parameter", "value ± std", "95 % interval", "evidence"), rows=rows)
+    header = ("effect", "formula", "parameter", "value ± std", "95 % interval", "evidence", "named in bags of runs")
+    return Table(header=header, rows=rows)
+
+
+def _share(finding: Finding, effect: NamedEffect) -> str:
+    """Write the share of bags in which an effect keeps its name."""
+    share = finding.stability.get(effect.key)
+    return "–" if share is None else f"{100 * share:.0f} %"
 
 
 def _ends(estimate: Estimate) -> str:

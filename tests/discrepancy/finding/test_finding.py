@@ -62,6 +62,7 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
     data = as_json(finding, measured=False, seed=0)
     assert data["verdict"] == "named"
     assert [e["id"] for e in data["effects"]] == ["cubic_spring"]
+    assert data["effects"][0]["stability"] == 1.0
     estimate = data["effects"][0]["parameters"]["k3"]
     assert abs(estimate["value"] - k3) < 4 * estimate["std"]
     gap = data["gap"]["validate"]
@@ -72,6 +73,7 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
     page = discrepancy_page(finding, "test", measured=False)
     assert "SYNTHETIC" in page
     assert "cubic_spring" in page
+    assert "100 %" in page
     assert "mrad" in page
 
 
