@@ -20,6 +20,7 @@ from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
 from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
@@ -35,6 +36,7 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import with_folder
+from haptid.model.equations.equations import Equations
 from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import save, stage_picture, write_pictures
 from haptid.report.discrepancy.torque_gap_page import torque_gap_page
@@ -105,7 +107,7 @@ def _alone(
     read: Campaign, chosen: tuple[int, ...], entries: dict[str, Effect], out: Path, choices: dict[str, Any]
 ) -> None:
     """Study joints, each in the runs in which it moves alone."""
-    swept = [j for j in chosen if _searched_by_torque(read, j)]
+    swept = [j for j in chosen if _searched_by_torque(read, j, out)]
     if swept and choices["stage"] != "all":
         where = f"--stage {choices['stage']}"
         raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")
@@ -171,7 +173,8 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
-    study = replace(study, effort=choices["effort"], carried=_carried(study, read, out))
+    carried = _carried(read, study.fitted[0].free_joints, study.base, out)
+    study = replace(study, effort=choices["effort"], carried=carried)
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
     if choices["stage"] != "all":
         with bar:
@@ -187,34 +190,41 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
     _write_finding(finding, read, out, choices["seed"])
 
 
-def _searched_by_torque(read: Campaign, joint: int) -> bool:
-    """Whether a position controller moved a joint and an observer leaves more than the noise.
+def _searched_by_torque(read: Campaign, joint: int, out: Path) -> bool:
+    """Whether a position controller moved a joint, and a simulation through it or an observer is above the noise.
 
-    A residual in position at the noise is the stricter test: then the position is searched.
+    A residual in position at the noise is the stricter test: then the position is searched. Above the noise the
+    controller hides in the position what is missing in the torque.
     """
     runs = read.runs_of((joint,))
-    if not read.runs_of((joint,), "fit") or choose_for(runs).kind == "open_loop":
+    if not read.runs_of((joint,), "fit"):
         return False
     equations = equations_for(read, device_of(read), (joint,))
+    closed = equations.drive is not None and equations.drive.is_closed
+    if not closed and choose_for(runs).kind == "open_loop":
+        return False
     options = FitOptions(starts=IDENTIFICATION.most_starts_of_trial, method="gauss_newton")
-    seen = fit_simulated(KernelSimulator.of(equations), runs, options=options, workers=Here())
+    seen = _carried(read, (joint,), equations, out) if closed else None
+    if seen is None:
+        fitted = fit if closed else fit_simulated
+        seen = fitted(KernelSimulator.of(equations), runs, options=options, workers=Here())
     return not quiet(seen, options)
 
 
-def _carried(study: Study, read: Campaign, out: Path) -> Fit | None:
+def _carried(read: Campaign, joints: tuple[int, ...], base: Equations, out: Path) -> Fit | None:
     """Return the fit that an identification wrote below ``out`` from the same runs; None where there is none."""
     device = device_of(read)
-    free = study.fitted[0].free_joints
-    tested = [one for one in configurations_of(read, device, None) if one.free_joints == tuple(free)]
+    tested = [one for one in configurations_of(read, device, None) if one.free_joints == tuple(joints)]
     # In several postures the study has all runs of the joints, and each fit those of one posture.
-    return carried_fit(read, device, tested[0], study.base, out) if len(tested) == 1 else None
+    return carried_fit(read, device, tested[0], base, out) if len(tested) == 1 else None
 
 
 def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:
     """Study a joint that a position controller swept; its torque is scored."""
     bar: Any = progress(total=None, title=f"joint {joint}", quiet=choices["quiet"])
     with bar:
-        study = torque_study_of(read, joint)
+        carried = _carried(read, (joint,), equations_for(read, device_of(read), (joint,)), out)
+        study = torque_study_of(read, joint, carried, threads=choices["workers"])
         finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
     folder = out / "discrepancy"
     write_json(folder / f"joint{joint}.json", torque_json(finding, measured=read.measured, seed=choices["seed"]))

@@ -20,9 +20,10 @@ from haptid.discrepancy.detect.localise import Map, Region, maps, regions
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import rms
+from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.search import TorqueSearch, search_torque
-from haptid.discrepancy.torque.study import TorqueStudy, readable
+from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
@@ -251,8 +252,14 @@ def _build_fmu(found: TorqueSearch, out: Path, kind: Kind) -> Fmu:
     std, source = final.std, "fitted to the torque of measured motion"
     provenance = {id: Provenance(source=source, std=error, status="identified") for id, error in std.items() if error}
     name = "_".join((f"joint{study.joint}", *(e.id for e in final.effects)))
-    equations = study.equations(final.effects)
-    return build_fmu(equations, out / f"{name}.fmu", kind=kind, values=final.values, provenance=provenance)
+    equations = study.driven_equations(final.effects)
+    return build_fmu(equations, out / f"{name}.fmu", kind=kind, values=_values(found), provenance=provenance)
+
+
+def _values(found: TorqueSearch) -> dict[str, float]:
+    """Return the parameters of the final model by id, with those of the drive."""
+    drive = found.study.drive
+    return found.final.values if drive is None else {**found.final.values, **drive.values}
 
 
 def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[str, Any]:
@@ -313,7 +320,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         if finding.verdict in ("unlisted", "partly_named")
         else None,
         "fmu": f"fmu/{finding.fmu.path.name}" if finding.fmu else None,
-        "refit": found.final.values,
+        "refit": _values(found),
         "rounds": len(found.steps),
         "refitted": sum(len(step.candidates) for step in found.steps),
         "simulations": found.simulations,

@@ -14,6 +14,8 @@ class TorqueThresholds:
     """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
     slow_share_of_fast_speed: float = 0.3
     """Share of the 90 % quantile of the speed up to which rows are slow: noise may turn the sign of their speed [1]."""
+    longest_presliding_over_travel: float = 0.1
+    """Longest distance before sliding, Coulomb friction over the stiffness in presliding, over the travel [1]."""
     stretches_per_run: int = 48
     """Number of stretches into which a run is divided."""
     stretches_per_held_out_one: int = 3

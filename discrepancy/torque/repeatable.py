@@ -37,7 +37,8 @@ def floor_of(model: TorqueFit) -> float | None:
     """
     deviations, rows, total = [], 0, 0
     passes: dict[int, list[tuple[float, int]]] = {}
-    for cells, residual in zip(_cells(model), model.residual, strict=True):
+    for all_cells, all_rows, moving in zip(_cells(model), model.residual, model.study.moving, strict=True):
+        cells, residual = all_cells[moving], all_rows[moving]
         total += cells.size
         for part in np.split(np.arange(cells.size), np.flatnonzero(np.diff(cells)) + 1):
             passes.setdefault(int(cells[part[0]]), []).append((float(residual[part].mean()), part.size))
@@ -71,24 +72,25 @@ def black_box_rms(model: TorqueFit) -> float | None:
         return None
     cells = _cells(model)
     count = THRESHOLDS.torque.cells_of_position * THRESHOLDS.torque.cells_of_speed
-    seen = np.concatenate([c[s] for c, s in zip(cells, model.study.seen, strict=True)])
+    seen = np.concatenate([c[rows] for c, rows in zip(cells, model.study.fitted_rows, strict=True)])
     sums = np.bincount(seen, model.fitted, minlength=count)
     table = sums / np.maximum(np.bincount(seen, minlength=count), 1)
-    unseen = np.concatenate([c[~s] for c, s in zip(cells, model.study.seen, strict=True)])
+    unseen = np.concatenate([c[rows] for c, rows in zip(cells, model.study.unseen_rows, strict=True)])
     return min(rms(model.unseen - table[unseen]), _polynomials_rms(model))
 
 
 def _polynomials_rms(model: TorqueFit) -> float:
     """Return the RMS that a polynomial of the position for each direction of motion leaves on held-out rows."""
     motion = np.concatenate([measured_motion(run) for run in model.study.runs])
-    seen, residual = np.concatenate(model.study.seen), np.concatenate(model.residual)
+    seen, unseen = np.concatenate(model.study.fitted_rows), np.concatenate(model.study.unseen_rows)
+    residual = np.concatenate(model.residual)
     middle, half = 0.5 * (motion[:, 0].max() + motion[:, 0].min()), max(0.5 * float(np.ptp(motion[:, 0])), 1e-12)
     columns = np.polynomial.chebyshev.chebvander((motion[:, 0] - middle) / half, THRESHOLDS.torque.degree_of_black_box)
     predicted = np.zeros(residual.size)
     for direction in (motion[:, 1] > 0, motion[:, 1] <= 0):
         learned = np.linalg.lstsq(columns[direction & seen], residual[direction & seen], rcond=None)[0]
         predicted[direction] = columns[direction] @ learned
-    return rms(residual[~seen] - predicted[~seen])
+    return rms(residual[unseen] - predicted[unseen])
 
 
 def _cells(model: TorqueFit) -> list[Cells]:

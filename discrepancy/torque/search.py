@@ -23,6 +23,7 @@ from haptid.discrepancy.torque.scan import Promise, promises
 from haptid.discrepancy.torque.stretches import gain_of
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.model.effects.effect import Effect
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,11 +200,10 @@ def _step(
     tell("scan of the catalogue")
     taken = {e.id for e in current.effects}
     found = promises(study, current, {key: e for key, e in entries.items() if e.id not in taken})
-    candidates = []
-    for promise in found[: THRESHOLDS.torque.most_refits_of_scan]:
-        tell(f"refit with {promise.effect.key}")
-        model = refit_candidate(study, current, promise)
-        candidates.append(compare_candidates(promise.effect.key, current, model))
+    best = found[: THRESHOLDS.torque.most_refits_of_scan]
+    tell(f"refit with {', '.join(promise.effect.key for promise in best)}")
+    models = map_threads(lambda promise: refit_candidate(study, current, promise), best, threads=study.threads)
+    candidates = [compare_candidates(p.effect.key, current, model) for p, model in zip(best, models, strict=True)]
     ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))
     winner = next((c for c in ranked if c.acceptable), None)
     return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner)
