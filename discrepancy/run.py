@@ -206,8 +206,13 @@ def _searched_by_torque(read: Campaign, joint: int, out: Path) -> bool:
     options = FitOptions(starts=IDENTIFICATION.most_starts_of_trial, method="gauss_newton")
     seen = _carried(read, (joint,), equations, out) if closed else None
     if seen is None:
-        fitted = fit if closed else fit_simulated
-        seen = fitted(KernelSimulator.of(equations), runs, options=options, workers=Here())
+        simulator = KernelSimulator.of(equations)
+        # The controller holds the simulation near the motion as an observer would.
+        seen = (
+            fit(simulator, runs, options=options.but(gains=(0.0,)), workers=Here())
+            if closed
+            else fit_simulated(simulator, runs, options=options, workers=Here())
+        )
     return not quiet(seen, options)
 
 

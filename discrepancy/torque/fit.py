@@ -22,9 +22,9 @@ from haptid.support.processes.threads import map_threads
 
 ITERATIONS = 60
 """Largest number of simulations of all runs from one start."""
-LEAST_DECREASE_OF_COST = 1e-4
+LEAST_DECREASE_OF_COST = 1e-5
 """Predicted decrease of the cost over the cost below which a descent stops [1]: times the few hundred correlation
-lengths of a residual it is a hundredth of a unit of log score."""
+lengths of a residual it is a thousandth of a unit of log score."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -52,6 +52,8 @@ class TorqueStudy:
         Whether the joint is prismatic.
     drive
         What makes the torque of ``runs``, and its parameters; None where the torque was recorded.
+    recorded
+        The fitted and held-out runs as they were recorded; empty where the study was not made from a campaign.
     resting
         Whether the joint rests at each row, shape (n_t,) each: friction holds it there with any torque up to its level,
         so that the motion does not tell the torque. Empty where every row counts.
@@ -65,6 +67,7 @@ class TorqueStudy:
     base: Equations
     prismatic: bool
     drive: KnownDrive | None = None
+    recorded: tuple[Run, ...] = ()
     resting: tuple[Mask, ...] = ()
     threads: int = 1
 
@@ -189,6 +192,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         base=restrain_presliding(restrain_stribeck(base, fitted, stated), runs, stated),
         prismatic=slides,
         drive=drive,
+        recorded=(*fitted, *unseen),
         resting=() if drive is None else tuple(rests(run) for run in turned),
         threads=threads,
     )
