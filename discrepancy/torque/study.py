@@ -177,19 +177,19 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     cut = {run.file for run in fitted} & {run.file for run in unseen}
     runs = [*(run for run in fitted if run.file not in cut), *unseen]
     base, slides = equations_for(campaign, device_of(campaign), (joint,)), bool(fitted[0].prismatic[0])
+    stated = tuple(campaign.parameter_overrides.get(joint, {}))
     drive = known_drive(base, carried)
     if drive is not None:
-        base = drive.rigid(base, prismatic=slides)
+        base = restrain_presliding(drive.rigid(base, prismatic=slides), runs, stated)
     # The masks hold rows out, so the runs themselves are scored from the first row on.
     whole = [run.but(score_from=0) for run in runs]
     turned = torque_runs(whole) if drive is None else drive.turn(whole)
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
-    stated = tuple(campaign.parameter_overrides.get(joint, {}))
     return TorqueStudy(
         joint=joint,
         runs=turned,
         seen=tuple(np.broadcast_to(np.asarray(s), run.t.shape) for s, run in zip(seen, turned, strict=True)),
-        base=restrain_presliding(restrain_stribeck(base, fitted, stated), runs, stated),
+        base=restrain_stribeck(base, fitted, stated),
         prismatic=slides,
         drive=drive,
         recorded=(*fitted, *unseen),
@@ -201,8 +201,8 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
 def restrain_presliding(base: Equations, runs: Sequence[Run], stated: Sequence[str]) -> Equations:
     """Hold the distance before sliding, Coulomb friction over stiffness, below a share of the travel.
 
-    A bristle as long as the travel is a spring with a start of its own in every run. What drags along over a part of
-    the travel is an effect of the catalogue.
+    A bristle as long as the travel is a spring with a start of its own in every run, and the runs of a drive that rests
+    between its motions are short. Tendons may drag along over a large part of the travel; the gear of a drive does not.
 
     Parameters
     ----------
