@@ -19,6 +19,7 @@ from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.values.run import Array, Run
+from haptid.model.friction.registry import law_named
 
 ITERATIONS = 40
 """Largest number of simulations of all runs."""
@@ -70,8 +71,19 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
     simulator = KernelSimulator.of(equations)
     fitted = tuple(run for run in study.recorded if run.use == "fit")
     problem = Problem.of(simulator, fitted, OPTIONS)
-    first = problem.first(np.array([values[q.id] for q in equations.parameters]))
-    best = minimise(problem, first, iterations=ITERATIONS, relative=LEAST_DECREASE_OF_COST)
+    # Where the torque leaves no Coulomb friction, a descent hardly moves: the second start has that of the first guess.
+    roles = law_named(equations.friction[0]).roles
+    guessed = {id: study.base.parameter(id).initial for id in {roles.coulomb, roles.stiction}}
+    descents = [
+        minimise(
+            problem,
+            problem.first(np.array([start[q.id] for q in equations.parameters])),
+            iterations=ITERATIONS,
+            relative=LEAST_DECREASE_OF_COST,
+        )
+        for start in (values, values | guessed)
+    ]
+    best = min(descents, key=lambda descent: descent.cost)
     if not np.isfinite(best.cost):
         return None
     theta = problem.theta(best.x)
