@@ -14,6 +14,8 @@ class TorqueThresholds:
     """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
     slow_share_of_fast_speed: float = 0.3
     """Share of the 90 % quantile of the speed up to which rows are slow: noise may turn the sign of their speed [1]."""
+    longest_presliding_over_travel: float = 0.1
+    """Longest distance before sliding, Coulomb friction over the stiffness in presliding, over the travel [1]."""
     stretches_per_run: int = 48
     """Number of stretches into which a run is divided."""
     stretches_per_held_out_one: int = 3
@@ -23,6 +25,11 @@ class TorqueThresholds:
     """
 
     # How much is tried.
+    most_simulations_of_refit: int = 40
+    """Largest number of simulations of all runs in a refit through the controller [1]."""
+    least_decrease_of_cost: float = 1e-5
+    """Predicted decrease of the cost over the cost below which a descent stops [1]: times the few hundred correlation
+    lengths of a residual it is a thousandth of a unit of log score."""
     most_simulations_of_start: int = 60
     """Largest number of simulations of all runs from one start."""
     most_effects: int = 4

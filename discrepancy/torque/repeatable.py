@@ -24,7 +24,8 @@ def floor_of(model: TorqueFit) -> float | None:
     model
         Fitted model; its residual holds what repeats as well.
     """
-    return repeats.floor_of(_cells(model), model.residual)
+    rows = list(zip(_cells(model), model.residual, model.study.moving, strict=True))
+    return repeats.floor_of([cells[moving] for cells, _, moving in rows], [left[moving] for _, left, moving in rows])
 
 
 def black_box_rms(model: TorqueFit) -> float | None:
@@ -43,24 +44,25 @@ def black_box_rms(model: TorqueFit) -> float | None:
     if model.unseen.size == 0:
         return None
     cells, count = _cells(model), repeats.cell_count()
-    seen = np.concatenate([c[s] for c, s in zip(cells, model.study.seen, strict=True)])
+    seen = np.concatenate([c[rows] for c, rows in zip(cells, model.study.fitted_rows, strict=True)])
     sums = np.bincount(seen, model.fitted, minlength=count)
     table = sums / np.maximum(np.bincount(seen, minlength=count), 1)
-    unseen = np.concatenate([c[~s] for c, s in zip(cells, model.study.seen, strict=True)])
+    unseen = np.concatenate([c[rows] for c, rows in zip(cells, model.study.unseen_rows, strict=True)])
     return min(rms(model.unseen - table[unseen]), _polynomials_rms(model))
 
 
 def _polynomials_rms(model: TorqueFit) -> float:
     """Return the RMS that a polynomial of the position for each direction of motion leaves on held-out rows."""
     motion = np.concatenate([measured_motion(run) for run in model.study.runs])
-    seen, residual = np.concatenate(model.study.seen), np.concatenate(model.residual)
+    seen, unseen = np.concatenate(model.study.fitted_rows), np.concatenate(model.study.unseen_rows)
+    residual = np.concatenate(model.residual)
     middle, half = 0.5 * (motion[:, 0].max() + motion[:, 0].min()), max(0.5 * float(np.ptp(motion[:, 0])), 1e-12)
     columns = np.polynomial.chebyshev.chebvander((motion[:, 0] - middle) / half, THRESHOLDS.torque.degree_of_black_box)
     predicted = np.zeros(residual.size)
     for direction in (motion[:, 1] > 0, motion[:, 1] <= 0):
         learned = np.linalg.lstsq(columns[direction & seen], residual[direction & seen], rcond=None)[0]
         predicted[direction] = columns[direction] @ learned
-    return rms(residual[~seen] - predicted[~seen])
+    return rms(residual[unseen] - predicted[unseen])
 
 
 def _cells(model: TorqueFit) -> list[repeats.Cells]:

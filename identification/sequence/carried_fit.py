@@ -1,6 +1,6 @@
 """The fit of a configuration that an earlier command made: results folder and configuration in, `Fit` out.
 
-`leaves_position_at_noise` gives what that command found of the residual alone.
+`earlier_residual` gives what that command found of the residual alone.
 
 Posterior and search for missing effects go on from the fit of ``python -m identification.run`` where its results lie in
 the same folder and come from the same data, the same parameter entries and the same code. Then they fit nothing again.
@@ -9,6 +9,7 @@ the same folder and come from the same data, the same parameter entries and the 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,22 @@ from haptid.support.errors import InputError
 
 FILE = "identification.json"
 """Name of the results in the output folder."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EarlierResidual:
+    """What an identification found of a residual.
+
+    Parameters
+    ----------
+    at_noise
+        Whether the position is at the noise; False where the torque was fitted, since it is fitted only otherwise.
+    plain
+        Whether the plain model is the result, which predicts the torque better than the fit predicts the motion.
+    """
+
+    at_noise: bool
+    plain: bool
 
 
 def carried_fit(
@@ -65,10 +82,10 @@ def carried_fit(
     return fit if same and np.isfinite(fit.theta).all() else None
 
 
-def leaves_position_at_noise(
+def earlier_residual(
     campaign: Campaign, device: Device | None, configuration: Configuration, out: Path
-) -> bool | None:
-    """Say whether an earlier identification left no more than the noise in the position of a configuration.
+) -> EarlierResidual | None:
+    """Return what an earlier identification found of the residual of a configuration.
 
     Parameters
     ----------
@@ -83,16 +100,16 @@ def leaves_position_at_noise(
 
     Returns
     -------
-    bool or None
-        False where the torque was scored, since it is fitted only where the position is above the noise. None where the
-        folder has no results of the same data, entries and code.
+    EarlierResidual or None
+        None where the folder has no results of the same data, entries and code.
     """
     entry = _entry_of(campaign, device, configuration, out)
     if entry is None:
         return None
     try:
         at_noise = entry["basins"][0]["rmse_over_noise"] <= FitOptions().tolerance
-        return bool(at_noise) and entry["residual"] == "position"
+        position, plain = entry["residual"] == "position", entry["outcome"] == Outcome.PLAIN.label
+        return EarlierResidual(at_noise=bool(at_noise) and position, plain=plain)
     except (KeyError, TypeError, IndexError):  # changed by hand
         return None
 

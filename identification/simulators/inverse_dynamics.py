@@ -63,7 +63,7 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
     ValueError
         Where the equations are not `invertible`.
     """
-    if not invertible(equations if prompt is None else prompt):
+    if not (invertible(equations) if prompt is None else _has_slope(prompt)):
         msg = f"{equations.name} cannot be read from motion to torque"
         raise ValueError(msg)
     position, speed = equations.states[:2]
@@ -117,11 +117,15 @@ def invertible(equations: Equations) -> bool:
         Whether the output is the position, the acceleration is linear in the torque, and no other state depends on it.
     """
     tau = equations.inputs[0].symbol
-    # The slope f₁ of an acceleration that is linear in τ is free of τ.
-    slope = _acceleration(equations)[1]
-    others = (*equations.rhs[2:], *equations.rates[2:], slope)
+    others = (*equations.rhs[2:], *equations.rates[2:])
+    return _has_slope(equations) and not any(sp.sympify(e).has(tau) for e in others)
+
+
+def _has_slope(equations: Equations) -> bool:
+    """Whether the output is the position, and the acceleration is linear in the torque."""
     reads_position = equations.outputs[0].expression == equations.states[0].symbol
-    return reads_position and not any(sp.sympify(e).has(tau) for e in others)
+    # The slope f₁ of an acceleration that is linear in τ is free of τ.
+    return bool(reads_position and not _acceleration(equations)[1].has(equations.inputs[0].symbol))
 
 
 def _acceleration(equations: Equations) -> tuple[sp.Expr, sp.Expr]:

@@ -27,7 +27,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
         for k, (run, before, after) in enumerate(
             zip(found.study.runs, found.base.residual, found.final.residual, strict=True)
         ):
-            q, tau, unseen = run.u[:, 0], run.y[:, 0], ~found.study.seen[k]
+            q, tau, unseen = run.u[:, 0], run.y[:, 0], found.study.unseen_rows[k]
             hide = "_" if k else ""
             top.plot(q, 1e3 * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
             top.plot(q, 1e3 * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")

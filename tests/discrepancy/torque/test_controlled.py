@@ -9,8 +9,9 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-import haptid.discrepancy.run as command
 from haptid.discrepancy.run import main
+from haptid.discrepancy.torque import choice
+from haptid.identification.sequence.carried_fit import EarlierResidual
 from tests.identification.controlled_cases import controlled_joint, rich_motion
 
 
@@ -43,8 +44,8 @@ def test_a_controlled_joint_gets_the_name_of_what_is_hidden(tmp_path, hidden, ve
 
 def test_a_joint_that_was_judged_in_torque_is_not_fitted_through_an_observer_again(tmp_path, monkeypatch):
     fitted: list[object] = []
-    monkeypatch.setattr(command, "leaves_position_at_noise", lambda *_: False)
-    monkeypatch.setattr(command, "fit_simulated", lambda *a, **_: fitted.append(a))
+    monkeypatch.setattr(choice, "earlier_residual", lambda *_: EarlierResidual(at_noise=False, plain=False))
+    monkeypatch.setattr(choice, "fit_simulated", lambda *a, **_: fitted.append(a))
     # A single stage is refused for such a joint, before anything is searched.
     done = CliRunner().invoke(main, [str(campaign(tmp_path, 0.01)), "--stage", "gap", "--out", str(tmp_path / "out")])
     assert done.exit_code == 2

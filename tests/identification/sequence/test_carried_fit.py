@@ -12,7 +12,7 @@ from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.study.study import study_of
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.run import main
-from haptid.identification.sequence.carried_fit import carried_fit, leaves_position_at_noise
+from haptid.identification.sequence.carried_fit import EarlierResidual, carried_fit, earlier_residual
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
@@ -74,9 +74,10 @@ def test_a_fit_that_was_not_by_free_simulation_or_that_was_changed_is_not_carrie
 @pytest.mark.parametrize(
     ("change", "expected"),
     [
-        ({}, True),
-        ({"residual": "torque"}, False),
-        ({"basins": [{"rmse_over_noise": 3.0}]}, False),
+        ({}, EarlierResidual(at_noise=True, plain=False)),
+        ({"residual": "torque"}, EarlierResidual(at_noise=False, plain=False)),
+        ({"basins": [{"rmse_over_noise": 3.0}]}, EarlierResidual(at_noise=False, plain=False)),
+        ({"basins": [{"rmse_over_noise": 3.0}], "outcome": "plain"}, EarlierResidual(at_noise=False, plain=True)),
         ({"data": "of another run"}, None),
         ({"basins": []}, None),
     ],
@@ -88,7 +89,7 @@ def test_the_residual_of_the_position_is_carried(identified, tmp_path, change, e
     (tmp_path / "identification.json").write_text(json.dumps(data))
     device = device_of(campaign)
     configuration = configurations_of(campaign, device, (4,))[0]
-    assert leaves_position_at_noise(campaign, device, configuration, tmp_path) is expected
+    assert earlier_residual(campaign, device, configuration, tmp_path) == expected
 
 
 def test_the_nominal_fit_ends_at_the_same_optimum_in_fewer_simulations(identified):

@@ -36,8 +36,9 @@ T = np.arange(0.0, 8.0, 0.002)
 def test_late_torque_is_read_where_it_arrives(key: str, id: str, value: float):
     effect = catalogue()[key].at(UNIT)
     late, prompt = joint_equations(0, effects=[effect]), joint_equations(0)
+    torque = 3.0 * np.sin(5.0 * T) + 2.0 * np.sin(8.3 * T)
     made = Run(
-        file="a", free_joints=(0,), t=T, u=(3.0 * np.sin(5.0 * T) + 2.0 * np.sin(8.3 * T))[:, None], y=np.zeros((T.size, 1)),
+        file="a", free_joints=(0,), t=T, u=torque[:, None], y=np.zeros((T.size, 1)),
         noise=np.array([1e-5]), resolution=np.zeros(1), posture=np.zeros(0), use="fit",
     )  # fmt: skip
     truth = TRUTH | {x.id: x.initial for x in effect.parameters} | {id: value}
