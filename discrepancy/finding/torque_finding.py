@@ -20,12 +20,13 @@ from haptid.discrepancy.detect.localise import Map, Region, maps, regions
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_controller
-from haptid.discrepancy.torque.fit import rms
+from haptid.discrepancy.torque.fit import TorqueFit, rms
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.search import TorqueSearch, search_torque
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.identification.simulators.inverse_dynamics import measured_motion
@@ -79,6 +80,8 @@ class TorqueFinding:
         FMU with the effects of the final model, or None.
     considered
         Number of catalogue effects that were searched.
+    stability
+        Share of bags of stretches in which an effect keeps its name, by its key.
     wall_s
         Wall time of all stages [s].
     """
@@ -94,6 +97,7 @@ class TorqueFinding:
     final_loop: ClosedLoop | None
     fmu: Fmu | None
     considered: int
+    stability: Mapping[str, float]
     wall_s: float
 
     @property
@@ -233,7 +237,26 @@ def find_torque(
         final_loop=final_loop,
         fmu=_build_fmu(found, _values(found, final_loop), out / "fmu", kind) if final.effects else None,
         considered=len(known),
+        stability=stability_of(_cut_into_stretches(final), final.effects, seed=seed),
         wall_s=time.perf_counter() - began,
+    )
+
+
+def _cut_into_stretches(model: TorqueFit) -> Stretches:
+    """Cut the fitted rows into stretches; correlated rows are counted by correlation lengths."""
+    parametrisation, n = model.problem.parametrisation, model.problem.n_parameters
+    scale = np.ones(model.jacobian.shape[1])
+    scale[:n] = 1.0 / parametrisation.slope(model.theta)
+    over_noise = model.fitted / float(model.study.runs[0].sensor_std[0])
+    residuals, jacobians = cut_runs([over_noise], [model.jacobian * scale])
+    return Stretches(
+        ids=parametrisation.ids,
+        values=model.values,
+        residuals=residuals,
+        jacobians=jacobians,
+        independent=max(model.fitted.size / model.correlation_time, 2.0),
+        prior=np.zeros(0),
+        prior_jacobian=np.zeros((0, scale.size)),
     )
 
 
@@ -368,4 +391,5 @@ def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
             if not x.fixed
         },
         "evidence": evidence,
+        "stability": finding.stability.get(effect.key),
     }

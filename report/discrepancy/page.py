@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -15,7 +15,6 @@ from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
-from haptid.discrepancy.verdict.verdict import NamedEffect
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Picture, Section, Table, render_page
@@ -111,7 +110,7 @@ def _effects(finding: Finding) -> Table:
     rows = [
         (
             *(e.id, e.formula, id, _with_unit(with_error(x.value, x.std), x.unit)),
-            *(_ends(x), f"{e.evidence:.0f}", _share(finding, e)),
+            *(_ends(x), f"{e.evidence:.0f}", write_share(finding.stability, e.key)),
         )
         for e in finding.judgement.effects
         for id, x in e.parameters.items()
@@ -120,9 +119,22 @@ def _effects(finding: Finding) -> Table:
     return Table(header=header, rows=rows)
 
 
-def _share(finding: Finding, effect: NamedEffect) -> str:
-    """Write the share of bags in which an effect keeps its name."""
-    share = finding.stability.get(effect.key)
+def write_share(stability: Mapping[str, float], key: str) -> str:
+    """Write the share of bags in which an effect keeps its name; a dash where it has no fitted amplitude.
+
+    Parameters
+    ----------
+    stability
+        Shares [1] by key.
+    key
+        Key of the effect.
+
+    Returns
+    -------
+    str
+        In per cent.
+    """
+    share = stability.get(key)
     return "–" if share is None else f"{100 * share:.0f} %"
 
 

@@ -39,6 +39,7 @@ def test_a_controlled_joint_gets_the_name_of_what_is_hidden(tmp_path, hidden, ve
     assert [effect["id"] for effect in found["effects"]] == names
     if names:
         assert found["residual"] == "torque"
+        assert found["effects"][0]["stability"] > 0.8
         assert found["gap"]["validate"]["after"] < 0.7 * found["gap"]["validate"]["before"]
 
 
