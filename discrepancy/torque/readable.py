@@ -38,7 +38,10 @@ def delays_torque(effect: Effect) -> bool:
     Such an effect is followed forward from the recorded torque. One that changes the size of the torque is not: a model
     whose torque and whose inertia are both small would explain any motion.
     """
-    return effect.side == "input" and effect.lives_in == "frequency"
+    on_path = effect.side == "input" and effect.lives_in == "frequency"
+    symbols = {s for x in effect.states for s in sp.sympify(x.rhs).free_symbols}
+    # What the motion drives as well, as an elastic tendon, is more than a path of the torque.
+    return on_path and not symbols & {sym.q, sym.v, sym.z, sym.a}
 
 
 def with_measured_load(equations: Equations) -> Equations:
