@@ -244,19 +244,18 @@ def find_torque(
 
 def _cut_into_stretches(model: TorqueFit) -> Stretches:
     """Cut the fitted rows into stretches; correlated rows are counted by correlation lengths."""
-    parametrisation, n = model.problem.parametrisation, model.problem.n_parameters
-    scale = np.ones(model.jacobian.shape[1])
-    scale[:n] = 1.0 / parametrisation.slope(model.theta)
+    parametrisation = model.problem.parametrisation
     over_noise = model.fitted / float(model.study.runs[0].sensor_std[0])
-    residuals, jacobians = cut_runs([over_noise], [model.jacobian * scale])
+    residuals, jacobians = cut_runs([over_noise], [model.jacobian])
     return Stretches(
         ids=parametrisation.ids,
+        slope=parametrisation.slope(model.theta),
         values=model.values,
         residuals=residuals,
         jacobians=jacobians,
         independent=max(model.fitted.size / model.correlation_time, 2.0),
         prior=np.zeros(0),
-        prior_jacobian=np.zeros((0, scale.size)),
+        prior_jacobian=np.zeros((0, model.jacobian.shape[1])),
     )
 
 

@@ -3,7 +3,10 @@
 A bag holds as many stretches as the fitted runs have, drawn with replacement (bagging, Breiman 1996). To first order
 about the optimum, r(x + d) = r + J·d, every bag has the cost
 
-    C(d) = Σ_b w_b·‖r_b + J_b·d‖²,  w_b how often stretch b was drawn.
+    C(d) = Σ_b w_b·‖r_b + J_b·d‖² + λ·‖d‖²,  w_b how often stretch b was drawn.
+
+d is in scaled unknowns, and λ, the residual's mean energy per independent row, keeps a parameter that a bag does not
+determine within one of its scaled units: far away the first order says nothing.
 
 1. Minimise C over all parameters.
 2. Minimise C with the effect's amplitudes at their neutral values and its shapes held: the model without the effect.
@@ -26,9 +29,6 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.linear_algebra import inverse
 
-LEAST_CURVATURE = 1e-10
-"""Curvature that every parameter has in every bag, over its curvature in all runs [1]."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stretches:
@@ -38,12 +38,14 @@ class Stretches:
     ----------
     ids
         Ids of the parameters that the first columns belong to; further columns are initial states.
+    slope
+        Derivative of each of these parameters with respect to its scaled unknown, shape (n_ids,).
     values
         Values of all parameters at the optimum by id.
     residuals
         Residual over its standard deviation by stretch, shape (n_b,) each.
     jacobians
-        Derivatives with respect to the parameters in their own units and to the initial states, shape (n_b, n) each.
+        Derivatives with respect to the scaled unknowns by stretch, shape (n_b, n) each.
     independent
         Number of independent rows of all stretches together.
     prior, prior_jacobian
@@ -51,6 +53,7 @@ class Stretches:
     """
 
     ids: tuple[str, ...]
+    slope: Array
     values: Mapping[str, float]
     residuals: tuple[Array, ...]
     jacobians: tuple[Array, ...]
@@ -72,19 +75,18 @@ class Stretches:
         Stretches
         """
         blocks, n = solution.blocks, solution.blocks.prior_jacobian.shape[1]
-        scale = np.ones(n)
         parametrisation = solution.problem.parametrisation
-        scale[: len(parametrisation.free)] = 1.0 / parametrisation.slope(solution.theta)
-        jacobians = [J.reshape(-1, n) * scale for J in blocks.jacobians or ()]
+        jacobians = [J.reshape(-1, n) for J in blocks.jacobians or ()]
         rows, derivatives = cut_runs([r.ravel() for r in blocks.rows], jacobians)
         return cls(
             ids=parametrisation.ids,
+            slope=parametrisation.slope(solution.theta),
             values=solution.values,
             residuals=rows,
             jacobians=derivatives,
             independent=float(sum(r.size for r in rows)),
             prior=blocks.prior,
-            prior_jacobian=blocks.prior_jacobian * scale,
+            prior_jacobian=blocks.prior_jacobian,
         )
 
 
@@ -126,12 +128,11 @@ def stability_of(stretches: Stretches, effects: Sequence[Effect], *, seed: int =
     dict
         Share [1] by key of the effect; effects without a fitted amplitude are left out.
     """
-    size = np.sqrt(sum(np.sum(J**2, axis=0) for J in stretches.jacobians))
-    size = np.where(size > 0, size, 1.0)
-    moments = [_moments(r, J / size) for r, J in zip(stretches.residuals, stretches.jacobians, strict=True)]
+    moments = [_moments(r, J) for r, J in zip(stretches.residuals, stretches.jacobians, strict=True)]
     count = len(moments)
     draws = np.random.default_rng(seed).multinomial(count, np.full(count, 1.0 / count), THRESHOLDS.verdict.bags)
-    prior = _moments(stretches.prior, stretches.prior_jacobian / size)
+    prior = _moments(stretches.prior, stretches.prior_jacobian)
+    energy = sum(part.square for part in moments) / stretches.independent
     bags = [_Moments.weighted([*moments, prior], np.append(weights, 1)) for weights in draws]
     shares = {}
     for effect in effects:
@@ -140,11 +141,10 @@ def stability_of(stretches: Stretches, effects: Sequence[Effect], *, seed: int =
         moved = [k for k in own if stretches.ids[k] in amplitudes]
         if not moved:
             continue
-        neutral = np.array(
-            [effect.neutral.get(stretches.ids[k], 0.0) - stretches.values[stretches.ids[k]] for k in moved]
-        )
+        names = [stretches.ids[k] for k in moved]
+        step = np.array([effect.neutral.get(id, 0.0) - stretches.values[id] for id in names]) / stretches.slope[moved]
         enough = len(own) * np.log(stretches.independent)
-        gains = [_gain(bag, own, moved, neutral * size[moved], stretches.independent) for bag in bags]
+        gains = [_gain(bag, own, moved, step, energy, stretches.independent) for bag in bags]
         shares[effect.key] = float(np.mean([gain > enough for gain in gains]))
     return shares
 
@@ -167,10 +167,9 @@ class _Moments:
             sum(w * part.square for part, w in pairs),
         )
 
-    def least(self, free: Sequence[int]) -> float:
-        """Return the smallest cost over the parameters with the numbers ``free``."""
-        # A run that was not drawn says nothing on its initial state: the floor keeps the matrix regular.
-        normal = self.normal[np.ix_(free, free)] + LEAST_CURVATURE * np.eye(len(free))
+    def least(self, free: Sequence[int], damping: float) -> float:
+        """Return the smallest cost over the parameters with the numbers ``free``, held by λ = ``damping``."""
+        normal = self.normal[np.ix_(free, free)] + damping * np.eye(len(free))
         slope = self.slope[list(free)]
         return self.square - float(slope @ inverse(normal) @ slope)
 
@@ -186,11 +185,11 @@ def _moments(r: Array, J: Array) -> _Moments:
     return _Moments(J.T @ J, J.T @ r, float(r @ r))
 
 
-def _gain(bag: _Moments, own: Sequence[int], moved: Sequence[int], step: Array, n: float) -> float:
+def _gain(bag: _Moments, own: Sequence[int], moved: Sequence[int], step: Array, damping: float, n: float) -> float:
     """Return twice the gain in log score by an effect in one bag."""
     every = list(range(bag.slope.size))
     others = [k for k in every if k not in own]
     tiny = np.finfo(float).tiny
-    with_effect = max(bag.least(every), tiny)
-    without = max(bag.moved(moved, step).least(others), tiny)
+    with_effect = max(bag.least(every, damping), tiny)
+    without = max(bag.moved(moved, step).least(others, damping), tiny)
     return float(n * np.log(without / with_effect))

@@ -33,7 +33,8 @@ def stretches_with(size: np.ndarray) -> Stretches:
     offset, spring = -np.linalg.solve(normal + 1e-9 * np.eye(2), target)
     left = [r + A @ (offset, spring) for r, A in zip(y, J, strict=True)]
     return Stretches(
-        ids=("offset", "k3"), values={"offset": offset, "k3": spring}, residuals=tuple(left), jacobians=tuple(J),
+        ids=("offset", "k3"), slope=np.ones(2), values={"offset": offset, "k3": spring},
+        residuals=tuple(left), jacobians=tuple(J),
         independent=float(STRETCHES * ROWS), prior=np.zeros(0), prior_jacobian=np.zeros((0, 2)),
     )  # fmt: skip
 
