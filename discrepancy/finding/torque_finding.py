@@ -65,7 +65,7 @@ class TorqueFinding:
     search
         Result of the search.
     gaps
-        RMS before and after by ``fit`` and ``validate``.
+        RMS before and after by ``fit``, ``validate`` and, where there are such runs, ``sealed``.
     regions, maps
         Residual energy of the nominal model, and the regions that hold most of it.
     remaining
@@ -227,6 +227,7 @@ def find_torque(
         gaps={
             "fit": Gap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
             "validate": Gap(before=rms(base.unseen), after=rms(final.unseen), noise=noise),
+            **_sealed_gap(base, final, noise),
         },
         regions=regions(energy),
         maps=energy,
@@ -240,6 +241,15 @@ def find_torque(
         stability=stability_of(_cut_into_stretches(final), final.effects, seed=seed),
         wall_s=time.perf_counter() - began,
     )
+
+
+def _sealed_gap(base: TorqueFit, final: TorqueFit, noise: float) -> dict[str, Gap]:
+    """Return the gap of the runs that took part in no choice; nothing where there are none."""
+    runs = base.study.sealed
+    if not runs:
+        return {}
+    before, after = (rms(np.concatenate([model.missed(run) for run in runs])) for model in (base, final))
+    return {"sealed": Gap(before=before, after=after, noise=noise)}
 
 
 def _cut_into_stretches(model: TorqueFit) -> Stretches:
@@ -354,7 +364,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
             }
             for name, g in finding.gaps.items()
         }
-        | {"sealed": None},
+        | ({} if "sealed" in finding.gaps else {"sealed": None}),
         "residual": "torque",
         "unnamed_shape": {
             "variable": "position_rad",

@@ -15,7 +15,7 @@ from haptid.identification.baseline.least_squares import correlation_length
 from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
-from haptid.measurement.values.run import Array
+from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 from haptid.support.errors import NumericalError
 from haptid.support.linear_algebra import scaled_covariance
@@ -71,6 +71,10 @@ class TorqueFit:
     def unseen(self) -> Array:
         """Residual torque of all held-out rows [N m]."""
         return np.concatenate([r[rows] for r, rows in zip(self.residual, self.study.unseen_rows, strict=True)])
+
+    def missed(self, run: Run) -> Array:
+        """Return measured minus modelled torque of a run of no fit [N m], shape (n_t,)."""
+        return np.asarray(run.y[:, 0] - self.problem.simulator.simulate(self.theta, run).y[:, 0])
 
     @property
     def correlation_time(self) -> float:

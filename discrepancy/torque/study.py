@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
@@ -58,6 +59,8 @@ class TorqueStudy:
     resting
         Whether the joint rests at each row, shape (n_t,) each: friction holds it there with any torque up to its level,
         so that the motion does not tell the torque. Empty where every row counts.
+    sealed
+        Runs, turned alike, that take part in no choice (`discrepancy.study.sealed`).
     threads
         Number of threads that fit and scan side by side; the results do not depend on it.
     """
@@ -70,6 +73,7 @@ class TorqueStudy:
     drive: KnownDrive | None = None
     recorded: tuple[Run, ...] = ()
     resting: tuple[Mask, ...] = ()
+    sealed: tuple[Run, ...] = ()
     threads: int = 1
 
     @property
@@ -178,10 +182,11 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     TorqueStudy
         Study with held-out rows: the runs to validate on, or alternating stretches of runs that are used for both.
     """
-    fitted, unseen = campaign.runs_of((joint,), "fit"), campaign.runs_of((joint,), "validate")
+    fitted, (unseen, sealed) = campaign.runs_of((joint,), "fit"), seal(campaign.runs_of((joint,), "validate"))
     # A file with both uses was divided in time; here its rows alternate instead, so that held-out stretches lie all
     # over it.
     cut = {run.file for run in fitted} & {run.file for run in unseen}
+    sealed = tuple(run for run in sealed if run.file not in cut)
     runs = [*(run for run in fitted if run.file not in cut), *unseen]
     base, slides = equations_for(campaign, device_of(campaign), (joint,)), bool(fitted[0].prismatic[0])
     stated = tuple(campaign.parameter_overrides.get(joint, {}))
@@ -189,8 +194,10 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     if drive is not None:
         base = restrain_presliding(drive.rigid(base, prismatic=slides), runs, stated)
     # The masks hold rows out, so the runs themselves are scored from the first row on.
-    whole = [run.but(score_from=0) for run in runs]
-    turned = torque_runs(whole) if drive is None else drive.turn(whole)
+    whole = [run.but(score_from=0) for run in (*runs, *sealed)]
+    # One filter for all runs of the machine, the sealed ones too.
+    both = torque_runs(whole) if drive is None else drive.turn(whole)
+    turned, kept = both[: len(runs)], both[len(runs) :]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
     return TorqueStudy(
         joint=joint,
@@ -201,6 +208,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         drive=drive,
         recorded=(*fitted, *unseen),
         resting=() if drive is None else tuple(rests(run) for run in turned),
+        sealed=kept,
         threads=threads,
     )
 

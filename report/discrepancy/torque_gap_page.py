@@ -70,7 +70,11 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
 
 
 def _gaps(finding: TorqueFinding) -> Table:
-    names = {"fit": "fitted stretches", "validate": "stretches that no fit saw"}
+    names = {
+        "fit": "fitted stretches",
+        "validate": "stretches that no fit saw, which chose among candidates",
+        "sealed": "sealed runs, which took part in no choice",
+    }
     rows = [
         (
             names[name], f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}", f"{1e3 * g.noise:.3g}",
