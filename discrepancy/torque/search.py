@@ -13,6 +13,7 @@ An autoregression estimated from the residual of the model under suspicion would
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +25,7 @@ from haptid.discrepancy.torque.scan import Promise, promises
 from haptid.discrepancy.torque.stretches import gain_of
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.model.effects.effect import Effect
+from haptid.support.errors import NumericalError
 from haptid.support.processes.threads import map_threads
 
 
@@ -204,7 +206,8 @@ def _step(
     best = _choose_refits(found)
     tell(f"refit with {', '.join(promise.effect.key for promise in best)}")
     models = map_threads(lambda promise: refit_candidate(study, current, promise), best, threads=study.threads)
-    candidates = [compare_candidates(p.effect.key, current, model) for p, model in zip(best, models, strict=True)]
+    refitted = [(p.effect.key, model) for p, model in zip(best, models, strict=True) if model is not None]
+    candidates = [compare_candidates(key, current, model) for key, model in refitted]
     ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))
     winner = next((c for c in ranked if c.acceptable), None)
     return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner)
@@ -220,7 +223,7 @@ def _choose_refits(found: Sequence[Promise]) -> list[Promise]:
     return [*others[: THRESHOLDS.torque.most_refits_of_scan], *late[:1]]
 
 
-def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit:
+def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit | None:
     """Refit everything with one effect more, from two starts.
 
     Parameters
@@ -234,15 +237,16 @@ def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) ->
 
     Returns
     -------
-    TorqueFit
-        The fit with the smaller residual on fitted rows.
+    TorqueFit or None
+        The fit with the smaller residual on fitted rows; None where neither start gives a finite torque.
     """
     effect, fits = promise.effect, []
     # A linear estimate may be far too large; a tenth of its amplitudes is the second start.
     for share in (1.0, 0.1):
         first = {id: value * (share if id in effect.neutral else 1.0) for id, value in promise.start.items()}
-        fits.append(fit_model(study, (*current.effects, effect), {**current.values, **first}))
-    return min(fits, key=lambda f: rms(f.fitted))
+        with suppress(NumericalError):
+            fits.append(fit_model(study, (*current.effects, effect), {**current.values, **first}))
+    return min(fits, key=lambda f: rms(f.fitted)) if fits else None
 
 
 def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCandidate:
