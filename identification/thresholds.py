@@ -167,6 +167,26 @@ class Thresholds:
     """Longest wait for one simulation [s]."""
     longest_start_of_process_s: float = 120.0
     """Longest wait for a process to import this package [s], which takes long on a loaded machine."""
+    relative_tolerance_of_exchange: float = 1e-8
+    """Relative tolerance of the solver of a model that is exchanged [1]: its error is far below a difference quotient's
+    change of the outputs."""
+    largest_exchange_step_over_duration: float = 0.02
+    """Longest step of that solver over the duration of the run [1]: no event of the model is stepped over."""
+    most_exchange_steps_between_rows: int = 100_000
+    """Largest number of that solver's steps between two rows [1]."""
+    least_exchange_step_over_time: float = 1e-12
+    """Distance between two times over the larger of them [1] up to which they are the same."""
+
+    # Calibration of foreign FMUs.
+    difference_over_size: float = 1e-4
+    """Step of a difference quotient over the size of a parameter [1]: its error of second order is 1e-8, and a solver's
+    error of 1e-8 changes it by 1e-4."""
+    least_logarithmic_range: float = 10.0
+    """Upper over lower bound [1] from which a positive parameter of a foreign FMU moves in its logarithm."""
+    least_serial_duration_s: float = 20.0
+    """Expected duration of the starts of a fit [s] from which processes share them: to start one takes seconds."""
+    expected_iterations_of_start: int = 20
+    """Expected number of simulations of all runs with differences in one start [1]."""
 
 
 THRESHOLDS = Thresholds()
