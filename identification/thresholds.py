@@ -178,9 +178,13 @@ class Thresholds:
     """Distance between two times over the larger of them [1] up to which they are the same."""
 
     # Calibration of foreign FMUs.
-    difference_over_size: float = 1e-4
-    """Step of a difference quotient over the size of a parameter [1]: its error of second order is 1e-8, and a solver's
-    error of 1e-8 changes it by 1e-4."""
+    difference_steps_over_size: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)
+    """Steps of a difference quotient over the size of a parameter [1]: at the narrowest the error of second order is
+    1e-8 and that of a solver of 1e-8 is 1e-4, while a wide step averages the jumps of events."""
+    largest_change_of_quotient: float = 0.5
+    """Change of a difference quotient from one step to the next wider one, RMS over RMS [1], up to which they agree."""
+    negligible_change_of_quotient: float = 1e-3
+    """The same [1] below which a change is the solver's error."""
     least_logarithmic_range: float = 10.0
     """Upper over lower bound [1] from which a positive parameter of a foreign FMU moves in its logarithm."""
     least_serial_duration_s: float = 20.0

@@ -89,6 +89,10 @@ class ForeignFmu:
         """Close."""
         self.close()
 
+    def start(self) -> None:
+        """Start the child process where there is none; `simulate` does so, too."""
+        self._started()
+
     def simulate(
         self, t: Array, *, start: Mapping[str, float], inputs: Mapping[str, Array], outputs: Sequence[str]
     ) -> Array:

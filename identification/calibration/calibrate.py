@@ -1,0 +1,249 @@
+"""Calibration of a foreign FMU: `ForeignCampaign` and FMU in, `Calibration` out.
+
+1. Check the campaign's names against the FMU's variables (`identification.foreign.binding`).
+2. Simulate every run at the first guess: what fails here is told as the FMU says it.
+3. Follow several starts to their minima, as in every other fit, with difference quotients for sensitivities.
+4. Compute covariance, statuses and scores at the best minimum.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from haptid.identification.calibration.difference_steps import with_chosen_steps
+from haptid.identification.calibration.simulator import ForeignSimulator, equations_of
+from haptid.identification.fit.multistart import Minima, descend_from, find_minima
+from haptid.identification.foreign.binding import quantities_of
+from haptid.identification.foreign.process import ForeignFmu
+from haptid.identification.optimise.basins import sort_into_basins
+from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of
+from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import outcome_of
+from haptid.identification.statistics.covariance import curvature
+from haptid.identification.statistics.identifiability import combinations, statuses
+from haptid.identification.statistics.score import score_of
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.values.foreign_campaign import ForeignCampaign
+from haptid.measurement.values.run import Array
+from haptid.support.linear_algebra import profile_out
+from haptid.support.processes.threads import single_threaded
+
+Report = Callable[[int], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibration:
+    """Result of a calibration.
+
+    Parameters
+    ----------
+    campaign
+        Runs and variables.
+    fit
+        Fit of the FMU's parameters; its ``rmse`` are by output.
+    simulated
+        Outputs of every run but the excluded ones at the estimates, by file, shape (n_t, n_outputs) each.
+    units
+        Unit of each output, empty where the FMU states none.
+    simulation_s
+        Duration of the simulation of all fitted runs once [s].
+    """
+
+    campaign: ForeignCampaign
+    fit: Fit
+    simulated: Mapping[str, Array]
+    units: tuple[str, ...]
+    simulation_s: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by variable."""
+        return {q.structured: float(v) for q, v in zip(self.fit.equations.parameters, self.fit.theta, strict=True)}
+
+
+def simulator_of(campaign: ForeignCampaign, fmu: ForeignFmu) -> ForeignSimulator:
+    """Check a campaign against its FMU and return the simulator of its runs.
+
+    Parameters
+    ----------
+    campaign
+        As `read_foreign_campaign` returns it.
+    fmu
+        The FMU, which stays open.
+
+    Returns
+    -------
+    ForeignSimulator
+
+    Raises
+    ------
+    InputError
+        Where a variable is unknown or cannot play its part.
+    """
+    return ForeignSimulator(
+        fmu=fmu,
+        equations=equations_of(fmu.description.modelName, quantities_of(campaign, fmu)),
+        outputs=campaign.outputs,
+        starts=campaign.starts,
+    )
+
+
+def try_all_runs(campaign: ForeignCampaign, simulator: ForeignSimulator) -> float:
+    """Simulate every run once at the first guess.
+
+    Returns
+    -------
+    float
+        Duration of the fitted runs' simulations [s].
+
+    Raises
+    ------
+    NumericalError
+        Where the FMU fails, in its own words.
+    """
+    theta = np.array([q.initial for q in simulator.equations.parameters])
+    took = 0.0
+    for run in campaign.runs:
+        if run.use != "excluded":
+            simulator.fmu.start()
+            begun = time.perf_counter()
+            simulator.outputs_at(theta, run)
+            took += (time.perf_counter() - begun) * (run.use == "fit")
+    return took
+
+
+def calibrate(
+    campaign: ForeignCampaign, fmu: ForeignFmu, options: FitOptions, report: Report = lambda _: None
+) -> Calibration:
+    """Identify the parameters of an FMU.
+
+    Parameters
+    ----------
+    campaign
+        Runs, variables and what is stated of them.
+    fmu
+        The FMU, which stays open.
+    options
+        Method, starts, seed, workers and loss of the fit.
+    report
+        Called with the number of starts that are done.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InputError
+        Where a variable is unknown or cannot play its part.
+    NumericalError
+        Where the FMU crashes or hangs, or refuses the first guess.
+    """
+    begun = time.perf_counter()
+    simulator = simulator_of(campaign, fmu)
+    took = try_all_runs(campaign, simulator)
+    fitted = tuple(run for run in campaign.runs if run.use == "fit")
+    first = np.array([q.initial for q in simulator.equations.parameters])
+    simulator = with_chosen_steps(simulator, first, fitted)
+    # An FMU has no observer, and its runs no half that weighs more.
+    problem = Problem.of(simulator, fitted, options.but(gains=(0.0,), weights=(1.0, 1.0)))
+    with _workers(problem, took) as workers:
+        minima = single_threaded(_minima, problem, workers, report)
+    # Events may lie closer or wider at the minimum than at the first guess.
+    there = with_chosen_steps(simulator, problem.theta(minima.best.x), fitted)
+    problem = replace(problem, simulator=there)
+    minima = single_threaded(_polished, problem, minima)
+    fit = single_threaded(_fit, problem, minima)
+    simulated = {run.file: simulator.outputs_at(fit.theta, run) for run in campaign.runs if run.use != "excluded"}
+    scores = tuple(
+        score_of(run, run.y - simulated[run.file], np.zeros(0)) for run in campaign.runs if run.file in simulated
+    )
+    outcome = outcome_of(
+        len(minima.basins[0].starts),
+        minima.basins[0].over_noise,
+        options.tolerance,
+        unseen=max((one.over_noise for one in scores if one.use == "validate"), default=0.0),
+        rows=sum(run.y.size for run in fitted),
+        parameters=problem.n_parameters,
+    )
+    return Calibration(
+        campaign=campaign,
+        fit=fit.but(runs=scores, outcome=outcome, wall_s=time.perf_counter() - begun),
+        simulated=simulated,
+        units=tuple(fmu.variables[name].unit for name in campaign.outputs),
+        simulation_s=took,
+    )
+
+
+def _workers(problem: Problem, simulation_s: float) -> AbstractContextManager[Workers]:
+    """Return processes only where the starts take longer than processes take to begin; no result depends on it."""
+    options = problem.options
+    per_iteration = simulation_s * (1 + 2 * problem.n_parameters)
+    expected = per_iteration * THRESHOLDS.expected_iterations_of_start * options.starts
+    if options.workers == 1 or expected < THRESHOLDS.least_serial_duration_s:
+        return nullcontext(Here())
+    return Processes(options.workers)
+
+
+def _minima(problem: Problem, workers: Workers, report: Report) -> Minima:
+    if problem.n_parameters:
+        return find_minima(problem, workers, report)
+    # Nothing to fit: the one minimum is the FMU as it is stated.
+    x = np.zeros(0)
+    only = Descent(x=x, cost=cost_of(problem.blocks(x, jacobian=False)), calls=1, converged=True)
+    return Minima(descents=(only,), basins=sort_into_basins(problem, [only]))
+
+
+def _polished(problem: Problem, minima: Minima) -> Minima:
+    """Descend once more from the best minimum, with the steps that were chosen there; a start of its own it is not."""
+    best = minima.best
+    if not problem.n_parameters:
+        return minima
+    again = descend_from(problem, problem.theta(best.x))
+    lower = again if again.cost < best.cost else best
+    polished = replace(lower, calls=best.calls + again.calls)
+    descents = tuple(polished if one is best else one for one in minima.descents)
+    return Minima(descents=descents, basins=sort_into_basins(problem, descents))
+
+
+def _fit(problem: Problem, minima: Minima) -> Fit:
+    best, parametrisation, n = minima.best, problem.parametrisation, problem.n_parameters
+    theta = problem.theta(best.x)
+    covariance, data, tau, status = np.zeros((0, 0)), np.zeros((0, 0)), 1.0, _fixed(problem)
+    felt = np.full(n, np.nan)
+    slope = parametrisation.slope(theta)
+    if n:
+        bent = curvature(problem, best.x)
+        covariance, tau = bent.covariance, bent.correlation_time
+        data = profile_out(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(tau, 1.0))
+        status = statuses(parametrisation, best.x, np.sqrt(np.diag(covariance)), felt)
+    return Fit(
+        equations=parametrisation.equations,
+        theta=theta,
+        free=parametrisation.ids,
+        covariance=covariance * np.outer(slope, slope),
+        information=data / np.outer(slope, slope),
+        cost=best.cost / problem.weight,
+        outcome=outcome_of(1, 0.0, 1.0, unseen=0.0, rows=0, parameters=n),
+        basins=minima.basins,
+        starts=len(minima.descents),
+        x0={run.file: np.zeros(0) for run in problem.runs},
+        sigma={run.file: run.sensor_std for run in problem.runs},
+        correlation_time=tau,
+        simulations=sum(d.calls for d in minima.descents) * len(problem.runs) * (1 + 2 * n),
+        wall_s=0.0,
+        statuses=status,
+        combinations=combinations(parametrisation, best.x, data, status, felt) if n else (),
+    )
+
+
+def _fixed(problem: Problem) -> dict[str, str]:
+    return {q.id: "fixed" for q in problem.parametrisation.equations.parameters}
