@@ -185,12 +185,24 @@ def calibrate(
 
 def _workers(problem: Problem, simulation_s: float) -> AbstractContextManager[Workers]:
     """Return processes only where the starts take longer than processes take to begin; no result depends on it."""
-    options = problem.options
-    per_iteration = simulation_s * (1 + 2 * problem.n_parameters)
-    expected = per_iteration * THRESHOLDS.expected_iterations_of_start * options.starts
-    if options.workers == 1 or expected < THRESHOLDS.least_serial_duration_s:
+    workers = problem.options.workers
+    if workers == 1 or expected_duration(problem, simulation_s) < THRESHOLDS.least_serial_duration_s:
         return nullcontext(Here())
-    return Processes(options.workers)
+    return Processes(workers)
+
+
+def expected_duration(problem: Problem, simulation_s: float) -> float:
+    """Return how long all starts may take in one process [s].
+
+    Parameters
+    ----------
+    problem
+        Problem with parameters and starts.
+    simulation_s
+        Duration of the simulation of all fitted runs once [s].
+    """
+    per_iteration = simulation_s * (1 + 2 * problem.n_parameters)
+    return per_iteration * THRESHOLDS.expected_iterations_of_start * problem.options.starts
 
 
 def _minima(problem: Problem, workers: Workers, report: Report) -> Minima:

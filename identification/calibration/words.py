@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from haptid.identification.calibration.calibrate import Calibration
+from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.summary import table_text
+from haptid.measurement.values.foreign_campaign import ForeignCampaign
 
 SENTENCES = {
     Outcome.CONVERGED: "several starts agree on the best minimum, and what is left is the outputs' noise",
@@ -32,6 +36,7 @@ SENTENCES = {
 """Sentence of each outcome that a calibration may have."""
 HEADER = ("variable", "value", "std", "unit", "status")
 RUNS = ("run", "use", "output", "RMS", "RMS / noise")
+CHECKED = ("run", "use", "rows", "seconds", "output", "range", "noise")
 
 
 def sentence_of(outcome: Outcome) -> str:
@@ -56,6 +61,39 @@ def run_rows(calibration: Calibration) -> list[tuple[str, ...]]:
         for name, rmse, noise in zip(calibration.campaign.outputs, score.rmse, sigma[score.file], strict=True):
             rows.append((score.file, score.use, name, f"{rmse:.3g}", f"{rmse / noise:.2f}"))
     return rows
+
+
+def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
+    """Write what `measurement.check` says of a campaign about an FMU.
+
+    Parameters
+    ----------
+    campaign
+        Runs and variables.
+    simulator
+        The FMU, whose variables were checked.
+
+    Returns
+    -------
+    str
+        Head, and a table with a row for each run and output; "~" marks a noise that was estimated.
+    """
+    fmu, parameters = simulator.fmu, simulator.equations.parameters
+    kind = "co-simulation" if fmu.interface == "CoSimulation" else "model exchange"
+    by_use = [f"{sum(run.use == use for run in campaign.runs)} {use}" for use in ("fit", "validate", "excluded")]
+    rows = []
+    for run in campaign.runs:
+        for k, name in enumerate(campaign.outputs):
+            mark = "" if campaign.noise_given[name] else "~"
+            size, noise = f"{np.ptp(run.y[:, k]):.3g}", f"{mark}{run.sensor_std[k]:.2g}"
+            rows.append((run.file, run.use, str(run.t.size), f"{run.t[-1]:.4g}", name, size, noise))
+    free = ", ".join(q.structured for q in parameters if not q.fixed) or "none"
+    head = (
+        f"{campaign.title}\n{fmu.path.name} (FMI {fmu.description.fmiVersion}, {kind}), {campaign.label} data, "
+        f"{len(campaign.runs)} runs ({', '.join(by_use)}), inputs {', '.join(campaign.inputs) or 'none'}, "
+        f"parameters to fit {free}"
+    )
+    return f"{head}\n\n{table_text(CHECKED, rows)}"
 
 
 def attention(calibration: Calibration) -> list[str]:
