@@ -84,7 +84,8 @@ class ForeignSimulator:
         """
         values = {q.structured: float(p) for q, p in zip(self.equations.parameters, theta, strict=True)}
         start = {**self.starts.get(run.file, {}), **values}
-        return self.fmu.simulate(run.t, start=start, inputs=run.drive_inputs, outputs=self.outputs)
+        linear = run.hold == "linear"
+        return self.fmu.simulate(run.t, start=start, inputs=run.drive_inputs, outputs=self.outputs, linear=linear)
 
     def simulate(
         self,

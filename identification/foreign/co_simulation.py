@@ -27,20 +27,30 @@ class Request:
     start
         Start values by variable.
     inputs
-        Values that are set at each row by variable, shape (n_t,) each; a value holds until the next row.
+        Values that are set at each row by variable, shape (n_t,) each.
     outputs
         Variables that are read at each row.
+    linear
+        Whether the inputs are linear between rows: their mean of two rows is then set between them. Else a value holds
+        until the next row.
     """
 
     t: Array
     start: Mapping[str, float]
     inputs: Mapping[str, Array]
     outputs: Sequence[str]
+    linear: bool = False
 
     @property
     def table(self) -> Array:
         """Inputs by row, shape (n_t, n_inputs)."""
         return np.column_stack([np.zeros((self.t.size, 0)), *self.inputs.values()])
+
+    @property
+    def between(self) -> Array:
+        """Inputs after each row but the last, shape (n_t - 1, n_inputs)."""
+        table = self.table
+        return 0.5 * (table[:-1] + table[1:]) if self.linear else table[:-1]
 
 
 def initialise(fmu: Any, description: Any, request: Request) -> None:
@@ -87,12 +97,14 @@ def step_by_itself(fmu: Any, description: Any, request: Request) -> Array:
     """
     write = writer(fmu, description, list(request.inputs))
     read = reader(fmu, description, request.outputs)
-    table, t = request.table, request.t
+    table, between, t = request.table, request.between, request.t
     result = np.empty((t.size, len(request.outputs)))
     for k in range(t.size):
         write(table[k])
         result[k] = read()
         if k + 1 < t.size:
+            if request.linear:
+                write(between[k])
             answer = fmu.doStep(float(t[k]), float(t[k + 1] - t[k]))
             # FMI 3.0 answers with flags, of which the second asks for the end of the simulation.
             if isinstance(answer, tuple) and answer[1]:

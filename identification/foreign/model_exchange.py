@@ -1,8 +1,8 @@
 """Simulation of an instance for model exchange by CVode: instance and `Request` in, outputs at the rows out.
 
-Inputs hold their value between rows; where one changes at a row, an event lets the model and the solver know. State,
-time and step events are handled as FMI 2.0.4, section 3.2.3, and FMI 3.0, section 3.2, prescribe. It runs in the child
-process of a foreign FMU.
+Inputs hold their value between rows; where one changes, an event lets the model and the solver know. State, time and
+step events are handled as FMI 2.0.4, section 3.2.3, and FMI 3.0, section 3.2, prescribe. It runs in the child process
+of a foreign FMU.
 """
 
 from __future__ import annotations
@@ -75,15 +75,20 @@ def integrate(fmu: Any, description: Any, request: Request) -> Array:
     write = writer(fmu, description, list(request.inputs))
     read = reader(fmu, description, request.outputs)
     solver = _solver(fmu, description, request)
-    table, t = request.table, request.t
+    table, between, t = request.table, request.between, request.t
+    present = table[0]
     result = np.empty((t.size, len(request.outputs)))
     for k in range(t.size):
-        if k and np.any(table[k] != table[k - 1]):
-            events.begin()
-            write(table[k])
-            events.finish()
-            solver.reset(float(t[k]))
-        result[k] = read()
+        for part, inputs in enumerate((table[k], *between[k : k + 1])):
+            if np.any(inputs != present):
+                events.begin()
+                write(inputs)
+                events.finish()
+                solver.reset(float(t[k]))
+                present = inputs
+            # The outputs of a row belong to its own inputs, not to those between it and the next.
+            if part == 0:
+                result[k] = read()
         if k + 1 < t.size:
             _advance(fmu, description, solver, events, float(t[k]), float(t[k + 1]))
     return result

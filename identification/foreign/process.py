@@ -94,7 +94,13 @@ class ForeignFmu:
         self._started()
 
     def simulate(
-        self, t: Array, *, start: Mapping[str, float], inputs: Mapping[str, Array], outputs: Sequence[str]
+        self,
+        t: Array,
+        *,
+        start: Mapping[str, float],
+        inputs: Mapping[str, Array],
+        outputs: Sequence[str],
+        linear: bool = False,
     ) -> Array:
         """Step from row to row, setting the inputs and reading the outputs.
 
@@ -108,6 +114,8 @@ class ForeignFmu:
             Values that are set at each row by variable, shape (n_t,) each.
         outputs
             Variables that are read at each row after its inputs are set.
+        linear
+            Whether the inputs are linear between rows; else they hold.
 
         Returns
         -------
@@ -123,7 +131,9 @@ class ForeignFmu:
             Where the FMU ends its process, or gives no answer in time.
         """
         self._check([*start, *inputs, *outputs])
-        request = Request(t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs))
+        request = Request(
+            t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs), linear=linear
+        )
         try:
             connection = self._started()
             connection.send(request)

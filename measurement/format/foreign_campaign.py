@@ -60,7 +60,8 @@ def read_foreign_campaign(folder: Path | str, model: Path | None = None) -> Fore
     parameters = _named(source, "parameters", schema.PARAMETER)
     for name, entry in parameters.items():
         _check_parameter(entry, source.where("parameters", name))
-    runs = tuple(_with_noise(_read_runs(source, inputs, outputs), outputs))
+    held = [run.but(hold=head.get("hold", "zero")) for run in _read_runs(source, inputs, outputs)]
+    runs = tuple(_with_noise(held, outputs))
     return ForeignCampaign(
         folder=folder,
         title=one_line(head.get("title", folder.resolve().name)),

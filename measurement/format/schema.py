@@ -173,6 +173,7 @@ FOREIGN_CAMPAIGN = {
     "title": TEXT,
     "model": Key(accepts=_is_text, words='the file of an FMU, as in "oscillator.fmu"'),
     "measured": CAMPAIGN["measured"],
+    "hold": HOLD,
     **REMARKED,
 }
 COLUMN = Key(accepts=_is_text, words='the name of a column, as in "force_N"', required=True)

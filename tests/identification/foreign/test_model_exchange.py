@@ -51,8 +51,9 @@ def test_time_events_of_the_model_are_met(tmp_path):
     assert counter.tolist() == [1, 1, 1, 2, 2, 3, 3, 3]
 
 
+@pytest.mark.parametrize("linear", [False, True])
 @pytest.mark.parametrize("version", ["fmi2", "fmi3"])
-def test_inputs_of_every_type_hold_until_the_next_row(version, tmp_path):
+def test_outputs_of_a_row_belong_to_its_inputs_of_every_type(version, linear, tmp_path):
     whole, flag = ("Int32", "Boolean")
     force = np.array([1.0, -2.5, -2.5, 0.25])
     inputs = {
@@ -62,5 +63,6 @@ def test_inputs_of_every_type_hold_until_the_next_row(version, tmp_path):
     }
     outputs = ["Float64_continuous_output", f"{whole}_output", f"{flag}_output"]
     with ForeignFmu(exchange_only(tmp_path, f"{version}/Feedthrough")) as fmu:
-        read = fmu.simulate(np.array([0.0, 0.1, 0.3, 0.4]), start={}, inputs=inputs, outputs=outputs)
+        t = np.array([0.0, 0.1, 0.3, 0.4])
+        read = fmu.simulate(t, start={}, inputs=inputs, outputs=outputs, linear=linear)
     np.testing.assert_array_equal(read, np.column_stack(list(inputs.values())))
