@@ -18,6 +18,9 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.processes.pool import end_with_the_parent
 
+_FATAL = 4
+"""Status of FMI 2.0 and 3.0 after which an instance must not be used."""
+
 
 def serve(connection: Connection, unpacked: Unpacked) -> None:
     """Answer requests until the connection is closed.
@@ -62,9 +65,16 @@ def _quiet() -> None:
 
 def _simulate(unpacked: Unpacked, request: Request) -> Array:
     fmu: Any = instantiate_fmu(str(unpacked.folder), unpacked.description, fmi_type=unpacked.interface)
-    initialise(fmu, unpacked.description, request)
     step = step_by_itself if unpacked.interface == "CoSimulation" else integrate
-    result = step(fmu, unpacked.description, request)
-    fmu.terminate()
+    try:
+        initialise(fmu, unpacked.description, request)
+        result = step(fmu, unpacked.description, request)
+        fmu.terminate()
+    except Exception as error:
+        # An FMU may allow one instance a process, so that a refused simulation must not leave its own. After a fatal
+        # error the standard allows no further call.
+        if getattr(error, "status", 0) < _FATAL:
+            fmu.freeInstance()
+        raise
     fmu.freeInstance()
     return result

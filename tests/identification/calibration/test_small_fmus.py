@@ -77,6 +77,16 @@ def test_code_that_fails_is_one_line_in_both_commands(step, told, folder, tmp_pa
         assert told in line
 
 
+def test_values_that_the_fmu_refuses_are_avoided(folder, tmp_path):
+    text = CAMPAIGN.replace("initial = 0.0", "initial = 3.5").replace("upper = 9.0", "upper = 40.0")
+    (folder / "campaign.toml").write_text(text, encoding="utf-8")
+    fmu = write(tmp_path / "small.fmu", content("refuses"))
+    done = run(identify, "--model", fmu, folder, "--out", tmp_path / "out", "--quiet", "--workers", "1")
+    assert done.exit_code == 0, done.output
+    (one,) = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))["configurations"]
+    assert one["parameters"]["position"]["value"] == pytest.approx(2.0, abs=0.01)
+
+
 @pytest.mark.parametrize(
     ("arguments", "told"),
     [
