@@ -115,6 +115,9 @@ def _places(text: bytes) -> dict[str, int]:
                 places[named] = parser.CurrentByteIndex
         elif len(path) == 4 and path[2] == "ScalarVariable" and named not in places:
             places[named] = parser.CurrentByteIndex
+        elif len(path) == 4 and tag == "Alias":
+            # An alias of FMI 3.0 has the value of the variable around it.
+            places[attributes.get("name", "")] = places[named]
 
     def end(_: str) -> None:
         path.pop()

@@ -23,7 +23,7 @@ SENTENCES = {
         "only one start reached the best minimum, and it lies above the noise; look whether columns, units and start "
         "values are right, then raise --starts"
     ),
-    Outcome.FIXED: "every parameter is fixed, so that nothing was fitted: the scores are those of the FMU as stated",
+    Outcome.FIXED: "no parameter is free, so that nothing was fitted: the scores are those of the FMU as it is stated",
     Outcome.UNSEEN: (
         "the fitted runs are at the noise, but runs that no fit saw are not: look whether their columns and start "
         "values are right"
@@ -115,8 +115,8 @@ def attention(calibration: Calibration) -> list[str]:
 def summary_text(calibration: Calibration) -> str:
     """Write the command's summary: parameters, runs, outcome, and what needs attention."""
     fit = calibration.fit
-    reached = len(fit.basins[0].starts)
-    how = f"{reached} of {fit.starts} starts share the best minimum, {fit.simulations} simulations, {fit.wall_s:.1f} s"
+    reached = f"{len(fit.basins[0].starts)} of {fit.starts} starts share the best minimum, " if fit.free else ""
+    how = f"{reached}{fit.simulations} simulations, {fit.wall_s:.1f} s"
     parts = [table_text(HEADER, parameter_rows(calibration))] if fit.equations.parameters else []
     parts += [table_text(RUNS, run_rows(calibration)), f"{sentence_of(fit.outcome)} ({how})"]
     return "\n\n".join(["\n\n".join(parts), *attention(calibration)])

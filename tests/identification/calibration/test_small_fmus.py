@@ -134,5 +134,7 @@ def test_a_start_value_is_added_where_there_is_none():
     third = b'<fmiModelDescription><ModelVariables><Float64 name="k" min="0" /></ModelVariables></fmiModelDescription>'
     changed = with_starts(third, {"k": 1e-3}, "x.fmu")
     assert b'<Float64 name="k" min="0" start="0.001"/>' in changed
+    aliased = third.replace(b"/></Model", b'><Alias name="c"/></Float64></Model')
+    assert b'<Float64 name="k" min="0" start="0.5"><Alias name="c"/>' in with_starts(aliased, {"c": 0.5}, "x.fmu")
     with pytest.raises(InputError, match="expected a variable z"):
         with_starts(third, {"z": 1.0}, "x.fmu")
