@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import platform
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib.metadata import version
@@ -22,6 +22,7 @@ from haptid.identification.calibration.calibrate import calibrate
 from haptid.identification.calibration.result_json import calibration_json
 from haptid.identification.calibration.start_values import write_with_starts
 from haptid.identification.calibration.words import summary_text as summary_of_calibration
+from haptid.identification.foreign.options import limit_option
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.dask_workers import Cluster
 from haptid.identification.optimise.workers import Here, Processes, Workers
@@ -137,9 +138,10 @@ def in_process(equations: Equations) -> Simulator:
     metavar="ANY.fmu",
     help="Calibrate this FMU; CAMPAIGN is about its variables. The one that campaign.toml names where left out.",
 )
+@limit_option
 @allow_outside_option
 @exit_codes
-def main(  # one argument an option
+def main(  # noqa: PLR0913 # one argument an option
     campaign: str | None,
     out: Path,
     joints: str | None,
@@ -148,6 +150,7 @@ def main(  # one argument an option
     kind: str,
     no_export: bool,
     model: Path | None,
+    limit_s: float,
     **choices: Any,
 ) -> None:
     """Identify a device from CAMPAIGN, a folder with campaign.toml; the embedded Freedom 6S one where left out.
@@ -155,7 +158,10 @@ def main(  # one argument an option
     A campaign that names the variables of an FMU, or --model, calibrates that FMU.
     """
     if model is not None or is_foreign(campaign):
-        _calibrate(campaign, model, out, FitOptions(**choices), {"--joints": joints, "--scheduler": scheduler})
+        for name, value in (("--joints", joints), ("--scheduler", scheduler)):
+            if value is not None:
+                raise InputError(name, expected="no such option for an FMU", got=repr(value), todo="leave it out")
+        _calibrate(campaign, model, out, FitOptions(**choices), limit_s)
         return
     read = campaign_for_command(campaign)
     device = device_of(read)
@@ -184,18 +190,13 @@ def main(  # one argument an option
     click.echo(f"written below {job.out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
 
 
-def _calibrate(
-    campaign: str | None, model: Path | None, out: Path, options: FitOptions, refused: Mapping[str, str | None]
-) -> None:
+def _calibrate(campaign: str | None, model: Path | None, out: Path, options: FitOptions, limit_s: float) -> None:
     """Calibrate an FMU and write its results."""
-    for name, value in refused.items():
-        if value is not None:
-            raise InputError(name, expected="no such option for an FMU", got=repr(value), todo="leave it out")
     if campaign is None:
         raise InputError("CAMPAIGN", expected="the folder of a campaign about the FMU", got="none")
     with warnings_on_stderr():
         read = read_foreign_campaign(campaign, model)
-    with ForeignFmu(read.model) as fmu:
+    with ForeignFmu(read.model, limit_s=limit_s) as fmu:
         bar: Any
         with progress(total=options.starts, title=read.model.name, quiet=options.quiet) as bar:
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from haptid.identification.foreign.options import limit_option
 from haptid.measurement.checks.preparation import prepare_campaign
 from haptid.measurement.checks.summary import summarise, table_text
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
@@ -29,8 +30,9 @@ from haptid.support.command import exit_codes, progress
     metavar="ANY.fmu",
     help="FMU that CAMPAIGN is about; the one that campaign.toml names where left out.",
 )
+@limit_option
 @exit_codes
-def main(campaign: Path | None, quiet: bool, model: Path | None) -> None:
+def main(campaign: Path | None, quiet: bool, model: Path | None, limit_s: float) -> None:
     """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).
 
     Prints one row per run and joint, and remarks; exit 0 where the campaign can be used, 2 with one line where not.
@@ -38,7 +40,7 @@ def main(campaign: Path | None, quiet: bool, model: Path | None) -> None:
     an FMU is checked against the FMU's variables, and every run is simulated once.
     """
     if campaign is not None and (model is not None or is_foreign(campaign)):
-        click.echo(_check_foreign(campaign, model))
+        click.echo(_check_foreign(campaign, model, limit_s))
         return
     with warnings_on_stderr():
         found = read_campaign(campaign)
@@ -50,7 +52,7 @@ def main(campaign: Path | None, quiet: bool, model: Path | None) -> None:
     click.echo(table_text(rows))
 
 
-def _check_foreign(folder: Path, model: Path | None) -> str:
+def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> str:
     """Check a campaign about an FMU as `identification.run` will, and say what is in it."""
     # A command may ask the room that will use the campaign; other campaigns do without these imports.
     from haptid.identification.calibration.calibrate import simulator_of, try_all_runs  # noqa: PLC0415
@@ -59,7 +61,7 @@ def _check_foreign(folder: Path, model: Path | None) -> str:
 
     with warnings_on_stderr():
         found = read_foreign_campaign(folder, model)
-    with ForeignFmu(found.model) as fmu:
+    with ForeignFmu(found.model, limit_s=limit_s) as fmu:
         simulator = simulator_of(found, fmu)
         try_all_runs(found, simulator)
         return checked_text(found, simulator)

@@ -15,6 +15,7 @@ from click.core import ParameterSource
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.fit.multistart import fit
+from haptid.identification.foreign.options import limit_option
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.workers import Processes, Submitting
 from haptid.identification.problem.options import FitOptions
@@ -90,6 +91,7 @@ class _Results:
     show_default=True,
     help="Packaging that the sampler runs; none runs the same equations' kernel in process, many sets side by side.",
 )
+@limit_option
 @allow_outside_option
 @exit_codes
 def main(campaign: Path | None, **settings: Any) -> None:
@@ -135,7 +137,7 @@ def _infer_foreign(campaign: Path | None, **settings: Any) -> None:
     options = replace(FOREIGN_QUICK if settings["quick"] else FOREIGN_SAMPLING, seed=seed)
     bar: Any
     with (
-        ForeignFmu(calibrated.campaign.model) as fmu,
+        ForeignFmu(calibrated.campaign.model, limit_s=settings["limit_s"]) as fmu,
         workers_of(settings["scheduler"], settings["workers"]) as pool,
         progress(total=options.longest, title=fmu.path.name, quiet=settings["quiet"]) as bar,
     ):

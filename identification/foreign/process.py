@@ -165,7 +165,7 @@ class ForeignFmu:
 
     def _answer(self, connection: Connection, limit_s: float, what: str) -> Any:
         if not connection.poll(limit_s):
-            self._fail(f"{what} within {limit_s:g} s: it was ended")
+            self._fail(f"{what} within {limit_s:g} s: it was ended; raise --simulation-limit where it is only slow")
         return connection.recv()
 
     def _started(self) -> Connection:

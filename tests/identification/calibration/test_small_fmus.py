@@ -66,12 +66,13 @@ def test_an_initial_state_is_identified_with_the_noise_estimated(folder, tmp_pat
         ("crashes", "small.fmu: its own code ended the process (signal SIG"),
         ("reports an error", "small.fmu: fmi2DoStep failed with status 3"),
         ("overflows", "small.fmu: its output position is inf"),
+        ("hangs", "small.fmu: no answer within 0.5 s: it was ended; raise --simulation-limit where it is only slow"),
     ],
 )
 def test_code_that_fails_is_one_line_in_both_commands(step, told, folder, tmp_path):
     fmu = write(tmp_path / "small.fmu", content(step))
     for command, more in ((check, ()), (identify, ("--out", tmp_path / "out"))):
-        done = run(command, "--model", fmu, folder, "--quiet", *more)
+        done = run(command, "--model", fmu, folder, "--quiet", "--simulation-limit", 0.5, *more)
         assert done.exit_code == 1
         (line,) = done.output.strip().splitlines()
         assert told in line
