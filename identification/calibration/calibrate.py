@@ -15,25 +15,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from haptid.identification.calibration.best_minimum import fit_at, polish, reach_minima
 from haptid.identification.calibration.difference_steps import with_chosen_steps
 from haptid.identification.calibration.simulator import ForeignSimulator, equations_of
-from haptid.identification.fit.multistart import Minima, descend_from, find_minima
 from haptid.identification.foreign.binding import quantities_of
 from haptid.identification.foreign.process import ForeignFmu
-from haptid.identification.optimise.basins import sort_into_basins
-from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of
 from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import outcome_of
-from haptid.identification.statistics.covariance import curvature
-from haptid.identification.statistics.identifiability import combinations, statuses
 from haptid.identification.statistics.score import score_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
 from haptid.measurement.values.run import Array
-from haptid.support.linear_algebra import profile_out
 from haptid.support.processes.threads import single_threaded
 
 Report = Callable[[int], None]
@@ -156,12 +151,12 @@ def calibrate(
     # An FMU has no observer, and its runs no half that weighs more.
     problem = Problem.of(simulator, fitted, options.but(gains=(0.0,), weights=(1.0, 1.0)))
     with _workers(problem, took) as workers:
-        minima = single_threaded(_minima, problem, workers, report)
+        minima = single_threaded(reach_minima, problem, workers, report)
     # Events may lie closer or wider at the minimum than at the first guess.
     there = with_chosen_steps(simulator, problem.theta(minima.best.x), fitted)
     problem = replace(problem, simulator=there)
-    minima = single_threaded(_polished, problem, minima)
-    fit = single_threaded(_fit, problem, minima)
+    minima = single_threaded(polish, problem, minima)
+    fit = single_threaded(fit_at, problem, minima)
     simulated = {run.file: simulator.outputs_at(fit.theta, run) for run in campaign.runs if run.use != "excluded"}
     scores = tuple(
         score_of(run, run.y - simulated[run.file], np.zeros(0)) for run in campaign.runs if run.file in simulated
@@ -203,59 +198,3 @@ def expected_duration(problem: Problem, simulation_s: float) -> float:
     """
     per_iteration = simulation_s * (1 + 2 * problem.n_parameters)
     return per_iteration * THRESHOLDS.expected_iterations_of_start * problem.options.starts
-
-
-def _minima(problem: Problem, workers: Workers, report: Report) -> Minima:
-    if problem.n_parameters:
-        return find_minima(problem, workers, report)
-    # Nothing to fit: the one minimum is the FMU as it is stated.
-    x = np.zeros(0)
-    only = Descent(x=x, cost=cost_of(problem.blocks(x, jacobian=False)), calls=1, converged=True)
-    return Minima(descents=(only,), basins=sort_into_basins(problem, [only]))
-
-
-def _polished(problem: Problem, minima: Minima) -> Minima:
-    """Descend once more from the best minimum, with the steps that were chosen there; a start of its own it is not."""
-    best = minima.best
-    if not problem.n_parameters:
-        return minima
-    again = descend_from(problem, problem.theta(best.x))
-    lower = again if again.cost < best.cost else best
-    polished = replace(lower, calls=best.calls + again.calls)
-    descents = tuple(polished if one is best else one for one in minima.descents)
-    return Minima(descents=descents, basins=sort_into_basins(problem, descents))
-
-
-def _fit(problem: Problem, minima: Minima) -> Fit:
-    best, parametrisation, n = minima.best, problem.parametrisation, problem.n_parameters
-    theta = problem.theta(best.x)
-    covariance, data, tau, status = np.zeros((0, 0)), np.zeros((0, 0)), 1.0, _fixed(problem)
-    felt = np.full(n, np.nan)
-    slope = parametrisation.slope(theta)
-    if n:
-        bent = curvature(problem, best.x)
-        covariance, tau = bent.covariance, bent.correlation_time
-        data = profile_out(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(tau, 1.0))
-        status = statuses(parametrisation, best.x, np.sqrt(np.diag(covariance)), felt)
-    return Fit(
-        equations=parametrisation.equations,
-        theta=theta,
-        free=parametrisation.ids,
-        covariance=covariance * np.outer(slope, slope),
-        information=data / np.outer(slope, slope),
-        cost=best.cost / problem.weight,
-        outcome=outcome_of(1, 0.0, 1.0, unseen=0.0, rows=0, parameters=n),
-        basins=minima.basins,
-        starts=len(minima.descents),
-        x0={run.file: np.zeros(0) for run in problem.runs},
-        sigma={run.file: run.sensor_std for run in problem.runs},
-        correlation_time=tau,
-        simulations=sum(d.calls for d in minima.descents) * len(problem.runs) * (1 + 2 * n),
-        wall_s=0.0,
-        statuses=status,
-        combinations=combinations(parametrisation, best.x, data, status, felt) if n else (),
-    )
-
-
-def _fixed(problem: Problem) -> dict[str, str]:
-    return {q.id: "fixed" for q in problem.parametrisation.equations.parameters}
