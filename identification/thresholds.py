@@ -185,6 +185,10 @@ class Thresholds:
     """Change of a difference quotient from one step to the next wider one, RMS over RMS [1], up to which they agree."""
     negligible_change_of_quotient: float = 1e-3
     """The same [1] below which a change is the solver's error."""
+    points_of_search: int = 50
+    """Number of points around a minimum of a cost with jumps [1], at each reach."""
+    reaches_of_search_in_std: tuple[float, ...] = (2.0, 1.0, 0.5)
+    """Standard deviations of these points over those of the parameters [1], one round each."""
     least_logarithmic_range: float = 10.0
     """Upper over lower bound [1] from which a positive parameter of a foreign FMU moves in its logarithm."""
     least_serial_duration_s: float = 20.0

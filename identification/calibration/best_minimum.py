@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from haptid.identification.calibration.simulator import ForeignSimulator
 from haptid.identification.fit.multistart import Minima, descend_from, find_minima
 from haptid.identification.optimise.basins import sort_into_basins
 from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of
@@ -16,6 +17,7 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.identifiability import combinations, statuses
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.support.linear_algebra import profile_out
 
 
@@ -39,7 +41,9 @@ def reach_minima(problem: Problem, workers: Workers, report: Callable[[int], Non
 
 
 def polish(problem: Problem, minima: Minima) -> Minima:
-    """Descend once more from the best minimum, which is no start of its own.
+    """Descend once more from the best minimum, and search around it where events make the cost jump.
+
+    This is no start of its own.
 
     Parameters
     ----------
@@ -54,8 +58,44 @@ def polish(problem: Problem, minima: Minima) -> Minima:
     again = descend_from(problem, problem.theta(best.x))
     lower = again if again.cost < best.cost else best
     polished = replace(lower, calls=best.calls + again.calls)
+    narrowest = THRESHOLDS.difference_steps_over_size[0]
+    if isinstance(problem.simulator, ForeignSimulator) and max(problem.simulator.steps) > narrowest:
+        polished = search_around(problem, polished)
     descents = tuple(polished if one is best else one for one in minima.descents)
     return Minima(descents=descents, basins=sort_into_basins(problem, descents))
+
+
+def search_around(problem: Problem, start: Descent) -> Descent:
+    """Search for a lower cost among points around a minimum, ever closer to the lowest.
+
+    Slopes over wide steps lead near the minimum of a cost with jumps, but not into the lowest of its many small ones.
+
+    Parameters
+    ----------
+    problem
+        Problem whose difference steps were chosen at the minimum.
+    start
+        Minimum to begin at.
+
+    Returns
+    -------
+    Descent
+        The lowest point; ``start`` with more calls where none is lower.
+    """
+    covariance = curvature(problem, start.x).covariance
+    lower, upper = problem.parametrisation.bounds
+    spread = np.linalg.cholesky(covariance + np.diag(1e-12 * np.diag(covariance)))
+    rng = np.random.default_rng([problem.options.seed, 23])
+    best = start
+    for reach in THRESHOLDS.reaches_of_search_in_std:
+        drawn = rng.standard_normal((THRESHOLDS.points_of_search, start.x.size))
+        points = np.clip(best.x + reach * drawn @ spread.T, lower, upper)
+        costs = [cost_of(problem.blocks(x, jacobian=False)) for x in points]
+        lowest = int(np.argmin(costs))
+        calls = best.calls + len(costs)
+        found = costs[lowest] < best.cost
+        best = replace(best, x=points[lowest], cost=costs[lowest], calls=calls) if found else replace(best, calls=calls)
+    return best
 
 
 def fit_at(problem: Problem, minima: Minima) -> Fit:
