@@ -28,6 +28,10 @@ KEYS: Mapping[str, Mapping[str, Key]] = {
     "DRIVE": schema.DRIVE,
     "CONTROLLER": schema.CONTROLLER,
     "RUN": schema.RUN,
+    "FOREIGN_CAMPAIGN": schema.FOREIGN_CAMPAIGN,
+    "INPUT": schema.INPUT,
+    "OUTPUT": schema.OUTPUT,
+    "FOREIGN_RUN": schema.FOREIGN_RUN,
 }
 HEADER = ("key", "meaning", "accepts", "unit", "default", "example")
 

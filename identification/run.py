@@ -15,8 +15,15 @@ import click
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
 from haptid.identification.baseline.prediction import predict_unseen
+from haptid.identification.calibration.calibrate import calibrate
+from haptid.identification.calibration.result_json import calibration_json
+from haptid.identification.calibration.start_values import write_with_starts
+from haptid.identification.calibration.words import summary_text as summary_of_calibration
+from haptid.identification.foreign.options import limit_option
+from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.dask_workers import Cluster
 from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
@@ -36,12 +43,17 @@ from haptid.identification.verification.result import Verification
 from haptid.identification.verification.verify import verify
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.devices import device_of
+from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.format.places import allow_outside_option
+from haptid.measurement.format.reading import is_foreign
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.report.identification.foreign_page import calibration_page
 from haptid.report.identification.page import identification_page
 from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
@@ -119,9 +131,17 @@ def in_process(equations: Equations) -> Simulator:
 @click.option("--profile", is_flag=True, help="Follow profile likelihoods to the ends of their 95 % intervals.")
 @click.option("--free-velocity", is_flag=True, help="Fit the initial velocity of every run.")
 @click.option("--no-export", is_flag=True, help="Leave out the FMUs of the whole device.")
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=None,
+    metavar="ANY.fmu",
+    help="Calibrate this FMU; CAMPAIGN is about its variables. The one that campaign.toml names where left out.",
+)
+@limit_option
 @allow_outside_option
 @exit_codes
-def main(
+def main(  # noqa: PLR0913 # one argument an option
     campaign: str | None,
     out: Path,
     joints: str | None,
@@ -129,9 +149,20 @@ def main(
     *,
     kind: str,
     no_export: bool,
+    model: Path | None,
+    limit_s: float,
     **choices: Any,
 ) -> None:
-    """Identify a device from CAMPAIGN, a folder with campaign.toml; the embedded Freedom 6S one where left out."""
+    """Identify a device from CAMPAIGN, a folder with campaign.toml; the embedded Freedom 6S one where left out.
+
+    A campaign that names the variables of an FMU, or --model, calibrates that FMU.
+    """
+    if model is not None or is_foreign(campaign):
+        for name, value in (("--joints", joints), ("--scheduler", scheduler)):
+            if value is not None:
+                raise InputError(name, expected="no such option for an FMU", got=repr(value), todo="leave it out")
+        _calibrate(campaign, model, out, FitOptions(**choices), limit_s)
+        return
     read = campaign_for_command(campaign)
     device = device_of(read)
     options = FitOptions(**choices)
@@ -157,6 +188,31 @@ def main(
     write_json(job.file, data | {"complete": True})
     click.echo(summary_text(steps, data["verification"]))
     click.echo(f"written below {job.out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
+
+
+def _calibrate(campaign: str | None, model: Path | None, out: Path, options: FitOptions, limit_s: float) -> None:
+    """Calibrate an FMU and write its results."""
+    if campaign is None:
+        raise InputError("CAMPAIGN", expected="the folder of a campaign about the FMU", got="none")
+    with warnings_on_stderr():
+        read = read_foreign_campaign(campaign, model)
+    with ForeignFmu(read.model, limit_s=limit_s) as fmu:
+        bar: Any
+        with progress(total=options.starts, title=read.model.name, quiet=options.quiet) as bar:
+
+            def report(done: int) -> None:
+                bar.n = done
+                bar.refresh()
+
+            calibration = calibrate(read, fmu, options, report)
+    data = calibration_json(calibration, _provenance(options), out)
+    write_json(out / "identification.json", data)
+    write_text(out / "report.html", calibration_page(calibration, data))
+    write_with_starts(read.model, out / "identified.fmu", calibration.values)
+    # The units of an FMU may be no units of a parameter set: each value is in its variable's own.
+    write_ssv(out / "parameters.ssv", calibration.values, dict.fromkeys(calibration.values, ""))
+    click.echo(summary_of_calibration(calibration))
+    click.echo(f"written below {out}: identification.json, report.html, identified.fmu, parameters.ssv")
 
 
 def _fit_configurations(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:
@@ -201,17 +257,24 @@ def _workers(job: Job) -> Iterator[Workers]:
             yield pool
 
 
-def _head(job: Job, digest: str) -> dict[str, Any]:
+def _provenance(options: FitOptions) -> dict[str, Any]:
+    """Return seed, versions and command."""
     software = {name: _version(name, "not installed") for name in PACKAGES}
+    return {
+        "seed": options.seed,
+        "software": {"haptid": _version("haptid", "from source"), "python": platform.python_version(), **software},
+        "command": "python -m identification.run " + " ".join(sys.argv[1:]),
+    }
+
+
+def _head(job: Job, digest: str) -> dict[str, Any]:
     return {
         "schema": SCHEMA,
         "device": job.campaign.device,
         "campaign": job.campaign.title,
         "measured": job.campaign.measured,
         "remarks": list(job.campaign.remarks),
-        "seed": job.options.seed,
-        "software": {"haptid": _version("haptid", "from source"), "python": platform.python_version(), **software},
-        "command": "python -m identification.run " + " ".join(sys.argv[1:]),
+        **_provenance(job.options),
         "inputs": digest,
         "complete": False,
         "locking_order": [list(joints) for joints in dict.fromkeys(c.free_joints for c in job.configurations)],

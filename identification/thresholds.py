@@ -243,6 +243,34 @@ class Thresholds:
     """Longest wait for one simulation [s]."""
     longest_start_of_process_s: float = 120.0
     """Longest wait for a process to import this package [s], which takes long on a loaded machine."""
+    relative_tolerance_of_exchange: float = 1e-8
+    """Relative tolerance of the solver of a model that is exchanged [1]: its error is far below a difference quotient's
+    change of the outputs."""
+    largest_exchange_step_over_duration: float = 0.02
+    """Longest step of that solver over the duration of the run [1]: no event of the model is stepped over."""
+    most_exchange_steps_between_rows: int = 100_000
+    """Largest number of that solver's steps between two rows [1]."""
+    least_exchange_step_over_time: float = 1e-12
+    """Distance between two times over the larger of them [1] up to which they are the same."""
+
+    # Calibration of foreign FMUs.
+    difference_steps_over_size: tuple[float, ...] = (1e-4, 3e-4, 1e-3, 3e-3, 1e-2, 3e-2)
+    """Steps of a difference quotient over the size of a parameter [1]: at the narrowest the error of second order is
+    1e-8 and that of a solver of 1e-8 is 1e-4, while a wide step averages the jumps of events."""
+    largest_change_of_quotient: float = 0.5
+    """Change of a difference quotient from one step to the next wider one, RMS over RMS [1], up to which they agree."""
+    negligible_change_of_quotient: float = 1e-3
+    """The same [1] below which a change is the solver's error."""
+    points_of_search: int = 50
+    """Number of points around a minimum of a cost with jumps [1], at each reach."""
+    reaches_of_search_in_std: tuple[float, ...] = (2.0, 1.0, 0.5)
+    """Standard deviations of these points over those of the parameters [1], one round each."""
+    least_logarithmic_range: float = 10.0
+    """Upper over lower bound [1] from which a positive parameter of a foreign FMU moves in its logarithm."""
+    least_serial_duration_s: float = 20.0
+    """Expected duration of the starts of a fit [s] from which processes share them: to start one takes seconds."""
+    expected_iterations_of_start: int = 20
+    """Expected number of simulations of all runs with differences in one start [1]."""
 
 
 THRESHOLDS = Thresholds()

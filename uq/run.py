@@ -10,10 +10,13 @@ from typing import Any
 
 import click
 import numpy as np
+from click.core import ParameterSource
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.fit.multistart import fit
+from haptid.identification.foreign.options import limit_option
+from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.workers import Processes, Submitting
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
@@ -27,16 +30,26 @@ from haptid.identification.verification.result import Verification
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.places import allow_outside_option
+from haptid.measurement.format.reading import is_foreign
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
 from haptid.report.discrepancy.full_model_section import full_model_sections
+from haptid.report.posterior.foreign_page import foreign_posterior_page
 from haptid.report.posterior.page import posterior_page
 from haptid.support.command import common_options, exit_codes, parse_joints, progress
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
 from haptid.support.processes.threads import single_threaded
 from haptid.uq.density.forward import kernel_of
+from haptid.uq.foreign.infer import QUICK as FOREIGN_QUICK
+from haptid.uq.foreign.infer import SAMPLING as FOREIGN_SAMPLING
+from haptid.uq.foreign.infer import infer as infer_foreign
+from haptid.uq.foreign.record import posterior_json
+from haptid.uq.foreign.record import save_chains as save_foreign_chains
+from haptid.uq.foreign.record import save_draws as save_foreign_draws
+from haptid.uq.foreign.record import summary_text as summary_of_foreign
+from haptid.uq.foreign.source import holds_calibration, read_calibrated
 from haptid.uq.result.finite import check_finite, early_word, with_null
 from haptid.uq.result.full_model import as_fit, full_model_bands
 from haptid.uq.result.infer import QUICK, InferOptions, infer
@@ -79,10 +92,14 @@ class _Results:
     show_default=True,
     help="Packaging that the sampler runs; none runs the same equations' kernel in process, many sets side by side.",
 )
+@limit_option
 @allow_outside_option
 @exit_codes
 def main(campaign: Path | None, **settings: Any) -> None:
     """Sample, write, summarise."""
+    if holds_calibration(campaign) or is_foreign(campaign):
+        _infer_foreign(campaign, **settings)
+        return
     read = campaign_for_command(campaign)
     device = device_of(read)
     sampling = replace(QUICK if settings["quick"] else SamplingOptions(), seed=settings["seed"])
@@ -108,6 +125,35 @@ def main(campaign: Path | None, **settings: Any) -> None:
     if device is not None:
         results.full = full_model_bands(read, device, results.steps, seed=sampling.seed)
         _write(command, results)
+
+
+def _infer_foreign(campaign: Path | None, **settings: Any) -> None:
+    """Sample the posterior of a calibrated FMU: CAMPAIGN is the folder of its results, or --out holds them."""
+    if settings["joints"] is not None:
+        raise InputError("--joints", expected="no such option for an FMU", got=repr(settings["joints"]))
+    folder = campaign if campaign is not None and holds_calibration(campaign) else settings["out"]
+    chosen = click.get_current_context().get_parameter_source("out") is not ParameterSource.DEFAULT
+    out, seed = settings["out"] if chosen else folder, settings["seed"]
+    calibrated = read_calibrated(folder)
+    options = replace(FOREIGN_QUICK if settings["quick"] else FOREIGN_SAMPLING, seed=seed)
+    bar: Any
+    with (
+        ForeignFmu(calibrated.campaign.model, limit_s=settings["limit_s"]) as fmu,
+        workers_of(settings["scheduler"], settings["workers"]) as pool,
+        progress(total=options.longest, title=fmu.path.name, quiet=settings["quiet"]) as bar,
+    ):
+
+        def report(steps: int, tau: float, effective: float) -> None:
+            bar.n = steps
+            bar.set_postfix_str(f"τ {tau:.1f}, ESS {effective:.0f}")
+
+        posterior = single_threaded(infer_foreign, calibrated, fmu, options, pool, report)
+    write_json(out / "posterior.json", with_null(posterior_json(posterior, seed)))
+    save_foreign_draws(posterior, out / "parameters_posterior.csv", seed)
+    save_foreign_chains(posterior, out / "posterior" / "model.nc")
+    footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", calibrated.campaign.title]
+    write_text(out / "posterior.html", foreign_posterior_page(posterior, footer))
+    click.echo(summary_of_foreign(posterior))
 
 
 def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Submitting]:

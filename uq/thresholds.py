@@ -69,6 +69,13 @@ class Thresholds:
     draws_of_whole_device: int = 40
     """Draws of the whole device's parameters behind its bands [1]."""
 
+    # Posterior of a foreign FMU, whose every simulation is a call of its code.
+    reach_of_open_bound_in_std: float = 100.0
+    """Distance from the estimate to a bound that nobody states [standard deviations]: the flat prior is far wider than
+    the posterior."""
+    draws_of_foreign_band: int = 200
+    """Draws of the posterior behind the predictive band of a run [1]."""
+
 
 THRESHOLDS = Thresholds()
 """Thresholds that the code of `uq/` uses."""

@@ -25,7 +25,8 @@ def ssv_bytes(
     values
         Value by variable name.
     units
-        Unit by variable name, as `parse_unit` reads it; 1 where absent.
+        Unit by variable name, as `parse_unit` reads it; 1 where absent. None is written where it is empty: the value
+        is then in the variable's own unit.
     name
         Name of the set.
 
@@ -46,12 +47,15 @@ def ssv_bytes(
     parameters = SubElement(root, f"{{{SSV}}}Parameters")
     for variable, value in values.items():
         node = SubElement(parameters, f"{{{SSV}}}Parameter", name=variable)
-        SubElement(node, f"{{{SSV}}}Real", value=repr(float(value)), unit=of.get(variable, "1"))
+        unit = of.get(variable, "1")
+        SubElement(node, f"{{{SSV}}}Real", {"value": repr(float(value)), **({"unit": unit} if unit else {})})
+    named = sorted({of.get(variable, "1") for variable in values} - {""})
+    if not named:
+        return xml_bytes(root)
     definitions = SubElement(root, f"{{{SSV}}}Units")
-    for text in sorted({of.get(variable, "1") for variable in values}):
-        unit = parse_unit(text)
+    for text in named:
         node = SubElement(definitions, f"{{{SSC}}}Unit", name=text)
-        SubElement(node, f"{{{SSC}}}BaseUnit", {base: str(n) for base, n in unit.exponents})
+        SubElement(node, f"{{{SSC}}}BaseUnit", {base: str(n) for base, n in parse_unit(text).exponents})
     return xml_bytes(root)
 
 

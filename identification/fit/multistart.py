@@ -11,7 +11,8 @@ The command, the posterior and the search for missing effects call `fit`; it kno
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -76,16 +77,67 @@ def fit(
 def _fit(simulator: Simulator, runs: tuple[Run, ...], options: FitOptions, workers: Workers) -> Fit:
     begun = time.perf_counter()
     problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
+    minima = find_minima(problem, workers)
+    return _result(problem, runs, minima.best, minima.basins, minima.descents, begun)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Minima:
+    """Minima that the starts of a fit reached.
+
+    Parameters
+    ----------
+    descents
+        Results of the starts that ran, in their order.
+    basins
+        Minima that they share, the best first.
+    """
+
+    descents: tuple[Descent, ...]
+    basins: tuple[Basin, ...]
+
+    @property
+    def best(self) -> Descent:
+        """Descent with the smallest cost."""
+        return min(self.descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
+
+
+def find_minima(problem: Problem, workers: Workers, report: Callable[[int], None] = lambda _: None) -> Minima:
+    """Follow starts around the first guess to their minima, until enough of them share the best one.
+
+    Parameters
+    ----------
+    problem
+        Problem to minimise.
+    workers
+        Workers that run the starts.
+    report
+        Called with the number of starts that are done, before each further one.
+
+    Returns
+    -------
+    Minima
+
+    Raises
+    ------
+    NoStartError
+        Where no start gave a finite simulation.
+    """
+    options = problem.options
     first = problem.parametrisation.initial if options.start is None else np.array(options.start)
     starts = sobol_starts(problem.parametrisation, first, options.starts, options.seed)
-    descents = workers.until(descend_from, [(problem, theta) for theta in starts], lambda done: _more(problem, done))
+
+    def more(done: Sequence[Descent]) -> int:
+        report(len(done))
+        return _more(problem, done)
+
+    descents = workers.until(descend_from, [(problem, theta) for theta in starts], more)
     basins = sort_into_basins(problem, descents)
     if not basins:
         files = ", ".join(run.file for run in problem.runs)
         msg = f"no start gave a finite simulation of {files}; check units, bounds and first guesses"
         raise NoStartError(msg)
-    best = min(descents, key=lambda d: d.cost if np.isfinite(d.cost) else np.inf)
-    return _result(problem, runs, best, basins, descents, begun)
+    return Minima(descents=tuple(descents), basins=basins)
 
 
 def descend_from(problem: Problem, theta: Array) -> Descent:

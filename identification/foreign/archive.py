@@ -44,6 +44,11 @@ class Unpacked:
     folder: Path
     description: Any
 
+    @property
+    def interface(self) -> str:
+        """Interface that is simulated: ``CoSimulation`` where the FMU has it, else ``ModelExchange``."""
+        return "CoSimulation" if self.description.coSimulation is not None else "ModelExchange"
+
 
 def unpack_checked(path: Path, folder: Path) -> Unpacked:
     """Check a foreign FMU and unpack it.
@@ -64,7 +69,7 @@ def unpack_checked(path: Path, folder: Path) -> Unpacked:
     InputError
         Where the archive is damaged, holds names that leave the folder, links, or more than
         `THRESHOLDS.largest_unpacked_bytes` bytes; where its description is no plain XML of FMI 2.0 or 3.0; where it has
-        no co-simulation for this platform.
+        neither co-simulation nor model exchange for this platform.
     """
     if not path.is_file():
         raise InputError(str(path), expected="an FMU", got="no such file")
@@ -77,9 +82,9 @@ def unpack_checked(path: Path, folder: Path) -> Unpacked:
     except _UNREADABLE as error:
         got = one_line(str(error)) or type(error).__name__
         raise InputError(str(path), expected="an FMU, a whole zip archive", got=got) from None
-    description = _read_description(path, folder)
-    _check_binary(path, folder, description)
-    return Unpacked(path=path, folder=folder, description=description)
+    unpacked = Unpacked(path=path, folder=folder, description=_read_description(path, folder))
+    _check_binary(unpacked)
+    return unpacked
 
 
 def _check_entries(path: Path, entries: list[zipfile.ZipInfo]) -> None:
@@ -150,20 +155,22 @@ def _read_description(path: Path, folder: Path) -> Any:
     except Exception as error:  # fmpy raises bare exceptions, and whatever its conversions meet
         problems = getattr(error, "problems", None) or [str(error)]
         raise InputError(where, expected="what the FMI standard's schema says", got=str(problems[0])) from None
-    if description.coSimulation is None:
-        raise InputError(where, expected="an FMU for co-simulation", got="model exchange alone")
-    identifier = description.coSimulation.modelIdentifier
-    # The identifier becomes the name of the library that is loaded: a path in it would lead out of the folder.
-    if not _IDENTIFIER.fullmatch(identifier or ""):
-        where = f"{where}: modelIdentifier"
-        raise InputError(where, expected="a name as C has them", got=repr(identifier))
+    if description.coSimulation is None and description.modelExchange is None:
+        raise InputError(where, expected="an FMU for co-simulation or model exchange", got="neither of them")
     return description
 
 
-def _check_binary(path: Path, folder: Path, description: Any) -> None:
+def _check_binary(unpacked: Unpacked) -> None:
+    path, description = unpacked.path, unpacked.description
+    exchanged = unpacked.interface == "ModelExchange"
+    identifier = (description.modelExchange if exchanged else description.coSimulation).modelIdentifier
+    # The identifier becomes the name of the library that is loaded: a path in it would lead out of the folder.
+    if not _IDENTIFIER.fullmatch(identifier or ""):
+        where = f"{path}: {_DESCRIPTION}: modelIdentifier"
+        raise InputError(where, expected="a name as C has them", got=repr(identifier))
     platform = fmpy.platform if description.fmiVersion == "2.0" else fmpy.platform_tuple
-    library = f"{description.coSimulation.modelIdentifier}{fmpy.sharedLibraryExtension}"
-    if not (folder / "binaries" / platform / library).is_file():
-        there = sorted(p.name for p in (folder / "binaries").glob("*")) or ["none"]
+    library = f"{identifier}{fmpy.sharedLibraryExtension}"
+    if not (unpacked.folder / "binaries" / platform / library).is_file():
+        there = sorted(p.name for p in (unpacked.folder / "binaries").glob("*")) or ["none"]
         expected, got = f"binaries/{platform}/{library} for this platform", f"binaries for {', '.join(there)}"
         raise InputError(str(path), expected=expected, got=got, todo="ask its maker for this platform's")

@@ -6,39 +6,20 @@ The FMU's code is loaded in this process and nowhere else.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Any
 
-import numpy as np
-from fmpy.simulation import apply_start_values, instantiate_fmu
+from fmpy.simulation import instantiate_fmu
 
 from haptid.identification.foreign.archive import Unpacked
+from haptid.identification.foreign.co_simulation import Request, initialise, step_by_itself
+from haptid.identification.foreign.model_exchange import integrate
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.support.processes.pool import end_with_the_parent
 
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Request:
-    """One simulation.
-
-    Parameters
-    ----------
-    t
-        Times of the rows [s], shape (n_t,).
-    start
-        Start values by variable.
-    inputs
-        Values that are set at each row by variable, shape (n_t,) each; a value holds until the next row.
-    outputs
-        Variables that are read at each row.
-    """
-
-    t: Array
-    start: Mapping[str, float]
-    inputs: Mapping[str, Array]
-    outputs: Sequence[str]
+_FATAL = 4
+"""Status of FMI 2.0 and 3.0 after which an instance must not be used."""
 
 
 def serve(connection: Connection, unpacked: Unpacked) -> None:
@@ -53,6 +34,7 @@ def serve(connection: Connection, unpacked: Unpacked) -> None:
         The FMU on disk.
     """
     _quiet()
+    end_with_the_parent()  # a step that never returns would outlive a parent that was killed
     connection.send(True)
     while True:
         try:
@@ -82,29 +64,17 @@ def _quiet() -> None:
 
 
 def _simulate(unpacked: Unpacked, request: Request) -> Array:
-    description = unpacked.description
-    fmu: Any = instantiate_fmu(str(unpacked.folder), description, fmi_type="CoSimulation")
-    of = {v.name: v.valueReference for v in description.modelVariables}
-    second = description.fmiVersion == "2.0"
-    write, read = (fmu.setReal, fmu.getReal) if second else (fmu.setFloat64, fmu.getFloat64)
-    inputs, outputs = [of[name] for name in request.inputs], [of[name] for name in request.outputs]
-    table = np.column_stack([np.zeros((request.t.size, 0)), *request.inputs.values()])
-    first = float(request.t[0])
-    # FMI 2.0 takes the start time before the start values, FMI 3.0 with the initialization mode.
-    if second:
-        fmu.setupExperiment(startTime=first)
-    apply_start_values(fmu, description, dict(request.start))
-    fmu.enterInitializationMode() if second else fmu.enterInitializationMode(startTime=first)
-    if inputs:
-        write(inputs, table[0].tolist())
-    fmu.exitInitializationMode()
-    result = np.empty((request.t.size, len(outputs)))
-    for k, t in enumerate(request.t):
-        if inputs:
-            write(inputs, table[k].tolist())
-        result[k] = read(outputs)
-        if k + 1 < request.t.size:
-            fmu.doStep(float(t), float(request.t[k + 1] - t))
-    fmu.terminate()
+    fmu: Any = instantiate_fmu(str(unpacked.folder), unpacked.description, fmi_type=unpacked.interface)
+    step = step_by_itself if unpacked.interface == "CoSimulation" else integrate
+    try:
+        initialise(fmu, unpacked.description, request)
+        result = step(fmu, unpacked.description, request)
+        fmu.terminate()
+    except Exception as error:
+        # An FMU may allow one instance a process, so that a refused simulation must not leave its own. After a fatal
+        # error the standard allows no further call.
+        if getattr(error, "status", 0) < _FATAL:
+            fmu.freeInstance()
+        raise
     fmu.freeInstance()
     return result

@@ -18,15 +18,26 @@ from typing import Any, NoReturn, Self
 
 import numpy as np
 
-from haptid.identification.foreign.archive import unpack_checked
-from haptid.identification.foreign.child import Request, serve
+from haptid.identification.foreign.archive import Unpacked, unpack_checked
+from haptid.identification.foreign.child import serve
+from haptid.identification.foreign.co_simulation import Request
+from haptid.identification.foreign.variables import variables_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError, NumericalError
 
+_of_this_process: dict[Path, ForeignFmu] = {}
+"""FMUs that came from another process, by the folder of their files."""
+
+
+class ReportedError(NumericalError):
+    """A simulation that the FMU refused or left with numbers that are not finite: other parameters may do."""
+
 
 class ForeignFmu:
-    """FMU 2.0 or 3.0 for co-simulation that runs in a child process; the next simulation replaces a child that ended.
+    """FMU 2.0 or 3.0 that runs in a child process; the next simulation replaces a child that ended.
+
+    A copy in another process (by pickle) has a child of its own and the same unpacked files.
 
     Parameters
     ----------
@@ -47,11 +58,28 @@ class ForeignFmu:
         self._child: Any = None
         self._connection: Connection | None = None
         try:
-            self._unpacked = unpack_checked(path, self._folder)
+            self._bind(unpack_checked(path, self._folder))
         except BaseException:
             self.close()
             raise
-        self.variables = tuple(v.name for v in self._unpacked.description.modelVariables)
+
+    def _bind(self, unpacked: Unpacked) -> None:
+        self._unpacked = unpacked
+        self.variables = variables_of(unpacked.description)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Cross process boundaries as the unpacked files."""
+        return (_shared, (self._unpacked, self.limit_s))
+
+    @property
+    def description(self) -> Any:
+        """Model description as fmpy read it."""
+        return self._unpacked.description
+
+    @property
+    def interface(self) -> str:
+        """Interface that is simulated: ``CoSimulation`` or ``ModelExchange``."""
+        return self._unpacked.interface
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -61,8 +89,18 @@ class ForeignFmu:
         """Close."""
         self.close()
 
+    def start(self) -> None:
+        """Start the child process where there is none; `simulate` does so, too."""
+        self._start()
+
     def simulate(
-        self, t: Array, *, start: Mapping[str, float], inputs: Mapping[str, Array], outputs: Sequence[str]
+        self,
+        t: Array,
+        *,
+        start: Mapping[str, float],
+        inputs: Mapping[str, Array],
+        outputs: Sequence[str],
+        linear: bool = False,
     ) -> Array:
         """Step from row to row, setting the inputs and reading the outputs.
 
@@ -76,6 +114,8 @@ class ForeignFmu:
             Values that are set at each row by variable, shape (n_t,) each.
         outputs
             Variables that are read at each row after its inputs are set.
+        linear
+            Whether the inputs are linear between rows; else they hold.
 
         Returns
         -------
@@ -85,11 +125,15 @@ class ForeignFmu:
         ------
         InputError
             Where the FMU has no such variable.
+        ReportedError
+            Where the FMU reports an error, or gives an output that is no number.
         NumericalError
-            Where the FMU reports an error, ends its process, gives no answer in time, or an output that is no number.
+            Where the FMU ends its process, or gives no answer in time.
         """
         self._check([*start, *inputs, *outputs])
-        request = Request(t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs))
+        request = Request(
+            t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs), linear=linear
+        )
         try:
             connection = self._start()
             connection.send(request)
@@ -98,12 +142,13 @@ class ForeignFmu:
             self._child.join()
             self._fail(f"its own code ended the process ({_how(self._child.exitcode)})")
         if isinstance(answer, str):
-            self._tell(answer)
+            raise ReportedError(self._told(answer))
         y = np.asarray(answer)
         broken = np.argwhere(~np.isfinite(y))
         if broken.size:
             row, column = broken[0]
-            self._tell(f"its output {outputs[column]} is {y[row, column]} at t = {request.t[row]:g} s (row {row + 1})")
+            at = f"at t = {request.t[row]:g} s (row {row + 1})"
+            raise ReportedError(self._told(f"its output {outputs[column]} is {y[row, column]} {at}"))
         return y
 
     def close(self) -> None:
@@ -120,7 +165,7 @@ class ForeignFmu:
 
     def _answer(self, connection: Connection, limit_s: float, what: str) -> Any:
         if not connection.poll(limit_s):
-            self._fail(f"{what} within {limit_s:g} s: it was ended")
+            self._fail(f"{what} within {limit_s:g} s: it was ended; raise --simulation-limit where it is only slow")
         return connection.recv()
 
     def _start(self) -> Connection:
@@ -137,11 +182,10 @@ class ForeignFmu:
 
     def _fail(self, reason: str) -> NoReturn:
         self._stop()
-        self._tell(reason)
+        raise NumericalError(self._told(reason))
 
-    def _tell(self, reason: str) -> NoReturn:
-        msg = f"{self.path.name}: {reason}"
-        raise NumericalError(msg)
+    def _told(self, reason: str) -> str:
+        return f"{self.path.name}: {reason}"
 
     def _stop(self) -> None:
         if self._connection is not None:
@@ -149,6 +193,18 @@ class ForeignFmu:
             self._child.kill()
             self._child.join()
         self._connection = None
+
+
+def _shared(unpacked: Unpacked, limit_s: float) -> ForeignFmu:
+    """Return the FMU of this process with these files; its process and not this one removes them."""
+    found = _of_this_process.get(unpacked.folder)
+    if found is None:
+        found = ForeignFmu.__new__(ForeignFmu)
+        found.path, found.limit_s, found._folder = unpacked.path, limit_s, unpacked.folder
+        found._child = found._connection = None
+        found._bind(unpacked)
+        _of_this_process[unpacked.folder] = found
+    return found
 
 
 def _how(code: int | None) -> str:

@@ -242,4 +242,4 @@ class Problem:
                 row[place] = 1.0
                 rows.append(row)
                 residuals.append(float(x[place]))
-        return np.array(residuals), np.array(rows).reshape(-1, self.size)
+        return np.array(residuals), np.array(rows).reshape(len(rows), self.size)

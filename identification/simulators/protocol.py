@@ -111,7 +111,7 @@ def initial_state(equations: Equations, run: Run) -> Array:
     """
     x0 = np.array([s.start for s in equations.states])
     n = len(equations.joints)
-    x0[:n] = run.y[0]
+    x0[:n] = run.y[0, :n]  # without joints the outputs are no positions
     if run.v is not None:
         x0[n : 2 * n] = run.v[0]
     return freeze(x0)

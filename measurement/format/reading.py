@@ -8,7 +8,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -65,7 +65,11 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
         once for a device file that is missing and has a built-in namesake.
     """
     folder = embedded_campaign() if folder is None else Path(folder)
-    source = _open(folder)
+    if is_foreign(folder):
+        where, todo = str(folder / "campaign.toml"), "python -m identification.run and python -m uq.run take it"
+        raise InputError(where, expected="a campaign about joints", got="one about an FMU", todo=todo)
+    source = open_source(folder, TABLES)
+    schema.check_table(source, source.data.get("sensor", {}), schema.SENSOR, "sensor")
     head = schema.check_table(source, source.data.get("campaign"), schema.CAMPAIGN, "campaign")
     device = resolve_device(head["device"], folder, source.where("campaign", "device"))
     tables = _joint_tables(source, device)
@@ -99,7 +103,21 @@ def _with_drives(overrides: Overrides, drives: Mapping[int, StatedDrive]) -> Ove
     return {joint: {**overrides.get(joint, {}), **known.get(joint, {})} for joint in sorted({*overrides, *known})}
 
 
-def _open(folder: Path) -> TomlSource:
+def open_source(folder: Path, tables: Sequence[str]) -> TomlSource:
+    """Parse the ``campaign.toml`` of a folder, and refuse tables whose names are mistyped.
+
+    Parameters
+    ----------
+    folder
+        Folder of the campaign.
+    tables
+        Names of the tables that are read.
+
+    Raises
+    ------
+    InputError
+        Where there is no such file, it is no TOML, or one of its tables is mistyped.
+    """
     if not folder.is_dir():
         got = "a file" if folder.exists() else "no such folder"
         raise InputError(str(folder), expected="the folder of a campaign", got=got)
@@ -109,12 +127,31 @@ def _open(folder: Path) -> TomlSource:
         raise InputError(str(path), expected="the file that describes the campaign", got="no such file", todo=todo)
     source = TomlSource.parse(path)
     for name in source.data:
-        todo = did_you_mean(name, TABLES)
+        todo = did_you_mean(name, tables)
         mistyped = todo.startswith("did") or not isinstance(source.data[name], dict)
-        if name not in (*TABLES, "source") and mistyped:
+        if name not in (*tables, "source") and mistyped:
             raise InputError(source.where("", name), expected="a known table", got=repr(name), todo=todo)
-    schema.check_table(source, source.data.get("sensor", {}), schema.SENSOR, "sensor")
     return source
+
+
+def is_foreign(folder: Path | str | None) -> bool:
+    """Whether a folder's ``campaign.toml`` is about an FMU and not about joints: its head names a model and no device.
+
+    Parameters
+    ----------
+    folder
+        Folder of a campaign; None for the embedded one.
+
+    Returns
+    -------
+    bool
+        False where the file cannot be read: the reader of joints says why.
+    """
+    if folder is None or not (Path(folder) / "campaign.toml").is_file():
+        return False
+    data = TomlSource.parse(Path(folder) / "campaign.toml").data
+    head = data.get("campaign")
+    return isinstance(head, dict) and "device" not in head and ("model" in head or "outputs" in data)
 
 
 def _joint_tables(source: TomlSource, device: str) -> dict[int, dict[str, Any]]:

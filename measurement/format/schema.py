@@ -70,6 +70,10 @@ def _is_positive(value: object) -> bool:
     return is_number(value) and value > 0
 
 
+def _is_start(value: object) -> bool:
+    return isinstance(value, dict) and all(is_number(entry) or isinstance(entry, bool) for entry in value.values())
+
+
 def _is_noise(value: object) -> bool:
     return is_number(value) and THRESHOLDS.smallest_noise_or_step <= value <= THRESHOLDS.largest_noise_or_step
 
@@ -108,12 +112,13 @@ NUMBER_OR_ENTRY = Key(
 GAIN = Key(accepts=_is_positive, words="a positive number", required=True)
 LEAST_ZERO = Key(accepts=lambda value: is_number(value) and value >= 0, words="a number of at least 0")
 
+REMARKED = dict.fromkeys(("note", "date", "author", "licence"), Key(accepts=lambda _: True, words="anything"))
 CAMPAIGN = {
     "title": TEXT,
     "device": Key(accepts=_is_text, words='a device name or file, as in "single_joint"', required=True),
     "measured": Key(accepts=_is_flag, words="true (measured) or false (synthetic)", required=True),
     "hold": HOLD,
-    **dict.fromkeys(("note", "date", "author", "licence"), Key(accepts=lambda _: True, words="anything")),
+    **REMARKED,
 }
 SENSOR = {"noise_rad": NOISE, "resolution_rad": STEP, "noise_m": NOISE, "resolution_m": STEP}
 RUN = {
@@ -162,6 +167,24 @@ PARAMETER = {
     "upper": NUMBER,
     "fixed": NUMBER,
     "prior": Key(accepts=_is_prior, words="{ mean = number, std = positive number }"),
+}
+
+FOREIGN_CAMPAIGN = {
+    "title": TEXT,
+    "model": Key(accepts=_is_text, words='the file of an FMU, as in "oscillator.fmu"'),
+    "measured": CAMPAIGN["measured"],
+    "hold": HOLD,
+    **REMARKED,
+}
+COLUMN = Key(accepts=_is_text, words='the name of a column, as in "force_N"', required=True)
+INPUT = {"column": COLUMN}
+OUTPUT = {
+    "column": COLUMN,
+    "noise": Key(accepts=_is_positive, words="a positive number (standard deviation of the noise, the output's unit)"),
+}
+FOREIGN_RUN = {
+    **{key: RUN[key] for key in ("file", "use", "reason", "note")},
+    "start": Key(accepts=_is_start, words="a table of numbers by variable, as in { x = 2.0 }"),
 }
 
 

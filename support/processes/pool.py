@@ -81,10 +81,15 @@ def _start_tracker() -> None:
 def _left_to_the_parent() -> None:
     """Initialise a worker: ignore Ctrl-C, since the parent ends its workers itself, and end where the parent dies."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_the_parent, daemon=True).start()
+    end_with_the_parent()
 
 
-def _end_with_the_parent() -> None:
+def end_with_the_parent() -> None:
+    """Watch the parent in a thread, and end this process where the parent ends, however that ends."""
+    threading.Thread(target=_wait_for_the_parent, daemon=True).start()
+
+
+def _wait_for_the_parent() -> None:
     parent = multiprocessing.parent_process()
     if parent is not None:
         parent.join()

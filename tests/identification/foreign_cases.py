@@ -64,6 +64,7 @@ STEPS = {
     "x += h * u; return 0;",
     "reports an error": "return 3;",
     "divides by zero": "x = (t < 0.4 ? 1.0 : 0.0) / (t < 0.4 ? 1.0 : 0.0); return 0;",
+    "refuses": "if (x > 5.0) return 3; x += h * u; return 0;",
     "overflows": "x = (t < 0.4 ? 1.0 : 1e308 * 1e10); return 0;",
 }
 DESCRIPTION = """<?xml version="1.0" encoding="UTF-8"?>

@@ -107,7 +107,7 @@ def as_json(posterior: Posterior) -> dict[str, Any]:
     return {
         "joint": posterior.joint,
         "sound": posterior.sound,
-        "parameters": {p.id: _parameter(p) for p in posterior.parameters},
+        "parameters": {p.id: parameter_json(p) for p in posterior.parameters},
         "noise_model": {
             "id": posterior.chosen.model.id,
             "words": posterior.chosen.model.words,
@@ -160,7 +160,8 @@ def _share_by_content(bands: Bands) -> dict[str, float]:
     return {f"{p:g}": float(c) for p, c in zip(THRESHOLDS.probability_contents, bands.covered, strict=True)}
 
 
-def _parameter(p: ParameterSummary) -> dict[str, Any]:
+def parameter_json(p: ParameterSummary) -> dict[str, Any]:
+    """Return the posterior of one parameter as ``posterior.json`` holds it."""
     return {
         "mean": p.mean,
         "std": p.std,

@@ -16,10 +16,9 @@ from haptid.support.errors import InputError
 from tests.identification.foreign_cases import DESCRIPTION, content, write
 
 XML = "modelDescription.xml"
-EXCHANGE = DESCRIPTION.replace(
+NEITHER = DESCRIPTION.replace(
     '<CoSimulation modelIdentifier="small" canHandleVariableCommunicationStepSize="true"/>', ""
 )
-EXCHANGE = EXCHANGE.replace("<ModelVariables>", '<ModelExchange modelIdentifier="small"/><ModelVariables>')
 BOMB = '<!DOCTYPE a [<!ENTITY b "bbbbbbbb"><!ENTITY c "&b;&b;&b;">]>'
 
 
@@ -94,7 +93,7 @@ def test_damaged_archives(tmp_path, folder):
         (DESCRIPTION.replace("UTF-8", "UTF-16").replace("?>", "?>" + BOMB).encode("utf-16"), "without document type"),
         (DESCRIPTION.replace('fmiVersion="2.0"', 'fmiVersion="1.0"'), "fmiVersion: expected 2.0 or 3.0, got '1.0'"),
         (DESCRIPTION.replace('fmiVersion="2.0"', ""), "got 'none'"),
-        (EXCHANGE, "an FMU for co-simulation, got model exchange alone"),
+        (NEITHER, "an FMU for co-simulation or model exchange, got neither"),
         (DESCRIPTION.replace('modelIdentifier="small"', 'modelIdentifier="../../small"'), "a name as C has them"),
         (DESCRIPTION.replace('modelIdentifier="small"', 'modelIdentifier="other"'), "for this platform"),
         (DESCRIPTION.replace('valueReference="1"', 'valueReference="one"'), "the FMI standard's schema"),

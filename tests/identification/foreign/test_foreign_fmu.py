@@ -29,6 +29,13 @@ def test_rows_are_stepped_with_inputs_held_and_prints_go_nowhere(step, tmp_path,
     assert capfd.readouterr() == ("", "")
 
 
+def test_linear_inputs_are_set_as_their_mean_between_the_rows(tmp_path):
+    inputs = {"force": np.array([1.0, 2.0, 4.0, 0.0])}
+    with ForeignFmu(write(tmp_path / "small.fmu", content())) as fmu:
+        y = fmu.simulate(T, start={"position": 3.0}, inputs=inputs, outputs=["position", "force"], linear=True)
+    assert y.tolist() == [[3.0, 1.0], [3.75, 2.0], [6.75, 4.0], [7.25, 0.0]]
+
+
 @pytest.mark.parametrize(
     ("step", "told"),
     [

@@ -1,0 +1,200 @@
+"""Calibration of a foreign FMU: `ForeignCampaign` and FMU in, `Calibration` out.
+
+1. Check the campaign's names against the FMU's variables (`identification.foreign.binding`).
+2. Simulate every run at the first guess: what fails here is told as the FMU says it.
+3. Follow several starts to their minima, as in every other fit, with difference quotients for sensitivities.
+4. Compute covariance, statuses and scores at the best minimum.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from haptid.identification.calibration.best_minimum import fit_at, polish, reach_minima
+from haptid.identification.calibration.difference_steps import with_chosen_steps
+from haptid.identification.calibration.simulator import ForeignSimulator, equations_of
+from haptid.identification.foreign.binding import quantities_of
+from haptid.identification.foreign.process import ForeignFmu
+from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.problem.residuals import Problem
+from haptid.identification.result.fit import Fit
+from haptid.identification.result.outcome import outcome_of
+from haptid.identification.statistics.score import score_of
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.values.foreign_campaign import ForeignCampaign
+from haptid.measurement.values.run import Array
+from haptid.support.processes.threads import single_threaded
+
+Report = Callable[[int], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Calibration:
+    """Result of a calibration.
+
+    Parameters
+    ----------
+    campaign
+        Runs and variables.
+    fit
+        Fit of the FMU's parameters; its ``rmse`` are by output.
+    simulated
+        Outputs of every run but the excluded ones at the estimates, by file, shape (n_t, n_outputs) each.
+    units
+        Unit of each output, empty where the FMU states none.
+    simulation_s
+        Duration of the simulation of all fitted runs once [s].
+    """
+
+    campaign: ForeignCampaign
+    fit: Fit
+    simulated: Mapping[str, Array]
+    units: tuple[str, ...]
+    simulation_s: float
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Estimates by variable."""
+        return {q.structured: float(v) for q, v in zip(self.fit.equations.parameters, self.fit.theta, strict=True)}
+
+
+def simulator_of(campaign: ForeignCampaign, fmu: ForeignFmu) -> ForeignSimulator:
+    """Check a campaign against its FMU and return the simulator of its runs.
+
+    Parameters
+    ----------
+    campaign
+        As `read_foreign_campaign` returns it.
+    fmu
+        The FMU, which stays open.
+
+    Returns
+    -------
+    ForeignSimulator
+
+    Raises
+    ------
+    InputError
+        Where a variable is unknown or cannot play its part.
+    """
+    return ForeignSimulator(
+        fmu=fmu,
+        equations=equations_of(fmu.description.modelName, quantities_of(campaign, fmu)),
+        outputs=campaign.outputs,
+        starts=campaign.starts,
+    )
+
+
+def try_all_runs(campaign: ForeignCampaign, simulator: ForeignSimulator) -> float:
+    """Simulate every run once at the first guess.
+
+    Returns
+    -------
+    float
+        Duration of the fitted runs' simulations [s].
+
+    Raises
+    ------
+    NumericalError
+        Where the FMU fails, in its own words.
+    """
+    theta = np.array([q.initial for q in simulator.equations.parameters])
+    took = 0.0
+    for run in campaign.runs:
+        if run.use != "excluded":
+            simulator.fmu.start()
+            begun = time.perf_counter()
+            simulator.outputs_at(theta, run)
+            took += (time.perf_counter() - begun) * (run.use == "fit")
+    return took
+
+
+def calibrate(
+    campaign: ForeignCampaign, fmu: ForeignFmu, options: FitOptions, report: Report = lambda _: None
+) -> Calibration:
+    """Identify the parameters of an FMU.
+
+    Parameters
+    ----------
+    campaign
+        Runs, variables and what is stated of them.
+    fmu
+        The FMU, which stays open.
+    options
+        Method, starts, seed, workers and loss of the fit.
+    report
+        Called with the number of starts that are done.
+
+    Returns
+    -------
+    Calibration
+
+    Raises
+    ------
+    InputError
+        Where a variable is unknown or cannot play its part.
+    NumericalError
+        Where the FMU crashes or hangs, or refuses the first guess.
+    """
+    begun = time.perf_counter()
+    simulator = simulator_of(campaign, fmu)
+    took = try_all_runs(campaign, simulator)
+    fitted = tuple(run for run in campaign.runs if run.use == "fit")
+    first = np.array([q.initial for q in simulator.equations.parameters])
+    simulator = with_chosen_steps(simulator, first, fitted)
+    # An FMU has no observer, and its runs no half that weighs more.
+    problem = Problem.of(simulator, fitted, options.but(gains=(0.0,), weights=(1.0, 1.0)))
+    with _workers(problem, took) as workers:
+        minima = single_threaded(reach_minima, problem, workers, report)
+    # Events may lie closer or wider at the minimum than at the first guess.
+    there = with_chosen_steps(simulator, problem.theta(minima.best.x), fitted)
+    problem = replace(problem, simulator=there)
+    minima = single_threaded(polish, problem, minima)
+    fit = single_threaded(fit_at, problem, minima)
+    simulated = {run.file: simulator.outputs_at(fit.theta, run) for run in campaign.runs if run.use != "excluded"}
+    scores = tuple(
+        score_of(run, run.y - simulated[run.file], np.zeros(0)) for run in campaign.runs if run.file in simulated
+    )
+    outcome = outcome_of(
+        len(minima.basins[0].starts),
+        minima.basins[0].over_noise,
+        options.tolerance,
+        unseen=max((one.over_noise for one in scores if one.use == "validate"), default=0.0),
+        rows=sum(run.y.size for run in fitted),
+        parameters=problem.n_parameters,
+    )
+    return Calibration(
+        campaign=campaign,
+        fit=fit.but(runs=scores, outcome=outcome, wall_s=time.perf_counter() - begun),
+        simulated=simulated,
+        units=tuple(fmu.variables[name].unit for name in campaign.outputs),
+        simulation_s=took,
+    )
+
+
+def _workers(problem: Problem, simulation_s: float) -> AbstractContextManager[Workers]:
+    """Return processes only where the starts take longer than processes take to begin; no result depends on it."""
+    workers = problem.options.workers
+    if workers == 1 or expected_duration(problem, simulation_s) < THRESHOLDS.least_serial_duration_s:
+        return nullcontext(Here())
+    return Processes(workers)
+
+
+def expected_duration(problem: Problem, simulation_s: float) -> float:
+    """Return how long all starts may take in one process [s].
+
+    Parameters
+    ----------
+    problem
+        Problem with parameters and starts.
+    simulation_s
+        Duration of the simulation of all fitted runs once [s].
+    """
+    per_iteration = simulation_s * (1 + 2 * problem.n_parameters)
+    return per_iteration * THRESHOLDS.expected_iterations_of_start * problem.options.starts

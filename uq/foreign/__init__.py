@@ -1,0 +1,1 @@
+"""Calibrated FMU in, posterior of its parameters out."""

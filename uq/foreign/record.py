@@ -1,0 +1,126 @@
+"""Files of an FMU's posterior: `ForeignPosterior` in, JSON, CSV draws, NetCDF and the command's summary out."""
+
+from __future__ import annotations
+
+import csv
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from haptid.support.files.files import write_text
+from haptid.uq.foreign.infer import ForeignPosterior
+from haptid.uq.result.arviz_door import write_netcdf
+from haptid.uq.result.record import SCHEMA, parameter_json
+
+
+def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
+    """Return the content of ``posterior.json``: no joints, the parameters by variable.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of an FMU.
+    seed
+        Seed of the command.
+    """
+    campaign, drawn = posterior.calibrated.campaign, posterior.sample
+    names = variable_names(posterior)
+    return {
+        "schema": SCHEMA,
+        "model": campaign.model.name,
+        "campaign": campaign.title,
+        "measured": campaign.measured,
+        "seed": seed,
+        "intervals": "equal-tailed",
+        "joints": [],
+        "sound": posterior.sound,
+        "parameters": {name: parameter_json(p) for name, p in zip(names, posterior.parameters, strict=True)},
+        "sampling": {
+            "ensembles": drawn.chain.shape[0],
+            "steps": drawn.chain.shape[1],
+            "walkers": drawn.chain.shape[2],
+            "move": drawn.move,
+            "tau": float(drawn.tau.max()),
+            "tau_known": drawn.reached,
+            "effective": float(drawn.effective.min()),
+            "acceptance": [float(a) for a in drawn.acceptance],
+            "worst_rhat": max(p.diagnostics.rhat for p in posterior.parameters),
+            "modes": posterior.modes,
+            "correlation_time_rows": float(posterior.calibrated.correlation_time),
+        },
+        "runs": [
+            {
+                "file": band.run.file,
+                "use": band.run.use,
+                "covered": {f"{content:g}": share for content, share in band.covered.items()},
+            }
+            for band in posterior.bands
+        ],
+        "wall_s": round(posterior.wall_s, 3),
+    }
+
+
+def variable_names(posterior: ForeignPosterior) -> tuple[str, ...]:
+    """Return the names of the coordinates: variables of the FMU, then the noise factor."""
+    free = posterior.coordinates.free
+    return (*(q.structured for q in free), *(h.id for h in posterior.coordinates.hyper))
+
+
+def save_draws(posterior: ForeignPosterior, path: Path, seed: int, size: int = 500) -> Path:
+    """Write ``parameters_posterior.csv``: a row per draw, columns named as the FMU's variables, fixed ones included.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of an FMU.
+    path
+        File to write.
+    seed
+        Seed of the choice of draws.
+    size
+        Number of rows.
+    """
+    flat = posterior.sample.flat()
+    chosen = flat[np.random.default_rng([seed, 5]).integers(0, len(flat), size)]
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    writer.writerow(["draw", *(q.structured for q in posterior.coordinates.equations.parameters)])
+    for k, theta in enumerate(posterior.coordinates.thetas(chosen)):
+        writer.writerow([k, *(repr(float(value)) for value in theta)])
+    return write_text(path, stream.getvalue())
+
+
+def save_chains(posterior: ForeignPosterior, path: Path) -> Path:
+    """Write all draws as a file of ArviZ.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of an FMU.
+    path
+        File to write.
+    """
+    values = posterior.values()
+    draws = {name: values[..., i] for i, name in enumerate(variable_names(posterior))}
+    attributes = {
+        "model": posterior.calibrated.campaign.model.name,
+        "measured": int(posterior.calibrated.campaign.measured),
+        "tau_steps": float(posterior.sample.tau.max()),
+        "tau_known": int(posterior.sample.reached),
+    }
+    return write_netcdf(path, {"posterior": draws}, dims={}, coords={}, attributes=attributes)
+
+
+def summary_text(posterior: ForeignPosterior) -> str:
+    """Write the command's summary: a sentence for each parameter, and one on the sampler."""
+    drawn = posterior.sample
+    known = "settled" if drawn.reached else "the chain is too short to settle it: final figures without --quick"
+    worst = max(p.diagnostics.rhat for p in posterior.parameters)
+    least = min(p.diagnostics.ess_bulk for p in posterior.parameters)
+    sampler = f"τ {drawn.tau.max():.1f} steps ({known}), R̂ {worst:.3f}, ESS {least:.0f}, {posterior.wall_s:.0f} s"
+    lines = [posterior.calibrated.campaign.model.name, *(f"  {p.verdict}" for p in posterior.parameters)]
+    for band in posterior.bands:
+        lines.append(f"  {band.run.file} ({band.run.use}): {band.covered[0.95]:.0%} of the readings in the 95 % band")
+    return "\n".join([*lines, f"  sampler: {sampler}"])
