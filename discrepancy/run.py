@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
+from haptid.discrepancy.commands import missing as main
 from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.finding.full_model import whole_finding
-from haptid.discrepancy.finding.stages import STAGES, run_stages
+from haptid.discrepancy.finding.stages import run_stages
 from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.study import Study, study_of
@@ -30,7 +31,6 @@ from haptid.identification.sequence.equations_for import device_of, equations_fo
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
-from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect
@@ -39,33 +39,12 @@ from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import save, stage_picture, write_pictures
 from haptid.report.discrepancy.torque_gap_page import torque_gap_page
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
-from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import read_json, write_json, write_text, written
 
 
-@click.command()
-@click.argument("campaign", required=False)
-@common_options
-@click.option("--joint", type=int, default=None, help="The joint to study; --joints studies several, each alone.")
-@click.option("--free", default=None, metavar="0,1", help="Runs in which exactly these joints move together.")
-@click.option(
-    "--stage", type=click.Choice([*STAGES, "all"]), default="all", show_default=True,
-    help="gap, where, what: this stage alone (is there a gap; where; what looks like it), no verdict.",
-)  # fmt: skip
-@click.option(
-    "--effects", type=click.Path(path_type=Path), default=None, help="Folder with effects of your own, one file each."
-)
-@click.option("--without", default="", metavar="ID,ID", help="Leave these entries out of the catalogue.")
-@click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of the base fit.")
-@click.option(
-    "--effort", default=THRESHOLDS.study.most_simulated_runs, show_default=True, type=click.IntRange(min=1),
-    help="Simulated runs after which no further combinations of effects are tried.",
-)  # fmt: skip
-@click.option("--fmu", "kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
-@allow_outside_option
-@exit_codes
-def main(
+def search_campaign(
     campaign: str | None,
     out: Path,
     joints: str | None,
@@ -75,11 +54,32 @@ def main(
     effects: Path | None,
     without: str,
     **choices: Any,
-) -> None:
-    """Find what is missing in a joint's model, name it, add it and show the gap shrink.
+) -> dict[str, Any]:
+    """Find what is missing in the models of joints, and write and tell the findings.
 
-    CAMPAIGN is a folder with campaign.toml; the embedded Freedom 6S one where left out. Without --joint, --joints or
-    --free: every joint alone, then the runs in which several move together, with what was named in each of them.
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    out
+        Folder of the results.
+    joints
+        Numbers of the joints to study, each alone, separated by commas; None for all.
+    joint
+        Number of the one joint to study; None for those of ``joints``.
+    free
+        Numbers of the joints that move together, separated by commas.
+    effects
+        Folder with effects of the user's own.
+    without
+        Ids of effects to leave out, separated by commas.
+    choices
+        Further options of the command by name.
+
+    Returns
+    -------
+    dict
+        The finding of ``joint``; where another choice was made, the findings by the name of their file.
     """
     left_out = {part for part in without.split(",") if part}
     entries = {key: e for key, e in with_folder(effects).items() if not {key, e.id} & left_out}
@@ -99,6 +99,12 @@ def main(
     _alone(read, chosen, entries, out, choices)
     for free_joints in several:
         _together(read, free_joints, entries, out, choices, asked=together is not None)
+    findings = {path.stem: read_json(path, "a finding") for path in written if _is_finding(path, out)}
+    return findings.popitem()[1] if joint is not None and len(findings) == 1 else findings
+
+
+def _is_finding(path: Path, out: Path) -> bool:
+    return path.suffix == ".json" and path.parent == out / "discrepancy"
 
 
 def _alone(

@@ -17,6 +17,7 @@ from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
 from haptid.identification.baseline.prediction import predict_unseen
+from haptid.identification.commands import identify as main
 from haptid.identification.optimise.dask_workers import Cluster
 from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
@@ -36,12 +37,11 @@ from haptid.identification.verification.closed_loop_fmu import export_closed_loo
 from haptid.identification.verification.result import Verification
 from haptid.identification.verification.verify import verify
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
-from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
 from haptid.report.identification.page import identification_page
-from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.command import parse_joints, progress
 from haptid.support.files.files import write_json, write_text
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
@@ -101,27 +101,7 @@ def in_process(equations: Equations) -> Simulator:
     return KernelSimulator.of(equations)
 
 
-@click.command()
-@click.argument("campaign", required=False)
-@common_options
-@click.option(
-    "--fmu",
-    "kind",
-    type=click.Choice(["python", "native", "none"]),
-    default="python",
-    show_default=True,
-    help="Packaging that the fits run; none runs the kernel in process.",
-)
-@click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of a fit.")
-@click.option("--method", type=click.Choice(["slsqp", "gauss_newton"]), default="slsqp", show_default=True)
-@click.option("--robust", is_flag=True, help="Pseudo-Huber loss, for gross outliers.")
-@click.option("--passive", is_flag=True, help="Demand passive friction of LuGre joints: sigma2 >= sigma1 (Fs - Fc)/Fc.")
-@click.option("--profile", is_flag=True, help="Follow profile likelihoods to the ends of their 95 % intervals.")
-@click.option("--free-velocity", is_flag=True, help="Fit the initial velocity of every run.")
-@click.option("--no-export", is_flag=True, help="Leave out the FMUs of the whole device.")
-@allow_outside_option
-@exit_codes
-def main(
+def identify_campaign(
     campaign: str | None,
     out: Path,
     joints: str | None,
@@ -130,8 +110,31 @@ def main(
     kind: str,
     no_export: bool,
     **choices: Any,
-) -> None:
-    """Identify a device from CAMPAIGN, a folder with campaign.toml; the embedded Freedom 6S one where left out."""
+) -> dict[str, Any]:
+    """Identify a device from a campaign, and write and tell the result.
+
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    out
+        Folder of the results.
+    joints
+        Numbers of the joints, separated by commas; None for all.
+    scheduler
+        Address of a Dask scheduler; None runs here.
+    kind
+        Packaging that the fits run: ``python``, ``native`` or ``none``.
+    no_export
+        Whether the FMUs of the whole device are left out.
+    choices
+        Fields of `FitOptions`.
+
+    Returns
+    -------
+    dict
+        Content of identification.json.
+    """
     read = campaign_for_command(campaign)
     device = device_of(read)
     options = FitOptions(**choices)
@@ -154,9 +157,11 @@ def main(
     predictions = [predict_unseen(step.compared) for step in steps]
     page = identification_page(read.title, steps, traces, predictions, data, verification)
     write_text(job.out / "report.html", page)
-    write_json(job.file, data | {"complete": True})
+    data["complete"] = True
+    write_json(job.file, data)
     click.echo(summary_text(steps, data["verification"]))
     click.echo(f"written below {job.out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
+    return data
 
 
 def _fit_configurations(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:

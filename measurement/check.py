@@ -9,24 +9,28 @@ from typing import Any
 import click
 
 from haptid.measurement.checks.preparation import prepare_campaign
-from haptid.measurement.checks.summary import summarise, table_text
-from haptid.measurement.format.places import allow_outside_option
+from haptid.measurement.checks.summary import row_json, summarise, table_text
+from haptid.measurement.commands import check as main
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import exit_codes, progress
+from haptid.support.command import progress
 
 
-@click.command()
-@click.argument("campaign", required=False, type=click.Path(path_type=Path))
-@allow_outside_option
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-@exit_codes
-def main(campaign: Path | None, quiet: bool) -> None:
-    """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).
+def check_campaign(campaign: Path | None, quiet: bool) -> dict[str, Any]:
+    """Read a campaign, and tell what is in it.
 
-    Prints one row per run and joint, and remarks; exit 0 where the campaign can be used, 2 with one line where not.
-    "~" marks what was estimated from the data. Units: N m and rad (N and m for a joint that slides).
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    quiet
+        Whether no progress is shown.
+
+    Returns
+    -------
+    dict
+        Facts of the campaign and of every joint of every run, and what was remarked.
     """
     with warnings_on_stderr():
         found = read_campaign(campaign)
@@ -36,6 +40,8 @@ def main(campaign: Path | None, quiet: bool) -> None:
     with bar:
         rows = summarise(found, report=bar.update)
     click.echo(table_text(rows))
+    head = {"title": found.title, "device": found.device, "measured": found.measured, "hold": found.hold}
+    return {**head, "configurations": [list(joints) for joints in found.configurations], "runs": [*map(row_json, rows)]}
 
 
 def _counts(campaign: Campaign) -> str:

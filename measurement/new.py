@@ -13,13 +13,14 @@ from typing import Any
 import click
 import tomli_w
 
+from haptid.measurement.commands import init as main
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.mapping import Target, free_joints, map_columns, parse_map
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.tables.table import SUFFIXES, Table, read_table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import exit_codes, parse_joints
+from haptid.support.command import parse_joints
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file, write_bytes, write_text
 
@@ -61,25 +62,26 @@ class Answers:
     targets: Mapping[str, Target]
 
 
-@click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False), help="New folder to write.")
-@click.option("--title", default=None, help="One line that names the tests.")
-@click.option("--device", default=None, help="Built-in device, device TOML, or single_joint (default).")
-@click.option("--measured/--synthetic", "measured", default=None, help="Where the data come from.")
-@click.option("--hold", type=click.Choice(["zero", "linear"]), default="zero", show_default=True,
-              help="How torque runs between rows.")  # fmt: skip
-@click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
-@click.option("--resolution", type=float, default=None, help="Encoder step [rad].")
-@click.option("--validate", multiple=True, metavar="FILE", help="A run kept from every fit; may be repeated.")
-@click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
-              help="Rename a column, multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
-@click.option("--free", default=None, metavar="4", help="The joints that move, where the tables hold others too.")
-@exit_codes
-def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | bool | tuple[str, ...] | None) -> None:
-    """Make a campaign from the CSV or Parquet tables in FOLDER, one run each.
+def make_campaign(
+    folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | bool | tuple[str, ...] | None
+) -> dict[str, Any]:
+    """Make a campaign from a folder of tables, and tell what was written.
 
-    FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
+    Parameters
+    ----------
+    folder
+        Folder with one table per run.
+    out
+        New folder for the campaign.
+    maps
+        Values of ``--map``.
+    flags
+        Further options of the command by name; None where absent.
+
+    Returns
+    -------
+    dict
+        Folder, title, device and runs of the campaign.
     """
     refuse_overwrite(out)
     tables = _tables(folder)
@@ -98,6 +100,8 @@ def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | 
     about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
     click.echo(f"wrote {out}: {about}")
     click.echo(f"next: python -m measurement.check {out}")
+    runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
+    return {"campaign": str(out), "title": campaign.title, "device": campaign.device, "runs": runs}
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:

@@ -25,16 +25,16 @@ from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.verification.result import Verification
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
-from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
 from haptid.report.discrepancy.full_model_section import full_model_sections
 from haptid.report.posterior.page import posterior_page
-from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
 from haptid.support.processes.threads import single_threaded
+from haptid.uq.commands import posterior as main
 from haptid.uq.density.forward import kernel_of
 from haptid.uq.result.finite import check_finite, early_word, with_null
 from haptid.uq.result.full_model import as_fit, full_model_bands
@@ -65,23 +65,21 @@ class _Results:
     full: Verification = field(default_factory=lambda: Verification(runs=()))
 
 
-@click.command(help=__doc__)
-@click.argument("campaign", required=False, type=click.Path(path_type=Path))
-@common_options
-@click.option("--quick", is_flag=True, help="A short chain: under a minute a joint; says that it is short.")
-@click.option("--sensitivity", is_flag=True, help="Also with all priors half and twice as wide.")
-@click.option(
-    "--fmu",
-    "kind",
-    type=click.Choice(["python", "native", "none"]),
-    default="none",
-    show_default=True,
-    help="Packaging that the sampler runs; none runs the same equations' kernel in process, many sets side by side.",
-)
-@allow_outside_option
-@exit_codes
-def main(campaign: Path | None, **settings: Any) -> None:
-    """Sample, write, summarise."""
+def sample_campaign(campaign: Path | None, **settings: Any) -> dict[str, Any]:
+    """Sample the posterior of every joint, and write and tell the result.
+
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    settings
+        Options of the command by name.
+
+    Returns
+    -------
+    dict
+        Content of posterior.json.
+    """
     read = campaign_for_command(campaign)
     device = device_of(read)
     sampling = replace(QUICK if settings["quick"] else SamplingOptions(), seed=settings["seed"])
@@ -102,11 +100,12 @@ def main(campaign: Path | None, **settings: Any) -> None:
             results.posteriors.append(posterior)
             results.steps.append(Step(configuration=configuration, fit=as_fit(fitted, posterior)))
             save_chains(posterior, command.out / "posterior" / f"joint{posterior.joint}.nc", measured=read.measured)
-            _write(command, results)
+            data = _write(command, results)
             click.echo(_summary(posterior))
     if device is not None:
         results.full = full_model_bands(read, device, results.steps, seed=sampling.seed)
-        _write(command, results)
+        data = _write(command, results)
+    return data
 
 
 def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Submitting]:
@@ -189,7 +188,7 @@ def _simulator(command: _Command, equations: Equations) -> Simulator:
     return FmuSimulator.of(identification_fmu(equations, kind=command.kind), equations)
 
 
-def _write(command: _Command, results: _Results) -> None:
+def _write(command: _Command, results: _Results) -> dict[str, Any]:
     """Write the files of all finished joints; it runs after each joint, so that an interrupted command keeps them."""
     campaign, out, posteriors = command.campaign, command.out, results.posteriors
     seed = command.options.sampling.seed
@@ -202,7 +201,8 @@ def _write(command: _Command, results: _Results) -> None:
         "intervals": "equal-tailed",
     }
     joints = [as_json(p) for p in posteriors]
-    write_json(out / "posterior.json", with_null({**head, "joints": joints, "full_model": results.full.as_json()}))
+    data = with_null({**head, "joints": joints, "full_model": results.full.as_json()})
+    write_json(out / "posterior.json", data)
     save_draws(posteriors, out / "parameters_posterior.csv", np.random.default_rng([seed, 5]))
     footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", campaign.title]
     page = posterior_page(
@@ -213,6 +213,7 @@ def _write(command: _Command, results: _Results) -> None:
         full=full_model_sections(results.full),
     )
     write_text(out / "posterior.html", page)
+    return data
 
 
 def _summary(posterior: Posterior) -> str:
