@@ -35,13 +35,14 @@ from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import with_folder
+from haptid.report.common.stored_page import write_page
 from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import save, stage_picture, write_pictures
 from haptid.report.discrepancy.torque_gap_page import torque_gap_page
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
-from haptid.support.files.files import read_json, write_json, write_text, written
+from haptid.support.files.files import read_json, write_json, written
 
 
 def search_campaign(
@@ -162,7 +163,7 @@ def _together(
     identification = read_identification(source)
     finding = whole_finding(read, device, runs, identification, findings)
     write_json(out / "discrepancy" / "whole.json", finding.as_json(measured=read.measured))
-    write_text(out / "discrepancy" / "whole.html", whole_gap_page(finding, read.title, measured=read.measured))
+    write_page(out / "discrepancy" / "whole.html", whole_gap_page(finding, read.title, measured=read.measured))
     click.echo(f"all joints: {finding.verdict}. {finding.sentence}")
     click.echo(f"  written below {out}: discrepancy/whole.json, .html")
 
@@ -224,7 +225,7 @@ def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, c
         finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
     folder = out / "discrepancy"
     write_json(folder / f"joint{joint}.json", torque_json(finding, measured=read.measured, seed=choices["seed"]))
-    write_text(folder / f"joint{joint}.html", torque_gap_page(finding, read.title, measured=read.measured))
+    write_page(folder / f"joint{joint}.html", torque_gap_page(finding, read.title, measured=read.measured))
     gap = finding.gaps["validate"]
     click.echo(f"joint {joint}: {finding.verdict}. {finding.sentence}")
     unit = unit_for("N m", [study.prismatic])
@@ -242,7 +243,7 @@ def _write_finding(finding: Finding, campaign: Campaign, out: Path, seed: int) -
     data, study = as_json(finding, measured=campaign.measured, seed=seed), finding.search.study
     folder = out / "discrepancy"
     write_json(folder / f"{study.name}.json", data)
-    write_text(folder / f"{study.name}.html", discrepancy_page(finding, campaign.title, measured=campaign.measured))
+    write_page(folder / f"{study.name}.html", discrepancy_page(finding, campaign.title, measured=campaign.measured))
     write_pictures(finding, folder)
     click.echo(f"{study.title.lower()}: {data['verdict']}. {finding.judgement.sentence}")
     for name, gap in finding.gaps.items():

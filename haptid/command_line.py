@@ -18,6 +18,7 @@ COMMANDS = {
     "posterior": ("uq.commands", "How well each parameter is known."),
     "missing": ("discrepancy.commands", "What is missing in the model of a joint, if anything."),
     "export": ("fmu_build.commands", "Package an identified model again."),
+    "report": ("report.commands", "Write the pages of stored results again, without fitting."),
 }
 """Name: the module that declares the command under this name, and what it does."""
 

@@ -40,9 +40,10 @@ from haptid.measurement.checks.preparation import campaign_for_command, tell_rem
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.report.common.stored_page import write_page
 from haptid.report.identification.page import identification_page
 from haptid.support.command import parse_joints, progress
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import write_json
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
 """Packages whose versions are written to identification.json."""
@@ -156,7 +157,7 @@ def identify_campaign(
     traces = [traces_of(step, job.build) for step in steps]
     predictions = [predict_unseen(step.compared) for step in steps]
     page = identification_page(read.title, steps, traces, predictions, data, verification)
-    write_text(job.out / "report.html", page)
+    write_page(job.out / "report.html", page)
     data["complete"] = True
     write_json(job.file, data)
     click.echo(summary_text(steps, data["verification"]))

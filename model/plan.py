@@ -14,11 +14,12 @@ from haptid.model.planning.lock_postures import plan_postures
 from haptid.model.planning.locking_order import LockingOrder, locking_order
 from haptid.model.planning.summary import Data, design_summary, plan_summary
 from haptid.model.planning.torque_design import ExcitationPlan, locked_quantities, plan_excitation
+from haptid.report.common.stored_page import write_page
 from haptid.report.locking_plan.page import plan_page
 from haptid.report.locking_plan.text import plan_text
 from haptid.support.command import progress
 from haptid.support.errors import NumericalError
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import write_json
 
 
 def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
@@ -48,7 +49,7 @@ def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
     if design:
         plan |= _design(loaded, order, **options)
     click.echo(plan_text(plan))
-    page = write_text(out / "locking_plan.html", plan_page(plan))
+    page = write_page(out / "locking_plan.html", plan_page(plan))
     data = write_json(out / "locking_plan.json", plan)
     click.echo(f"\nwritten: {page}, {data}")
     return plan

@@ -28,11 +28,12 @@ from haptid.measurement.checks.preparation import campaign_for_command, tell_rem
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.report.common.stored_page import write_page
 from haptid.report.discrepancy.full_model_section import full_model_sections
 from haptid.report.posterior.page import posterior_page
 from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import write_json
 from haptid.support.processes.threads import single_threaded
 from haptid.uq.commands import posterior as main
 from haptid.uq.density.forward import kernel_of
@@ -212,7 +213,7 @@ def _write(command: _Command, results: _Results) -> dict[str, Any]:
         footer=footer,
         full=full_model_sections(results.full),
     )
-    write_text(out / "posterior.html", page)
+    write_page(out / "posterior.html", page)
     return data
 
 
