@@ -19,6 +19,7 @@ COMMANDS = {
     "missing": ("discrepancy.commands", "What is missing in the model of a joint, if anything."),
     "export": ("fmu_build.commands", "Package an identified model again."),
     "report": ("report.commands", "Write the pages of stored results again, without fitting."),
+    "doctor": ("commands", "Check Python, compiler, cache, disk, extras, a kernel and an FMU."),
 }
 """Name: the module that declares the command under this name, and what it does."""
 

@@ -15,10 +15,27 @@ from typing import Any, ParamSpec
 
 import click
 
+from haptid.support.errors import HaptidError
 from haptid.support.files.files import json_text
 from haptid.version import version
 
 P = ParamSpec("P")
+
+
+class IncompleteError(HaptidError):
+    """A command did what it could, and has told what failed: exit code 1, with the result under ``--json``.
+
+    Parameters
+    ----------
+    sentence
+        What failed, in one line.
+    result
+        Result as a value for JSON.
+    """
+
+    def __init__(self, sentence: str, result: Any) -> None:
+        super().__init__(sentence)
+        self.result = result
 
 
 def _tell_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
@@ -102,8 +119,12 @@ def json_option(function: Callable[P, Any]) -> Callable[P, None]:
         if not kwargs.pop("as_json"):
             function(*args, **kwargs)
             return
-        with redirect_stdout(sys.stderr):  # the summary is for people, and goes where progress goes
-            result = function(*args, **kwargs)
+        try:
+            with redirect_stdout(sys.stderr):  # the summary is for people, and goes where progress goes
+                result = function(*args, **kwargs)
+        except IncompleteError as error:
+            click.echo(json_text(error.result), nl=False)
+            raise
         click.echo(json_text(result), nl=False)
 
     words = "Print the result on stdout as one JSON document; summary and progress go to stderr."
