@@ -19,6 +19,7 @@ COMMANDS = {
     "missing": ("discrepancy.commands", "What is missing in the model of a joint, if anything."),
     "export": ("fmu_build.commands", "Package an identified model again."),
     "report": ("report.commands", "Write the pages of stored results again, without fitting."),
+    "fleet": ("commands", "Identify several devices and compare their parameters."),
     "doctor": ("commands", "Check Python, compiler, cache, disk, extras, a kernel and an FMU."),
 }
 """Name: the module that declares the command under this name, and what it does."""
@@ -33,6 +34,7 @@ Examples:
   haptid identify my_campaign --out results
   haptid posterior my_campaign --out results --joints 4
   haptid missing my_campaign --out results --joint 4
+  haptid fleet all_campaigns --out fleet --workers 2
 """
 
 
