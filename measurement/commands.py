@@ -17,7 +17,8 @@ haptid check my_campaign --json | jq '.runs[] | [.file, .rate_Hz]'
 """
 EXAMPLES_OF_INIT = """
 haptid init my_tables --out my_campaign
-haptid init my_tables --out my_campaign --measured --validate two.csv --noise 1e-4
+haptid init my_tables --out my_campaign --measured --validate 'val_*.csv' --noise 1e-4
+haptid init my_tables --out my_campaign --measured --device arm.urdf
 haptid init my_tables --out my_campaign --measured --map 'tau=torque_0_Nm' --json
 """
 WRITES = {
@@ -46,13 +47,22 @@ def check(**settings: Any) -> Any:
 @click.argument("folder", type=click.Path(path_type=Path))
 @click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False), help="New folder to write.")
 @click.option("--title", default=None, help="One line that names the tests.")
-@click.option("--device", default=None, help="Built-in device, device TOML, or single_joint (default).")
+@click.option(
+    "--device",
+    default=None,
+    help="Built-in device, device TOML or URDF (from here or from FOLDER), or single_joint (default).",
+)
 @click.option("--measured/--synthetic", "measured", default=None, help="Where the data come from.")
 @click.option("--hold", type=click.Choice(["zero", "linear"]), default="zero", show_default=True,
               help="How torque runs between rows.")  # fmt: skip
 @click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
-@click.option("--resolution", type=float, default=None, help="Encoder step [rad].")
-@click.option("--validate", multiple=True, metavar="FILE", help="A run kept from every fit; may be repeated.")
+@click.option("--resolution", type=float, default=None, help="Encoder step [rad]: the angle of one count, too.")
+@click.option(
+    "--validate",
+    multiple=True,
+    metavar="FILE|PATTERN",
+    help="Runs kept from every fit, as in 'val_*.csv'; may be repeated.",
+)
 @click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
               help="Rename a column, multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
 @click.option("--free", default=None, metavar="4", help="The joints that move, where the tables hold others too.")
@@ -62,5 +72,9 @@ def init(**settings: Any) -> Any:
     """Make a campaign from the CSV or Parquet tables in FOLDER, one run each.
 
     FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
+
+    Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
+    converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,
+    rpm, %. A name without number is that of joint 0. Joints that do not move in a table are locked there.
     """
     return call("haptid.measurement.new", "make_campaign", **settings)

@@ -109,6 +109,7 @@ def z_picture(judged: Sequence[Comparison]) -> Picture:
                     axis.annotate(f" {member.device}", (member.z or 0.0, row), fontsize=7, va="center")
         axis.set_yticks(range(len(judged)), [f"{one.configuration}: {one.parameter}" for one in judged], fontsize=7)
         axis.set_xscale("symlog", linthresh=10)  # a device that is another machine altogether stays on the picture
+        axis.xaxis.set_major_formatter("{x:g}")
         axis.invert_yaxis()
         axis.set_xlabel("robust z of each device [1]")
     caption = "One dot a device; the line spans what equal devices would reach."
