@@ -49,7 +49,7 @@ class Commands(click.Group):
         """Import the command."""
         if cmd_name not in COMMANDS:
             return None
-        if cmd_name in EXTRAS:
+        if cmd_name in EXTRAS and not ctx.resilient_parsing:  # a shell that completes names needs no extra
             _need(EXTRAS[cmd_name], cmd_name, ctx)
         command = getattr(importlib.import_module(f"haptid.{COMMANDS[cmd_name][0]}"), cmd_name)
         return command if isinstance(command, click.Command) else None

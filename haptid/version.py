@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+
 
 def version() -> str:
     """Return the version of the installed haptid, or that of a clone that is run in place."""
@@ -10,4 +13,6 @@ def version() -> str:
     try:
         return metadata.version("haptid")
     except metadata.PackageNotFoundError:
-        return "in a clone, not installed"
+        project = (Path(__file__).resolve().parents[1] / "pyproject.toml").read_text(encoding="utf-8")
+        stated = re.search(r'^version = "(.+)"$', project, re.MULTILINE)
+        return f"{stated[1] if stated else 'unknown'}, in a clone"

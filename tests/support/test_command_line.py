@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -72,3 +73,13 @@ def test_an_unknown_command_is_one_line_with_what_it_may_have_meant():
     assert done.exit_code == 2
     assert done.output.count("\n") == 1
     assert done.output.endswith("got 'identfy'; did you mean identify?\n")
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"), [("haptid id", "identify"), ("haptid po", "posterior"), ("haptid identify --js", "--json")]
+)
+def test_the_shell_completes_commands_and_options(typed: str, completed: str):
+    words = {"_HAPTID_COMPLETE": "bash_complete", "COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1)}
+    command = [sys.executable, "-m", "haptid"]
+    done = subprocess.run(command, cwd=ROOT, env=os.environ | words, capture_output=True, text=True, check=True)
+    assert done.stdout == f"plain,{completed}\n"
