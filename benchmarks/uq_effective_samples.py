@@ -21,8 +21,9 @@ from haptid.fmu_build.building.packaging import build_fmu
 from haptid.fmu_build.description.variables import structured_name
 from haptid.identification.fit.multistart import fit
 from haptid.identification.problem.options import FitOptions
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.noise.noise_model import NoiseModel

@@ -16,21 +16,15 @@ from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.study import Study, study_of
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit
 from haptid.discrepancy.torque.study import torque_study_of
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
 from haptid.fmu_build.exchange.identification_json import read_identification
-from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
-from haptid.identification.optimise.workers import Here
-from haptid.identification.problem.options import FitOptions
-from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.carried_fit import carried_fit
-from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for
-from haptid.identification.simulators.kernel import KernelSimulator
-from haptid.identification.thresholds import THRESHOLDS as IDENTIFICATION
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect
@@ -112,7 +106,7 @@ def _alone(
     read: Campaign, chosen: tuple[int, ...], entries: dict[str, Effect], out: Path, choices: dict[str, Any]
 ) -> None:
     """Study joints, each in the runs in which it moves alone."""
-    swept = [j for j in chosen if _searched_by_torque(read, j)]
+    swept = [j for j in chosen if is_searched_by_torque(read, j, out)]
     if swept and choices["stage"] != "all":
         where = f"--stage {choices['stage']}"
         raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")
@@ -178,7 +172,8 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
 
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
-    study = replace(study, effort=choices["effort"], carried=_carried(study, read, out))
+    carried = read_carried_fit(read, study.fitted[0].free_joints, study.base, out)
+    study = replace(study, effort=choices["effort"], carried=carried)
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
     if choices["stage"] != "all":
         with bar:
@@ -194,34 +189,12 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
     _write_finding(finding, read, out, choices["seed"])
 
 
-def _searched_by_torque(read: Campaign, joint: int) -> bool:
-    """Whether a position controller moved a joint and an observer leaves more than the noise.
-
-    A residual in position at the noise is the stricter test: then the position is searched.
-    """
-    runs = read.runs_of((joint,))
-    if not read.runs_of((joint,), "fit") or choose_for(runs).kind == "open_loop":
-        return False
-    equations = equations_for(read, device_of(read), (joint,))
-    options = FitOptions(starts=IDENTIFICATION.most_starts_of_trial, method="gauss_newton")
-    seen = fit_simulated(KernelSimulator.of(equations), runs, options=options, workers=Here())
-    return not quiet(seen, options)
-
-
-def _carried(study: Study, read: Campaign, out: Path) -> Fit | None:
-    """Return the fit that an identification wrote below ``out`` from the same runs; None where there is none."""
-    device = device_of(read)
-    free = study.fitted[0].free_joints
-    tested = [one for one in configurations_of(read, device, None) if one.free_joints == tuple(free)]
-    # In several postures the study has all runs of the joints, and each fit those of one posture.
-    return carried_fit(read, device, tested[0], study.base, out) if len(tested) == 1 else None
-
-
 def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:
     """Study a joint that a position controller swept; its torque is scored."""
     bar: Any = progress(total=None, title=f"joint {joint}", quiet=choices["quiet"])
     with bar:
-        study = torque_study_of(read, joint)
+        carried = read_carried_fit(read, (joint,), equations_for(read, device_of(read), (joint,)), out)
+        study = torque_study_of(read, joint, carried, threads=choices["workers"])
         finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
     folder = out / "discrepancy"
     write_json(folder / f"joint{joint}.json", torque_json(finding, measured=read.measured, seed=choices["seed"]))

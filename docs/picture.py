@@ -11,11 +11,11 @@ import click
 from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of
 from haptid.identification.sequence.sequence import Sequence
 from haptid.identification.sequence.traces import traces_of
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.devices import device_of
 from haptid.report.identification.figures import run_picture
 from haptid.support.files.files import write_bytes
 from haptid.support.installing.environment import ROOT

@@ -22,7 +22,6 @@ from haptid.identification.optimise.dask_workers import Cluster
 from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import Configuration, configurations_of
-from haptid.identification.sequence.equations_for import device_of
 from haptid.identification.sequence.result_json import SCHEMA, step_json
 from haptid.identification.sequence.resume import data_digest, inputs_digest, kept_entries
 from haptid.identification.sequence.sequence import Build, Sequence
@@ -37,6 +36,7 @@ from haptid.identification.verification.closed_loop_fmu import export_closed_loo
 from haptid.identification.verification.result import Verification
 from haptid.identification.verification.verify import verify
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations

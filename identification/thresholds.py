@@ -27,12 +27,44 @@ class Thresholds:
 
     largest_stiction_over_coulomb: float = 3.0
     """Largest Fs over the first guess of Fc [1] in a fit of the torque, where the user states none."""
+    stiction_prior_mean_over_coulomb: float = 1.2
+    """Mean of the prior of Fs, and its first guess, over the first guess of Fc [1] in a fit of the torque."""
     stiction_prior_std_over_coulomb: float = 0.5
     """Standard deviation of the prior of Fs over the first guess of Fc [1] in a fit of the torque."""
     stribeck_speed_over_top_speed: float = 0.02
     """Mean and standard deviation of the prior of vs over the top speed [1] in a fit of the torque."""
     largest_stribeck_speed_over_top_speed: float = 0.05
     """Largest vs over the top speed [1] in a fit of the torque."""
+
+    stribeck_speed_over_least_speed: float = 100.0
+    """The same mean over the smallest vs [1]."""
+
+    # Plain model: rows, columns and blocks of its least squares, and how it is simulated.
+    largest_rest_speed_over_rms_speed: float = 0.05
+    """Speed over the RMS speed [1] up to which a joint counts as at rest: its friction then takes any value up to its
+    level, and the row is left out."""
+    least_rows_of_plain_model: int = 50
+    """Fewest interior rows of all fitted runs together [1] for which the plain model is fitted."""
+    least_new_part_of_column: float = 1e-3
+    """Norm of a column's part that the earlier columns do not explain, over its own norm [1], below which the column
+    is left out."""
+    block_of_residual_in_correlation_lengths: float = 5.0
+    """Length of a block of the residual over its correlation length [1]."""
+    least_residual_blocks_of_run: int = 8
+    """Smallest number of blocks of a run [1]."""
+    weighted_solutions: int = 3
+    """Number of solutions [1], each with the weights of the residual before."""
+    presliding_of_plain_model_over_travel: float = 3e-4
+    """Displacement at which the plain model's Coulomb friction is at its level, over the travel of the joint [1]."""
+    least_friction_over_torque: float = 1e-6
+    """Coulomb friction of the plain model over the largest torque [1], below which it is raised: no law divides by
+    0."""
+    soft_spring_torque_over_torque: float = 1e-4
+    """Torque of the spring that carries a constant torque, over the travel, as a share of the largest torque [1]."""
+    longest_judged_horizon_s: float = 1.0
+    """Longest horizon by which models are compared [s]: longer ones show drift alone."""
+    most_simulations_of_horizon: int = 200
+    """Largest number of simulations for one horizon [1]; they are spread over the run."""
 
     # Starts: first guesses, their bounds and initial states.
     least_travel_for_gravity_rad: float = 1.2
@@ -70,7 +102,39 @@ class Thresholds:
     turn_of_loss_in_std: float = 3.0
     """Residual in standard deviations of the noise [1] at which the loss turns from quadratic to linear."""
 
+    most_steps_of_initial_state: int = 8
+    """Largest number of Gauss-Newton steps of the initial state of an unseen run [1]."""
+
+    # Parametrisation: sizes of parameters whose range says little.
+    largest_range_over_guess: float = 1e6
+    """Width of a linear range over the first guess [1], above which the range is not the size of the quantity."""
+    smallest_bound_over_guess: float = 1e-9
+    """Lower bound of a logarithm over the first guess [1], where the bound of the quantity is 0 and has no
+    logarithm."""
+
     # Minimisation: when a step, a descent and the search for starts end.
+    tolerance_of_early_level: float = 1e-3
+    """Relative decrease of the cost [1] below which a level of the homotopy before the last ends."""
+    tolerance_of_last_level: float = 1e-5
+    """The same for the last level [1]."""
+    tolerance_of_polish: float = 1e-8
+    """The same for the polish [1]."""
+    tolerance_of_polish_far: float = 1e-6
+    """The same for the polish where the residual is a model error [1]: a few hundred independent parts of the motion
+    determine the parameters, so that a decrease by 1e-6 moves them by a hundredth of their standard deviation."""
+    most_iterations_of_early_level: int = 15
+    """Largest number of iterations of a level before the last [1]."""
+    most_iterations_of_last_level: int = 60
+    """Largest number of iterations of the last level, and of the polish [1]."""
+    least_damping_of_slsqp: float = 1e-3
+    """Smallest λ that is added to SLSQP's first Hessian [1]."""
+    least_damping: float = 1e-10
+    """Smallest damping λ of Levenberg-Marquardt [1]: a direction that the data do not see at all does not make the
+    step singular."""
+    largest_damping: float = 1e9
+    """Damping λ of Levenberg-Marquardt [1] above which the minimiser stops."""
+    least_actual_over_predicted_decrease: float = 1e-4
+    """Actual over predicted decrease of the cost [1] above which a step is accepted."""
     largest_inner_step_error_over_residual: float = 0.1
     """Largest change of the residual by halving the inner step, as a share of the residual's norm [1]: a coarser inner
     step is used up to it."""
@@ -123,6 +187,16 @@ class Thresholds:
     least_rows_of_friction_regime: int = 20
     """Number of rows in presliding, or in gross sliding [1], below which a warning is given."""
 
+    # Profile likelihood: how far an end of an interval is followed.
+    most_steps_of_profile: int = 12
+    """Largest number of Gauss-Newton steps of a fit with one parameter held [1]."""
+    most_step_lengths_of_profile: int = 6
+    """Largest number of lengths that are tried for each of these steps, each half the one before [1]."""
+    most_distances_of_profile: int = 10
+    """Largest number of distances that are tried for each end of an interval [1]."""
+    largest_error_of_root_rise: float = 0.01
+    """Relative error of √(C − Ĉ) [1] below which the end of an interval is accepted: as much of its half width."""
+
     # Covariance: from which residuals and refits it is estimated.
     longest_lag_over_rows: float = 0.1
     """Longest lag of the autocovariance, as a share of the rows of the shortest run [1]."""
@@ -141,6 +215,8 @@ class Thresholds:
     steps_between_physical_draws: int = 300
     """Number of steps between draws of physical links [1]: several times the number of directions that the data do not
     identify."""
+    least_information_over_prior: float = 1e-6
+    """Smallest information of a measured coefficient, as a share of its prior's information [1]."""
     carried_std_over_belief_std: float = 3.0
     """Standard deviation of a carried prior over that of the belief [1]: tests on different days agree less well than
     their noise says."""

@@ -143,7 +143,24 @@ class Thresholds:
     smoothing_width_over_period: float = 1.0 / 60.0
     """Width of the Gaussian that smooths a motion, as a share of the motion's period [1]."""
     least_smoothing_width_rows: float = 2.0
-    """Least width of that Gaussian [rows]."""
+    """Least width of a Gaussian that smooths or filters a motion [rows]: below it the derivatives of the sampled
+    Gaussian are not exact."""
+    largest_noise_share_of_acceleration: float = 0.005
+    """Largest share of noise in the variance of the filtered acceleration [1]: as much as it biases the inertia."""
+    largest_filter_width_over_period: float = 0.04
+    """Largest width of the filter over the motion's dominant period [1]: it leaves 97 % of that motion."""
+    growth_of_filter_width: float = 1.25
+    """Ratio of successive widths that are tried [1]."""
+    filter_reach_in_widths: float = 4.0
+    """Length at either end of a run that the filter has no full surroundings for, over its width [1]."""
+
+    # Repeats: what of a torque does not come back at the same position and speed.
+    cells_of_position: int = 25
+    """Number of cells of position in which passes are compared [1]."""
+    cells_of_speed: int = 12
+    """Number of cells of speed in which passes are compared [1]."""
+    least_repeated_share_of_rows: float = 0.2
+    """Share of the rows in cells with several passes [1], below which it is unknown what does not repeat."""
 
 
 THRESHOLDS = Thresholds()

@@ -22,7 +22,7 @@ class HalfNormal:
 
     scale: float
 
-    def widened(self, factor: float) -> HalfNormal:
+    def widen(self, factor: float) -> HalfNormal:
         """Return the prior with ``factor`` times the scale."""
         return HalfNormal(scale=factor * self.scale)
 
@@ -56,7 +56,7 @@ class LogNormal:
     median: float
     width: float
 
-    def widened(self, factor: float) -> LogNormal:
+    def widen(self, factor: float) -> LogNormal:
         """Return the prior with the same median and ``factor`` times the width."""
         return LogNormal(median=self.median, width=factor * self.width)
 

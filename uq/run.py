@@ -19,12 +19,13 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.carried_fit import FILE, carried_fit
 from haptid.identification.sequence.configurations import Configuration, configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for, named
+from haptid.identification.sequence.equations_for import equations_for, name_campaign_in_errors
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.verification.result import Verification
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
@@ -158,7 +159,7 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
         found = carried_fit(command.campaign, command.device, configuration, equations, command.out)
         source = f"read from {FILE}" if found else "made here"
         if found is None:
-            with named(command.campaign, (joint,)):
+            with name_campaign_in_errors(command.campaign, (joint,)):
                 found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
         # The ranges of the fit: those that haptid chose may have been widened to hold its optimum.
         equations = found.equations

@@ -17,8 +17,9 @@ from benchmarks.machines.sets import MachineSet
 from haptid.identification.baseline.driven import compare_driven
 from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.devices import device_of
 from haptid.report.identification.plain_pictures import plain_picture
 
 VISCOUS_ID = "sigma2"

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.observer import Observed
 from haptid.identification.statistics.score import score
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.run import Array
 
 G = 9.81

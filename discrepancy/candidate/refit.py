@@ -413,7 +413,7 @@ def significance(solution: Solution) -> tuple[float, bool]:
     ids = solution.problem.parametrisation.ids
     J = solution.blocks.jacobian
     covariance, size = scaled_covariance(J)
-    zero = solution.problem.parametrisation.scaled(np.zeros(solution.theta.size))
+    zero = solution.problem.parametrisation.to_coordinates(np.zeros(solution.theta.size))
     lower, upper = solution.problem.parametrisation.bounds
     wald, at_bound = np.inf, False
     for effect in solution.effects:

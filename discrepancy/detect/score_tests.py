@@ -114,7 +114,7 @@ def project(study: Study, solution: Solution, found: Signatures) -> tuple[Array,
     Q = tangent_space(solution)
     r = solution.residual
     D = np.zeros((r.size, found.raw.shape[1]))
-    D[: found.raw.shape[0]] = found.whitened(study, solution)
+    D[: found.raw.shape[0]] = found.whiten(study, solution)
     before = np.linalg.norm(D, axis=0)
     D -= Q @ (Q.T @ D)
     r = r - Q @ (Q.T @ r)

@@ -61,7 +61,7 @@ class Signatures:
     raw: Array
     simulations: int
 
-    def whitened(self, study: Study, solution: Solution) -> Array:
+    def whiten(self, study: Study, solution: Solution) -> Array:
         """Whiten the signatures as the residuals of ``solution`` are whitened.
 
         Parameters
@@ -80,7 +80,7 @@ class Signatures:
         D = np.empty_like(self.raw)
         for w, run, a, b in zip(solution.problem.whiteners, study.fitted, edges[:-1], edges[1:], strict=True):
             readings = self.raw[a:b].reshape(*run.y.shape, -1)
-            D[a:b] = w(_scored(readings, run.score_from)).reshape(b - a, -1)
+            D[a:b] = w(_keep_scored_rows(readings, run.score_from)).reshape(b - a, -1)
         return D
 
 
@@ -199,7 +199,7 @@ def signatures(study: Study, solution: Solution, entries: Sequence[Effect]) -> S
     return Signatures(points=tuple(points), raw=np.concatenate(blocks, axis=1), simulations=simulations)
 
 
-def _scored(rows: Array, first: int) -> Array:
+def _keep_scored_rows(rows: Array, first: int) -> Array:
     if first == 0:
         return rows
     kept = rows.copy()

@@ -9,7 +9,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -25,6 +25,7 @@ from haptid.discrepancy.search.forward_selection import search
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.study.channels import channels
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.verdict.stability import Stretches, stability_of
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge
 from haptid.fmu_build.building.packaging import Kind
 from haptid.measurement.values.run import Array, Run
@@ -66,7 +67,7 @@ class Finding:
     rebuilt
         FMU with the named effects, or None.
     gaps
-        RMS before and after by ``fit`` and ``validate``.
+        RMS before and after by ``fit``, ``validate`` and ``sealed``, as far as there are such runs.
     curves
         Runs with their simulations, held-out ones where there are any.
     maps
@@ -75,6 +76,8 @@ class Finding:
         Joint with the largest residual energy.
     regions
         Regions that hold most of that energy.
+    stability
+        Share of bags in which an effect keeps its name, by its key (`discrepancy.verdict.stability`).
     wall_s
         Wall time of all stages [s].
     """
@@ -88,6 +91,7 @@ class Finding:
     maps: tuple[Map, ...]
     gap_joint: int
     regions: tuple[Region, ...]
+    stability: Mapping[str, float]
     wall_s: float
 
 
@@ -135,6 +139,9 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     groups = {"fit": (study.fitted, before_fit, after_fit)}
     if study.unseen:
         groups["validate"] = (study.unseen, plain.prediction, best.prediction)
+    if study.sealed:
+        before, after = (predict(study, one.solution, study.sealed) for one in (plain, best))
+        groups["sealed"] = (study.sealed, before, after)
     shown = (
         (study.unseen, plain.prediction.y, best.prediction.y)
         if study.unseen
@@ -151,6 +158,7 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         maps=energy,
         gap_joint=joint,
         regions=regions(energy) if judgement.verdict != "nothing_missing" else (),
+        stability=stability_of(Stretches.of(best.solution), best.solution.effects, seed=seed),
         wall_s=time.perf_counter() - began,
     )
 
@@ -254,11 +262,15 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "seed": seed,
         "verdict": judgement.verdict,
         "sentence": judgement.sentence,
-        "effects": [_effect_json(e) for e in judgement.effects] if judgement.verdict != "nothing_missing" else [],
+        "effects": [
+            _effect_json(e, finding.stability.get(e.key))
+            for e in judgement.effects
+            if judgement.verdict != "nothing_missing"
+        ],
         "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
         "next_experiment": proposal.as_json() if proposal else None,
         "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions],
-        "gap": {"validate": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
+        "gap": {"validate": None, "sealed": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
         "refit": dict(rebuilt.fit.values) if rebuilt else None,
@@ -281,10 +293,11 @@ def _alternative_json(trial: Trial, plain: Trial) -> dict[str, Any]:
     }
 
 
-def _effect_json(effect: NamedEffect) -> dict[str, Any]:
+def _effect_json(effect: NamedEffect, stability: float | None) -> dict[str, Any]:
     return {
         "id": effect.id,
         "variant": effect.key.partition(":")[2] or None,
         "parameters": {id: estimate.as_json() for id, estimate in effect.parameters.items()},
         "evidence": effect.evidence,
+        "stability": stability,
     }

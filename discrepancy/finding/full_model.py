@@ -134,7 +134,7 @@ def whole_finding(
         for (where, one), (_, two) in zip(_each(before), _each(after), strict=True)
     )
     names = names_of(effects)
-    verdict, sentence = _said(rows, names)
+    verdict, sentence = _state_verdict(rows, names)
     return WholeFinding(joints=runs[0].free_joints, verdict=verdict, sentence=sentence, names=names, rows=rows)
 
 
@@ -160,7 +160,7 @@ def _parameter_spread(identification: Mapping[str, Any]) -> dict[tuple[str, str,
     }
 
 
-def _said(rows: Sequence[Missed], names: Sequence[str]) -> tuple[Verdict, str]:
+def _state_verdict(rows: Sequence[Missed], names: Sequence[str]) -> tuple[Verdict, str]:
     before = {r.joint for r in rows if r.before > THRESHOLDS.finding.largest_rms_over_expected * r.expected}
     after = {r.joint for r in rows if r.after > THRESHOLDS.finding.largest_rms_over_expected * r.expected}
     with_names = f"with {', '.join(names)}" if names else "no effect was named in its joints"

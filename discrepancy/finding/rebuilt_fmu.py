@@ -62,7 +62,7 @@ def rebuild(study: Study, found: Search, effects: tuple[Effect, ...], out: Path,
     start = tuple(found.best.solution.values[p.id] for p in equations.parameters)
     # One start without observer is enough: the search has found the minimum by homotopy.
     options = FitOptions(starts=1, gains=(0.0,), start=start, weights=(1.0, 1.0))
-    refitted = fit(simulator, (*study.fitted, *study.unseen), options=options)
+    refitted = fit(simulator, (*study.fitted, *study.unseen, *study.sealed), options=options)
     std = dict(zip([p.id for p in equations.parameters], refitted.std, strict=True))
     provenance = {
         p.id: Provenance(

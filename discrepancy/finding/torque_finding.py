@@ -19,11 +19,14 @@ import numpy as np
 from haptid.discrepancy.detect.localise import Map, Region, maps, regions
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import rms
+from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_controller
+from haptid.discrepancy.torque.fit import TorqueFit, rms
+from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.search import TorqueSearch, search_torque
-from haptid.discrepancy.torque.study import TorqueStudy, readable
+from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.identification.simulators.inverse_dynamics import measured_motion
@@ -71,10 +74,14 @@ class TorqueFinding:
         RMS of the final model's residual that does not repeat [N m]; None where no position is passed again.
     black_box
         RMS that a table over position and speed leaves of that residual on held-out rows [N m]; None without such rows.
+    nominal_loop, final_loop
+        Both models refitted and simulated through the recorded controller; None without one.
     fmu
         FMU with the effects of the final model, or None.
     considered
         Number of catalogue effects that were searched.
+    stability
+        Share of bags of stretches in which an effect keeps its name, by its key.
     wall_s
         Wall time of all stages [s].
     """
@@ -86,8 +93,11 @@ class TorqueFinding:
     remaining: Remaining
     floor: float | None
     black_box: float | None
+    nominal_loop: ClosedLoop | None
+    final_loop: ClosedLoop | None
     fmu: Fmu | None
     considered: int
+    stability: Mapping[str, float]
     wall_s: float
 
     @property
@@ -143,7 +153,20 @@ class TorqueFinding:
             told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
         else:
             told.append(f"{self.floor:.3g} {unit} do not repeat")
-        return "; ".join(told) + "."
+        return "; ".join(told) + "." + self._told_of_loop
+
+    @property
+    def _told_of_loop(self) -> str:
+        """Sentence on the position through the recorded controller; empty without one or without unseen runs."""
+        before, after = self.nominal_loop, self.final_loop
+        if before is None or after is None or "validate" not in after.mean_absolute:
+            return ""
+        unit = unit_for("rad", [self.search.study.prismatic])
+        was, now = (loop.mean_absolute["validate"] for loop in (before, after))
+        errors = f"{was:.3g} {unit} before and {now:.3g} {unit} after"
+        return (
+            f" Simulated through the recorded controller, the position of unseen runs is off by {errors}, on average."
+        )
 
 
 @on_one_thread
@@ -196,6 +219,8 @@ def find_torque(
     noise = float(np.sqrt(np.mean([run.sensor_std[0] ** 2 for run in study.runs])))
     base, final = found.base, found.final
     energy = _maps(study, found)
+    tell("closed loop")
+    nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
     tell("FMU")
     return TorqueFinding(
         search=found,
@@ -208,9 +233,30 @@ def find_torque(
         remaining=_remaining(found),
         floor=floor_of(final),
         black_box=black_box_rms(base),
-        fmu=_build_fmu(found, out / "fmu", kind) if final.effects else None,
+        nominal_loop=nominal_loop,
+        final_loop=final_loop,
+        fmu=_build_fmu(found, _values(found, final_loop), out / "fmu", kind) if final.effects else None,
         considered=len(known),
+        stability=stability_of(_cut_into_stretches(final), final.effects, seed=seed),
         wall_s=time.perf_counter() - began,
+    )
+
+
+def _cut_into_stretches(model: TorqueFit) -> Stretches:
+    """Cut the fitted rows into stretches; correlated rows are counted by correlation lengths."""
+    parametrisation, n = model.problem.parametrisation, model.problem.n_parameters
+    scale = np.ones(model.jacobian.shape[1])
+    scale[:n] = 1.0 / parametrisation.slope(model.theta)
+    over_noise = model.fitted / float(model.study.runs[0].sensor_std[0])
+    residuals, jacobians = cut_runs([over_noise], [model.jacobian * scale])
+    return Stretches(
+        ids=parametrisation.ids,
+        values=model.values,
+        residuals=residuals,
+        jacobians=jacobians,
+        independent=max(model.fitted.size / model.correlation_time, 2.0),
+        prior=np.zeros(0),
+        prior_jacobian=np.zeros((0, scale.size)),
     )
 
 
@@ -246,13 +292,21 @@ def _remaining(found: TorqueSearch) -> Remaining:
     return Remaining(position=middle, up=mean(v > 0), down=mean(v < 0), std=rms(r) / np.sqrt(each))
 
 
-def _build_fmu(found: TorqueSearch, out: Path, kind: Kind) -> Fmu:
+def _build_fmu(found: TorqueSearch, values: Mapping[str, float], out: Path, kind: Kind) -> Fmu:
     final, study = found.final, found.study
     std, source = final.std, "fitted to the torque of measured motion"
     provenance = {id: Provenance(source=source, std=error, status="identified") for id, error in std.items() if error}
     name = "_".join((f"joint{study.joint}", *(e.id for e in final.effects)))
-    equations = study.equations(final.effects)
-    return build_fmu(equations, out / f"{name}.fmu", kind=kind, values=final.values, provenance=provenance)
+    equations = study.driven_equations(final.effects)
+    return build_fmu(equations, out / f"{name}.fmu", kind=kind, values=dict(values), provenance=provenance)
+
+
+def _values(found: TorqueSearch, loop: ClosedLoop | None) -> dict[str, float]:
+    """Return the parameters of the final model by id, with those of the drive: refitted where there is a controller."""
+    if loop is not None:
+        return dict(loop.values)
+    drive = found.study.drive
+    return found.final.values if drive is None else {**found.final.values, **drive.values}
 
 
 def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[str, Any]:
@@ -313,7 +367,10 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         if finding.verdict in ("unlisted", "partly_named")
         else None,
         "fmu": f"fmu/{finding.fmu.path.name}" if finding.fmu else None,
-        "refit": found.final.values,
+        "closed_loop": None
+        if finding.nominal_loop is None or finding.final_loop is None
+        else {"before": finding.nominal_loop.as_json(), "after": finding.final_loop.as_json()},
+        "refit": _values(found, finding.final_loop),
         "rounds": len(found.steps),
         "refitted": sum(len(step.candidates) for step in found.steps),
         "simulations": found.simulations,
@@ -334,4 +391,5 @@ def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
             if not x.fixed
         },
         "evidence": evidence,
+        "stability": finding.stability.get(effect.key),
     }

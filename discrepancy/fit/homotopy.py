@@ -15,6 +15,7 @@ import numpy as np
 from haptid.discrepancy.fit.solution import Solution, solve, start_vector
 from haptid.discrepancy.fit.whitened import OPTIONS, Whitened
 from haptid.discrepancy.study.study import Study
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.homotopy import feasible, follow_gains
 from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.measurement.values.run import Array
@@ -25,13 +26,6 @@ from haptid.noise.correlation import Noise, Whitener
 
 GAINS = OPTIONS.gains
 """Observer gains of the homotopy, in the order in which they are used [1/s]: those of identification."""
-FEW, MANY, LOOSE = 25, 80, 1.0
-"""Largest number of simulations under one gain and of the last fit, and the tolerance under each gain in squares over
-the noise."""
-WIDTH = 0.5
-"""Width of the weak priors relative to the first guess, for parameters of logarithmic scale."""
-TOLERANCE = 0.01
-"""Predicted decrease of ‖r‖², in squares over the noise, at which the last fit of the nominal model ends."""
 ON_GRID = 1e-9
 """Distance from a grid value, relative to the largest such distance, below which a shape counts as that grid value."""
 
@@ -81,7 +75,12 @@ class Guided:
         pairs = zip(self.problem.simulator.equations.parameters, self.problem.theta(self.reached.x), strict=True)
         return {q.id: float(p) for q, p in pairs}
 
-    def down_to(self, level: int, most: int = FEW, tolerance: float = LOOSE) -> Guided:
+    def down_to(
+        self,
+        level: int,
+        most: int = THRESHOLDS.fit.most_simulations_of_gain,
+        tolerance: float = THRESHOLDS.fit.gain_tolerance_chi2,
+    ) -> Guided:
         """Fit under the next gains.
 
         Parameters
@@ -170,12 +169,17 @@ def release_observer(study: Study, effects: Sequence[Effect], begun: Guided, tol
     """
     low = begun.down_to(len(GAINS))
     x0 = low.problem.x0(low.reached.x)
-    solution = solve(study, effects, Noise(), low.values, x0=x0, iterations=MANY, tolerance=tolerance)
+    iterations = THRESHOLDS.fit.most_simulations_of_last_fit
+    solution = solve(study, effects, Noise(), low.values, x0=x0, iterations=iterations, tolerance=tolerance)
     return solution, low.reached.calls - begun.reached.calls + solution.calls
 
 
 def through_homotopy(
-    study: Study, effects: Sequence[Effect], values: Mapping[str, float], *, tolerance: float = TOLERANCE
+    study: Study,
+    effects: Sequence[Effect],
+    values: Mapping[str, float],
+    *,
+    tolerance: float = THRESHOLDS.fit.nominal_tolerance_chi2,
 ) -> tuple[Solution, int]:
     """Fit nominal model and effects through falling observer gains, under white noise.
 
@@ -248,6 +252,11 @@ def with_guides(base: Equations) -> Equations:
         if q.fixed or q.prior is not None:
             continue
         span = q.upper - q.lower
-        width = WIDTH * q.initial if q.scale == "log" else span / 8 if np.isfinite(span) else abs(q.initial) + 1.0
+        if q.scale == "log":
+            width = THRESHOLDS.fit.weak_prior_width_over_guess * q.initial
+        elif np.isfinite(span):
+            width = span / 8
+        else:
+            width = abs(q.initial) + 1.0
         changes[q.id] = {"prior": Normal(mean=q.initial, std=max(width, 1e-12))}
     return base.with_parameters(changes)

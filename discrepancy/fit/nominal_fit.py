@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.discrepancy.fit.homotopy import MANY, TOLERANCE, lay_out_under_observer, through_homotopy
+from haptid.discrepancy.fit.homotopy import lay_out_under_observer, through_homotopy
 from haptid.discrepancy.fit.solution import Solution, solve, start_vector
 from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
@@ -97,7 +97,7 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
     found: list[Solution] = []
     calls, agreed = 0, 0
     if study.carried is not None:
-        refined = _refined(study, study.carried)
+        refined = _refine_carried_fit(study, study.carried)
         calls = refined.calls
         if np.isfinite(refined.chi2):
             found, agreed = [refined], len(study.carried.basins[0].starts)
@@ -119,10 +119,11 @@ def fit_base(study: Study, *, starts: int = 8, seed: int = 0) -> Base:
     return Base(solution=best, costs=costs, reached=agreeing(costs, study.rows), calls=calls)
 
 
-def _refined(study: Study, carried: Fit) -> Solution:
+def _refine_carried_fit(study: Study, carried: Fit) -> Solution:
     """Fit the nominal model from the optimum and the initial states of a fit of the same runs."""
     starts = [carried.x0[run.file] for run in study.fitted]
-    return solve(study, (), Noise(), carried.values, x0=starts, iterations=MANY, tolerance=TOLERANCE)
+    iterations, tolerance = THRESHOLDS.fit.most_simulations_of_last_fit, THRESHOLDS.fit.nominal_tolerance_chi2
+    return solve(study, (), Noise(), carried.values, x0=starts, iterations=iterations, tolerance=tolerance)
 
 
 def _fits(study: Study, starts: Sequence[Array]) -> Iterator[tuple[Solution, int]]:

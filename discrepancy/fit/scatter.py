@@ -21,23 +21,6 @@ from haptid.measurement.signals.cycles import Cycles, whole_cycles
 from haptid.measurement.values.run import Array, Run
 from haptid.noise.correlation import Noise, Scatter, Whitener
 
-AMPLITUDE_TOLERANCE = 5e-4
-"""Change of the logarithm of a cycle's relative torque from which a run is linearised once more [1]."""
-RELATIVE_TORQUE_CHANGE = 1e-5
-"""Relative change of a cycle's torque from which its effect on the reading is taken.
-
-A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
-linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
-"""
-SHARE_OF_FORGOTTEN_EFFECT = 1e-6
-"""Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it.
-
-A joint that dissipates does so within a few cycles; what follows is not simulated.
-"""
-MOST_PARTS_OF_RUN = 20
-"""Largest number of parts of a run after each of which the effect of a cycle may count as forgotten; none is shorter
-than the cycle."""
-
 
 def cycles_of(run: Run, scatter: Scatter) -> Cycles:
     """Return the cycles of the torque of the joint whose amplitude scatters."""
@@ -72,8 +55,8 @@ def cycle_columns(
     Notes
     -----
     On the reading, column c is q − centre of the joint within cycle c and 0 elsewhere. On the torque, it is
-    the difference of two simulations over `RELATIVE_TORQUE_CHANGE`; the second begins where cycle c begins and ends
-    where the joint has forgotten it.
+    the difference of two simulations over the relative change of the cycle's torque that they differ by
+    (``torque_change_of_scatter``); the second begins where cycle c begins and ends where the joint has forgotten it.
     """
     cycles = cycles_of(run, scatter) if cycles is None else cycles
     at = scatter.column
@@ -88,9 +71,9 @@ def cycle_columns(
         M = np.zeros((*y.shape, cycles.count))
         for c, (begin, end) in enumerate(pairwise((*first, run.t.size - 1))):
             u = run.u.copy()
-            u[cycles.index == c, at] *= 1.0 + RELATIVE_TORQUE_CHANGE
+            u[cycles.index == c, at] *= 1.0 + THRESHOLDS.fit.torque_change_of_scatter
             change = _change(simulator.coarse, theta, run.but(u=u), states[c], y, begin, end)
-            M[..., c] = change / RELATIVE_TORQUE_CHANGE
+            M[..., c] = change / THRESHOLDS.fit.torque_change_of_scatter
     return np.asarray(M / run.sensor_std[:, None])
 
 
@@ -113,12 +96,13 @@ def _change(simulator: KernelSimulator, theta: Array, run: Run, x: Array, y: Arr
     The torque differs in the rows from ``begin`` to ``end``. The simulation stops where that difference is forgotten.
     """
     change, largest, last = np.zeros_like(y), 0.0, run.t.size - 1
-    for a, b in pairwise((begin, *range(end, last, max(end - begin, last // MOST_PARTS_OF_RUN, 1)), last)):
+    rows_of_part = max(end - begin, last // THRESHOLDS.fit.most_parts_of_run, 1)
+    for a, b in pairwise((begin, *range(end, last, rows_of_part), last)):
         rows = slice(a, b + 1)
         read, x = simulator.onward(theta, run, rows, x)
         change[rows] = read[:, : y.shape[1]] - y[rows]
         now = float(np.abs(change[rows]).max())
-        if a != begin and now <= SHARE_OF_FORGOTTEN_EFFECT * largest:
+        if a != begin and now <= THRESHOLDS.fit.forgotten_share_of_cycle_effect * largest:
             break
         largest = max(largest, now)
     return change
@@ -181,7 +165,7 @@ def relinearise_cycles(simulator: TwoStep, run: Run, noise: Noise, theta: Array,
         xi = most_probable(flat, left)
         farthest = THRESHOLDS.fit.largest_log_torque_factor
         before, b = b, np.where(acting, np.clip(s * xi, -farthest, farthest), 0.0)
-        if np.abs(b - before).max() < AMPLITUDE_TOLERANCE:
+        if np.abs(b - before).max() < THRESHOLDS.fit.settled_log_torque_change:
             break
     return moved.but(y=run.y + run.sensor_std * shift), S
 

@@ -240,7 +240,7 @@ def solve(
         problem, x = _about(study, simulator, noise, problem.theta(x), problem.x0(x))
     # One simulation serves both: the noise estimate needs the residuals before whitening.
     raw = Problem.blocks(problem, x)
-    blocks = problem.whitened(raw)
+    blocks = problem.whiten_blocks(raw)
     chi2 = float(blocks.residual @ blocks.residual)
     return Solution(
         effects=tuple(effects),

@@ -75,9 +75,9 @@ class Whitened(Problem):
         Blocks
             Whitened residuals (n_t, n_joints) and Jacobians (n_t, n_joints, n) of every run, and those of the priors.
         """
-        return self.whitened(Problem.blocks(self, x, gain, jacobian=jacobian))
+        return self.whiten_blocks(Problem.blocks(self, x, gain, jacobian=jacobian))
 
-    def whitened(self, found: Blocks) -> Blocks:
+    def whiten_blocks(self, found: Blocks) -> Blocks:
         """Whiten residuals and Jacobians of every run.
 
         Parameters

@@ -66,7 +66,7 @@ def exchange_effects(s: Searcher, best: Trial, start: Trial) -> tuple[Trial, dic
         full = len(best.solution.effects) >= THRESHOLDS.search.most_effects_at_once
         hopeless = best.left.far or (full and not best.adequate)
         tried_before = keys_of(smaller.solution) in s.extended
-        if better is None and not (smaller.adequate or hopeless or tried_before or (not best.adequate and s.spent())):
+        if better is None and not (smaller.adequate or hopeless or tried_before or (not best.adequate and s.is_over())):
             tried = s.step(smaller.candidate, s.ready(smaller.solution, THRESHOLDS.search.most_effects_continued))
             made += tried
             winner = chosen(tried)

@@ -215,7 +215,7 @@ def _forward(s: Searcher, start: Trial, white: Solution, first: Scan) -> tuple[l
         and len(best.solution.effects) < THRESHOLDS.search.most_effects_at_once
         and beats(best, start)
     ):
-        if s.spent():
+        if s.is_over():
             break
         made = s.step(
             best.candidate,
@@ -318,7 +318,7 @@ def _two_at_once(s: Searcher, leads: Sequence[Solution], start: Trial, way: Way)
     """
     made: list[Trial] = []
     for lead in leads:
-        if s.spent():
+        if s.is_over():
             break
         rounded = solve(s.study, lead.effects, Noise(), lead.values, x0=lead.x0)
         first, calls = sharpen_jumps(s.study, rounded, rounded.calls, THRESHOLDS.search.least_rounding_of_discontinuity)

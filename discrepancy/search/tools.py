@@ -79,7 +79,7 @@ class Searcher:
     extended: set[frozenset[str]] = field(default_factory=set)
     cut: bool = False
 
-    def spent(self) -> bool:
+    def is_over(self) -> bool:
         """Say whether the effort of the study is spent; if so, record that combinations are left out."""
         if self.simulations < self.study.effort:
             return False
@@ -162,7 +162,7 @@ class Searcher:
                     break
             if ready:
                 best = ready.pop(0)
-                if (made := self.known(current, best)) is None:
+                if (made := self.find_finished(current, best)) is None:
                     self.look_ahead(ahead, [best, *(ready if trials else ())])
                     made = self.finish(current, best, ahead.pop(keys_of(best)))
                 trials.append(made)
@@ -224,7 +224,7 @@ class Searcher:
                 if other.id not in ids and (names := match_parameters(effect, other)) is not None:
                     yield (*effects[:k], other, *effects[k + 1 :]), names
 
-    def known(self, current: Candidate, begun: Solution) -> Trial | None:
+    def find_finished(self, current: Candidate, begun: Solution) -> Trial | None:
         """Return a finished trial with the same effects where a new start promises no better one.
 
         Parameters
@@ -305,7 +305,7 @@ class Searcher:
             tolerance=THRESHOLDS.fit.rough_tolerance_chi2,
         )
         self.simulations += calls * len(self.study.fitted)
-        better = np.isfinite(freed.log_likelihood) and self.known(current, freed) is None
+        better = np.isfinite(freed.log_likelihood) and self.find_finished(current, freed) is None
         return [*trials, self.finish(current, freed)] if better else trials
 
     def ready(self, solution: Solution, most: int | None = None) -> list[Solution]:
@@ -335,17 +335,17 @@ class Searcher:
         likely = self.rivals(scored[0].key) if scored else set()
         fresh = {s.key: s for k, s in enumerate(scored) if k < most or self.entries[s.key].id in likely}
         tried = [self.entries[key] for key in fresh]
-        begun = self.mapped(partial(begin, rough, solution), tried, fresh.values())
-        begun = self.ranked(begun)
+        begun = self.map_all(partial(begin, rough, solution), tried, fresh.values())
+        begun = self.rank_fits(begun)
         named = self.rivals(begun[0].effects[-1].key) if begun else set()
         count = THRESHOLDS.search.most_effects_continued
         promising = begun[:count] + [s for s in begun[count:] if s.effects[-1].id in named]
         scores = [fresh[s.effects[-1].key] for s in promising]
-        done = self.mapped(partial(continue_refit, rough, solution), promising, scores)
+        done = self.map_all(partial(continue_refit, rough, solution), promising, scores)
         for found in sorted(done, key=lambda pair: self.rank(pair[0])):
             self.tell(f"  {found[0].effects[-1].key} {found[0].log_likelihood:.1f}")
         self.simulations += (sum(s.calls for s in begun) + sum(calls for _, calls in done)) * len(self.study.fitted)
-        return self.ranked(s for s, _ in done)
+        return self.rank_fits(s for s, _ in done)
 
     def rivals(self, key: str) -> set[str]:
         """Return the rivals of a catalogue effect.
@@ -408,22 +408,22 @@ class Searcher:
             for own in starts_of(effect, score):
                 chosen.append((*onto.effects, effect))
                 starts.append(values | own)
-        begun = self.mapped(partial(_sketched, self.side_by_side(THRESHOLDS.study.signature_step_s)), chosen, starts)
-        sieved = self.mapped(partial(_sieved, rough), best_first(begun)[: THRESHOLDS.search.most_effects_continued])
-        done = self.mapped(partial(_released, rough), best_first(sieved)[: THRESHOLDS.search.most_effects_released])
+        begun = self.map_all(partial(_sketch_fit, self.side_by_side(THRESHOLDS.study.signature_step_s)), chosen, starts)
+        sieved = self.map_all(partial(_sieve_fit, rough), best_first(begun)[: THRESHOLDS.search.most_effects_continued])
+        done = self.map_all(partial(_release_fit, rough), best_first(sieved)[: THRESHOLDS.search.most_effects_released])
         calls = sum(low.reached.calls for _, low in (*begun, *sieved)) + sum(calls for _, calls in done)
         self.simulations += calls * len(self.study.fitted)
-        return self.ranked(s for s, _ in done)
+        return self.rank_fits(s for s, _ in done)
 
     def side_by_side(self, step: float) -> Study:
         """Return the study at an inner step [s], with one thread for each fit, for fits that run side by side."""
         return replace(at_step(self.study, step), threads=1)
 
-    def mapped(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
+    def map_all(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
         """Apply ``function`` to every tuple of arguments, side by side on the study's threads."""
         return map_threads(function, *arguments, threads=self.study.threads)
 
-    def ranked(self, fits: Iterable[Solution]) -> list[Solution]:
+    def rank_fits(self, fits: Iterable[Solution]) -> list[Solution]:
         """Return the finite fits, best first."""
         return sorted((s for s in fits if np.isfinite(s.log_likelihood)), key=self.rank)
 
@@ -456,7 +456,7 @@ class Searcher:
     def each(self, function: Callable[[Study, S], T], chosen: Sequence[S]) -> list[T]:
         """Apply ``function`` to the study and each of ``chosen``; several run side by side on one thread each."""
         study = self.study if len(chosen) == 1 else replace(self.study, threads=1)
-        return self.mapped(partial(function, study), chosen)
+        return self.map_all(partial(function, study), chosen)
 
     def finish(self, current: Candidate, begun: Solution, fitted: Candidate | None = None) -> Trial:
         """Fit a preliminary fit to the end, judge it, and report the progress.
@@ -512,7 +512,7 @@ class Searcher:
         return turned if turned.adequate else made
 
 
-def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
+def _sketch_fit(study: Study, effects: tuple[Effect, ...], values: Mapping[str, float]) -> Tried:
     """Fit briefly under the highest gains; a weak prior holds the shape of the last effect."""
     *onto, last = effects
     near = start_under_observer(study, (*onto, hold_shapes(last, values)), values).down_to(
@@ -523,13 +523,13 @@ def _sketched(study: Study, effects: tuple[Effect, ...], values: Mapping[str, fl
     return effects, near
 
 
-def _sieved(study: Study, tried: Tried) -> Tried:
+def _sieve_fit(study: Study, tried: Tried) -> Tried:
     """Continue at the inner step of ``study``, down to the gain at which effects are distinguishable."""
     effects, low = tried
     return effects, at_fine(study, effects, low).down_to(THRESHOLDS.search.gains_until_distinguishable)
 
 
-def _released(study: Study, tried: Tried) -> tuple[Solution, int]:
+def _release_fit(study: Study, tried: Tried) -> tuple[Solution, int]:
     """Release the observer and fit to the tolerance `rough_tolerance_chi2`."""
     return release_observer(study, *tried, THRESHOLDS.fit.rough_tolerance_chi2)
 

@@ -10,9 +10,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from haptid.discrepancy.study.channels import alone
+from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.study.study import Study, scales_over, within_reach
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.algebra.trig_polynomials import position_symbol
@@ -212,21 +214,23 @@ def coupled_study_of(
         )
     first = fitted[0]
     posture = tuple(float(x) for x in first.posture)
-    alike = [run for run in campaign.runs_of(joints) if _locked(run, joints) == _locked(first, joints)]
-    fitted, unseen = (tuple(run for run in alike if run.use == use) for use in ("fit", "validate"))
+    locked = _find_locked_posture(first, joints)
+    alike = [run for run in campaign.runs_of(joints) if _find_locked_posture(run, joints) == locked]
+    fitted = tuple(run for run in alike if run.use == "fit")
+    unseen, sealed = seal([run for run in alike if run.use == "validate"])
     base = within_reach(equations_for(campaign, device, joints, posture), fitted)
     held = (q.but(fixed=True) for j, found in known.items() for e in found for q in place_in_joint(e, j).parameters)
     base = replace(base, parameters=(*base.parameters, *held))
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
-        unseen=unseen, base=base, known=known,
+        unseen=unseen, sealed=sealed, base=base, known=known,
         entries={key: e for key, e in entries.items() if e.random or not of_the_test_alone(e)},
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
     return replace(study, base=study.equations())
 
 
-def _locked(run: Run, joints: Sequence[int]) -> tuple[float, ...]:
+def _find_locked_posture(run: Run, joints: Sequence[int]) -> tuple[float, ...]:
     """Return the positions of the locked joints."""
     return tuple(float(x) for j, x in enumerate(run.posture) if j not in joints)
 

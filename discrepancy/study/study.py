@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from haptid.discrepancy.study.channels import scored_rows
+from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.study.simulators import Factory, TwoStep
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect
@@ -38,7 +40,7 @@ class Study:
     joint
         Number of the free joint.
     fitted, unseen
-        Runs that are fitted, and held-out runs.
+        Runs that are fitted, and held-out runs, which choose among candidates.
     base
         Equations of the nominal model without effects; their parameters have first guesses, bounds and priors.
     entries
@@ -57,6 +59,8 @@ class Study:
         Number of simulated runs after which the search tries no further combinations of effects.
     carried
         Fit of the fitted runs by the identification, which the nominal fit begins at; None where there is none.
+    sealed
+        Held-out runs that take part in no choice (`discrepancy.study.sealed`).
     """
 
     joint: int
@@ -71,6 +75,7 @@ class Study:
     most: int | None = None
     effort: int = THRESHOLDS.study.most_simulated_runs
     carried: Fit | None = None
+    sealed: tuple[Run, ...] = ()
 
     @property
     def name(self) -> str:
@@ -204,10 +209,10 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
         where = f"joint {joint}"
         raise InputError(where, expected="constant inertia once all others are locked", got=base.title)
     base = within_reach(base, fitted)
-    unseen = campaign.runs_of((joint,), "validate")
+    unseen, sealed = seal(campaign.runs_of((joint,), "validate"))
     entries = usable(entries, law)
     return Study(
-        joint=joint, fitted=fitted, unseen=unseen, base=base, entries=entries, prismatic=slides,
+        joint=joint, fitted=fitted, unseen=unseen, sealed=sealed, base=base, entries=entries, prismatic=slides,
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
 

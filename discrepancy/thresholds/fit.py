@@ -21,6 +21,16 @@ class FitThresholds:
     """The same as a share of the cost beyond noise [1]; the larger of the two limits holds."""
     rough_tolerance_chi2: float = 1.0
     """Predicted decrease of ‖r‖², in squares over the noise, at which a preliminary fit ends [1]."""
+    most_simulations_of_gain: int = 25
+    """Largest number of simulations of all runs under one observer gain."""
+    gain_tolerance_chi2: float = 1.0
+    """Predicted decrease of ‖r‖², in squares over the noise, at which the fit under one observer gain ends [1]."""
+    most_simulations_of_last_fit: int = 80
+    """Largest number of simulations of all runs in the fit without observer and weak priors."""
+    nominal_tolerance_chi2: float = 0.01
+    """Predicted decrease of ‖r‖², in squares over the noise, at which the last fit of the nominal model ends [1]."""
+    weak_prior_width_over_guess: float = 0.5
+    """Width of the weak priors over the first guess, for parameters of logarithmic scale [1]."""
 
     # Step 4: scatter of the amplitude from cycle to cycle.
     least_twice_gain_of_scatter: float = 14.0
@@ -35,6 +45,22 @@ class FitThresholds:
     Three do for most runs. A joint whose torque steps while it reverses takes nine: after three it was left with eight
     times the noise.
     """
+    settled_log_torque_change: float = 5e-4
+    """Change of the logarithm of a cycle's relative torque from which a run is linearised once more [1]."""
+    torque_change_of_scatter: float = 1e-5
+    """Relative change of a cycle's torque from which its effect on the reading is taken [1].
+
+    A change of all torques alike has the effect of one of inertia, stiffness and friction. What the two differ by in a
+    linear model passes for knowledge of either: at 1e-2 their standard errors came out eight times too small.
+    """
+    forgotten_share_of_cycle_effect: float = 1e-6
+    """Share of a cycle's largest effect on the readings that shows, over as long, that the joint has forgotten it [1].
+
+    A joint that dissipates does so within a few cycles; what follows is not simulated.
+    """
+    most_parts_of_run: int = 20
+    """Largest number of parts of a run after each of which the effect of a cycle may count as forgotten; none is
+    shorter than the cycle."""
     largest_log_torque_factor: float = 1.0
     """Largest |ln| of a cycle's relative torque about which a run is linearised [1]."""
     fits_under_scatter: int = 2

@@ -14,6 +14,8 @@ class TorqueThresholds:
     """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
     slow_share_of_fast_speed: float = 0.3
     """Share of the 90 % quantile of the speed up to which rows are slow: noise may turn the sign of their speed [1]."""
+    longest_presliding_over_travel: float = 0.1
+    """Longest distance before sliding, Coulomb friction over the stiffness in presliding, over the travel [1]."""
     stretches_per_run: int = 48
     """Number of stretches into which a run is divided."""
     stretches_per_held_out_one: int = 3
@@ -23,12 +25,21 @@ class TorqueThresholds:
     """
 
     # How much is tried.
+    most_simulations_of_refit: int = 40
+    """Largest number of simulations of all runs in a refit through the controller [1]."""
+    least_decrease_of_cost: float = 1e-5
+    """Predicted decrease of the cost over the cost below which a descent stops [1]: times the few hundred correlation
+    lengths of a residual it is a thousandth of a unit of log score."""
+    most_simulations_of_start: int = 60
+    """Largest number of simulations of all runs from one start."""
     most_effects: int = 4
     """Largest number of effects in a model."""
     most_refits_of_scan: int = 4
     """Number of effects of a scan that are refitted."""
 
     # What is accepted.
+    least_repeated_share_of_rows: float = 0.2
+    """Share of the rows in cells with several passes, below which the floor counts as unknown [1]."""
     least_twice_gain: float = 2.0
     """Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows [1]."""
     stretch_in_correlation_lengths: float = 5.0
@@ -39,10 +50,6 @@ class TorqueThresholds:
     """Least decrease of the energy of predicted stretches, in its standard errors over the stretches."""
     least_amplitude_in_standard_errors: float = 3.0
     """Least amplitude of an effect in its standard errors."""
-    cells_of_position: int = 25
-    """Cells of position of the table that stands for the best black box, and of the passes that are compared."""
-    cells_of_speed: int = 12
-    """Cells of speed of the same table."""
     degree_of_black_box: int = 7
     """Degree of the polynomials of position that stand for the best black box, one for each direction."""
     least_share_of_black_box: float = 0.9

@@ -12,6 +12,10 @@ class VerdictThresholds:
     # Step 15: the verdict.
     least_evidence_of_each_name: float = 30.0
     """Least evidence of each of several names [1]: several weak ones together mend what one unknown effect causes."""
+    bags: int = 40
+    """Number of bags of stretches in which a name must prove itself [1]: the share is known to about 8 %."""
+    least_stretches_of_bag: int = 16
+    """Smallest number of stretches of all fitted runs together from which bags are drawn [1]."""
     most_alternatives_listed: int = 3
     """Number of alternatives that are listed where none is a rival."""
 

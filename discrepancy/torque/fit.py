@@ -9,6 +9,7 @@ import numpy as np
 
 from haptid.discrepancy.fit.solution import start_vector
 from haptid.discrepancy.fit.whitened import OPTIONS
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.baseline.least_squares import correlation_length
 from haptid.identification.optimise.levenberg_marquardt import minimise
@@ -18,9 +19,7 @@ from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 from haptid.support.errors import NumericalError
 from haptid.support.linear_algebra import scaled_covariance
-
-ITERATIONS = 60
-"""Largest number of simulations of all runs from one start."""
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,17 +65,17 @@ class TorqueFit:
     @property
     def fitted(self) -> Array:
         """Residual torque of all fitted rows [N m]."""
-        return np.concatenate([r[seen] for r, seen in zip(self.residual, self.study.seen, strict=True)])
+        return np.concatenate([r[rows] for r, rows in zip(self.residual, self.study.fitted_rows, strict=True)])
 
     @property
     def unseen(self) -> Array:
         """Residual torque of all held-out rows [N m]."""
-        return np.concatenate([r[~seen] for r, seen in zip(self.residual, self.study.seen, strict=True)])
+        return np.concatenate([r[rows] for r, rows in zip(self.residual, self.study.unseen_rows, strict=True)])
 
     @property
     def correlation_time(self) -> float:
         """Autocorrelation time of the residual [rows], 1 + 2·Σρₖ up to the first negative ρₖ, longest of all runs."""
-        return max(correlation_length(r) for r in self.residual)
+        return max(correlation_length(r[rows]) for r, rows in zip(self.residual, self.study.moving, strict=True))
 
     @property
     def std(self) -> dict[str, float]:
@@ -127,14 +126,20 @@ def fit_model(
         If no start gives a finite torque.
     """
     simulator = study.simulator(effects)
-    # Held-out rows have weight 0.
-    roots = tuple(seen.astype(float) for seen in study.seen)
+    # Held-out rows have weight 0, and so have rows at rest.
+    roots = tuple(rows.astype(float) for rows in study.fitted_rows)
     problem = replace(Problem.of(simulator, study.runs, OPTIONS), roots=roots)
     first = start_vector(simulator.equations, start or {})
-    found = [
-        minimise(problem, problem.first(theta), iterations=ITERATIONS)
-        for theta in sobol_starts(problem.parametrisation, first, starts, seed)
-    ]
+    found = map_threads(
+        lambda theta: minimise(
+            problem,
+            problem.first(theta),
+            iterations=THRESHOLDS.torque.most_simulations_of_start,
+            relative=THRESHOLDS.torque.least_decrease_of_cost,
+        ),
+        sobol_starts(problem.parametrisation, first, starts, seed),
+        threads=study.threads if starts > 1 else 1,
+    )
     best = min(found, key=lambda d: d.cost)
     if not np.isfinite(best.cost):
         msg = f"joint {study.joint}: no start gave a finite torque; check units, bounds and first guesses"
@@ -142,8 +147,8 @@ def fit_model(
     theta, x0 = problem.theta(best.x), problem.x0(best.x)
     left = [run.y[:, 0] - simulator.simulate(theta, run, x0=s).y[:, 0] for run, s in zip(study.runs, x0, strict=True)]
     jacobian = problem.blocks(best.x).jacobian
-    seen = np.concatenate(study.seen)
+    fitted = np.concatenate(study.fitted_rows)
     return TorqueFit(
-        effects=tuple(effects), problem=problem, x=best.x, residual=tuple(left), jacobian=jacobian[: seen.size][seen],
-        study=study, calls=sum(d.calls for d in found),
+        effects=tuple(effects), problem=problem, x=best.x, residual=tuple(left),
+        jacobian=jacobian[: fitted.size][fitted], study=study, calls=sum(d.calls for d in found),
     )  # fmt: skip

@@ -14,9 +14,10 @@ import numpy as np
 from haptid.discrepancy.detect.signatures import shapes
 from haptid.discrepancy.torque.fit import TorqueFit
 from haptid.discrepancy.torque.study import TorqueStudy
-from haptid.identification.simulators.inverse_dynamics import filter_as, measured_motion
+from haptid.identification.simulators.inverse_dynamics import filter_as
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -60,7 +61,7 @@ def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effec
     """
     Q, r = orthonormal(current.jacobian), current.fitted
     r = r - Q @ (Q.T @ r)
-    found = [_best(study, current, effect, Q, r) for effect in entries.values()]
+    found = map_threads(lambda e: _best(study, current, e, Q, r), entries.values(), threads=study.threads)
     return sorted((p for p in found if p is not None), key=lambda p: -p.share)
 
 
@@ -74,16 +75,16 @@ def _signatures(
     study: TorqueStudy, current: TorqueFit, effect: Effect, grid: list[tuple[dict[str, float], ...]]
 ) -> Array:
     """Return how each column of the grid would change the fitted rows' torque, shape (n_rows, n_columns)."""
-    simulator = study.simulator((*current.effects, effect))
+    simulator = study.simulator((*current.effects, effect), many=True)
     neutral = {x.id: x.initial for x in effect.parameters} | effect.neutral
     sets = [neutral, *(neutral | values for point in grid for values in point)]
     theta = np.array([[(current.values | s)[q.id] for q in simulator.equations.parameters] for s in sets])
     start = np.array([s.start for s in simulator.equations.states])
     stacked = []
-    for run, seen in zip(study.runs, study.seen, strict=True):
+    for run, rows in zip(study.runs, study.fitted_rows, strict=True):
         starts = np.broadcast_to(start, (len(sets), start.size))
-        y = simulator.kernel.simulate_many(run.t, measured_motion(run), theta, starts, linear=True)[:, :, 0].T
-        stacked.append(filter_as(run, y[:, 1:] - y[:, :1])[seen])
+        y = simulator.kernel.simulate_many(run.t, simulator.inputs(run), theta, starts, linear=True)[:, :, 0].T
+        stacked.append(filter_as(run, y[:, 1:] - y[:, :1])[rows])
     D = np.concatenate(stacked)
     # A zero column explains nothing, so a diverged shape is never the best one.
     D[:, ~np.isfinite(D).all(axis=0)] = 0.0

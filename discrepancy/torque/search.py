@@ -12,17 +12,19 @@ An autoregression estimated from the residual of the model under suspicion would
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, rms
+from haptid.discrepancy.torque.readable import delays_torque
 from haptid.discrepancy.torque.scan import Promise, promises
 from haptid.discrepancy.torque.stretches import gain_of
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.model.effects.effect import Effect
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -199,14 +201,23 @@ def _step(
     tell("scan of the catalogue")
     taken = {e.id for e in current.effects}
     found = promises(study, current, {key: e for key, e in entries.items() if e.id not in taken})
-    candidates = []
-    for promise in found[: THRESHOLDS.torque.most_refits_of_scan]:
-        tell(f"refit with {promise.effect.key}")
-        model = refit_candidate(study, current, promise)
-        candidates.append(compare_candidates(promise.effect.key, current, model))
+    best = _choose_refits(found)
+    tell(f"refit with {', '.join(promise.effect.key for promise in best)}")
+    models = map_threads(lambda promise: refit_candidate(study, current, promise), best, threads=study.threads)
+    candidates = [compare_candidates(p.effect.key, current, model) for p, model in zip(best, models, strict=True)]
     ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))
     winner = next((c for c in ranked if c.acceptable), None)
     return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner)
+
+
+def _choose_refits(found: Sequence[Promise]) -> list[Promise]:
+    """Return the promises that are refitted: the best of all, and the best of those that delay the torque.
+
+    A delay moves every fast part of a torque and promises a little of any residual: it takes no other effect's place.
+    """
+    late = [promise for promise in found if delays_torque(promise.effect)]
+    others = [promise for promise in found if not delays_torque(promise.effect)]
+    return [*others[: THRESHOLDS.torque.most_refits_of_scan], *late[:1]]
 
 
 def refit_candidate(study: TorqueStudy, current: TorqueFit, promise: Promise) -> TorqueFit:

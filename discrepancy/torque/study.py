@@ -7,15 +7,24 @@ there and back then shows every held-out position once more, in the other direct
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.discrepancy.torque.drive import KnownDrive, known_drive
+from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
+from haptid.discrepancy.torque.rows import Mask, alternating, rests
 from haptid.identification.fit.torque_fit import restrain_stribeck
-from haptid.identification.sequence.equations_for import device_of, equations_for
-from haptid.identification.simulators.inverse_dynamics import TorqueSimulator, invertible, measured_motion, torque_runs
+from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.simulators.inverse_dynamics import (
+    TorqueSimulator,
+    measured_motion,
+    torque_equations,
+    torque_runs,
+)
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.effects.effect import Effect
@@ -23,8 +32,7 @@ from haptid.model.effects.scales import Scales
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
-
-Mask = NDArray[np.bool_]
+from haptid.model.kernel.cache import cached_kernel
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,6 +51,15 @@ class TorqueStudy:
         Equations of the nominal model without effects.
     prismatic
         Whether the joint is prismatic.
+    drive
+        What makes the torque of ``runs``, and its parameters; None where the torque was recorded.
+    recorded
+        The fitted and held-out runs as they were recorded; empty where the study was not made from a campaign.
+    resting
+        Whether the joint rests at each row, shape (n_t,) each: friction holds it there with any torque up to its level,
+        so that the motion does not tell the torque. Empty where every row counts.
+    threads
+        Number of threads that fit and scan side by side; the results do not depend on it.
     """
 
     joint: int
@@ -50,6 +67,25 @@ class TorqueStudy:
     seen: tuple[Mask, ...]
     base: Equations
     prismatic: bool
+    drive: KnownDrive | None = None
+    recorded: tuple[Run, ...] = ()
+    resting: tuple[Mask, ...] = ()
+    threads: int = 1
+
+    @property
+    def moving(self) -> tuple[Mask, ...]:
+        """Whether each row counts, shape (n_t,) each."""
+        return tuple(~rest for rest in self.resting) or tuple(np.ones(run.t.size, dtype=bool) for run in self.runs)
+
+    @property
+    def fitted_rows(self) -> tuple[Mask, ...]:
+        """Whether each row counts and is fitted, shape (n_t,) each."""
+        return tuple(seen & moving for seen, moving in zip(self.seen, self.moving, strict=True))
+
+    @property
+    def unseen_rows(self) -> tuple[Mask, ...]:
+        """Whether each row counts and is held out, shape (n_t,) each."""
+        return tuple(~seen & moving for seen, moving in zip(self.seen, self.moving, strict=True))
 
     @property
     def repeats(self) -> bool:
@@ -64,19 +100,30 @@ class TorqueStudy:
         return len(self.runs) + turns > 2
 
     def equations(self, effects: Sequence[Effect] = ()) -> Equations:
-        """Return the equations of the nominal model with ``effects``."""
+        """Return the equations of the nominal model with ``effects``, from torque to position."""
         return joint_equations(
             self.joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
             friction=self.base.friction[0],
         )  # fmt: skip
 
-    def simulator(self, effects: Sequence[Effect] = ()) -> TorqueSimulator:
+    def driven_equations(self, effects: Sequence[Effect] = ()) -> Equations:
+        """Return the equations of the nominal model with ``effects``, from the drive's inputs where it has one."""
+        if self.drive is None:
+            return self.equations(effects)
+        return joint_equations(
+            self.joint, parameters=(*self.base.parameters, *self.drive.rows), effects=effects,
+            prismatic=self.prismatic, friction=self.base.friction[0], drive=self.drive.drive,
+        )  # fmt: skip
+
+    def simulator(self, effects: Sequence[Effect] = (), *, many: bool = False) -> TorqueSimulator:
         """Build the simulator from measured motion to torque.
 
         Parameters
         ----------
         effects
             Effects in SI units that are `readable`.
+        many
+            Whether it computes many parameter sets at once, without sensitivities, instead of one with them.
 
         Returns
         -------
@@ -88,7 +135,16 @@ class TorqueStudy:
         ValueError
             If the equations cannot be read from motion to torque.
         """
-        return TorqueSimulator.of(self.equations(effects), step=THRESHOLDS.torque.inner_step_s)
+        late = [e for e in effects if delays_torque(e)]
+        if late:
+            # States of the torque's path and of the load then follow the recorded torque.
+            prompt = self.equations([e for e in effects if e not in late])
+            equations = torque_equations(self.equations(effects), prompt)
+        else:
+            equations = torque_equations(with_measured_load(self.equations(effects)))
+        made = cached_kernel(equations, many=many, tangent=not many)
+        step = THRESHOLDS.torque.inner_step_s
+        return TorqueSimulator(equations, replace(made, kernel=replace(made.kernel, step=step)))
 
     def scales(self, values: Mapping[str, float]) -> Scales:
         """Return the joint's scales over its runs, at fitted parameters ``values`` by id."""
@@ -103,7 +159,7 @@ class TorqueStudy:
         )  # fmt: skip
 
 
-def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
+def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, *, threads: int = 1) -> TorqueStudy:
     """Build the study of one joint whose runs were recorded under position control.
 
     Parameters
@@ -112,6 +168,10 @@ def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
         Campaign whose runs free this joint alone.
     joint
         Number of the joint.
+    carried
+        Fit of the runs by the identification, whose drive makes the torque; the stated drive where None.
+    threads
+        Number of threads that fit and scan side by side.
 
     Returns
     -------
@@ -123,55 +183,54 @@ def torque_study_of(campaign: Campaign, joint: int) -> TorqueStudy:
     # over it.
     cut = {run.file for run in fitted} & {run.file for run in unseen}
     runs = [*(run for run in fitted if run.file not in cut), *unseen]
-    # The masks hold rows out, so the runs themselves are scored from the first row on.
-    turned = torque_runs([run.but(score_from=0) for run in runs])
-    seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
+    base, slides = equations_for(campaign, device_of(campaign), (joint,)), bool(fitted[0].prismatic[0])
     stated = tuple(campaign.parameter_overrides.get(joint, {}))
+    drive = known_drive(base, carried)
+    if drive is not None:
+        base = restrain_presliding(drive.rigid(base, prismatic=slides), runs, stated)
+    # The masks hold rows out, so the runs themselves are scored from the first row on.
+    whole = [run.but(score_from=0) for run in runs]
+    turned = torque_runs(whole) if drive is None else drive.turn(whole)
+    seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
     return TorqueStudy(
         joint=joint,
         runs=turned,
         seen=tuple(np.broadcast_to(np.asarray(s), run.t.shape) for s, run in zip(seen, turned, strict=True)),
-        base=restrain_stribeck(equations_for(campaign, device_of(campaign), (joint,)), fitted, stated),
-        prismatic=bool(fitted[0].prismatic[0]),
+        base=restrain_stribeck(base, fitted, stated),
+        prismatic=slides,
+        drive=drive,
+        recorded=(*fitted, *unseen),
+        resting=() if drive is None else tuple(rests(run) for run in turned),
+        threads=threads,
     )
 
 
-def alternating(rows: int) -> Mask:
-    """Return which rows are fitted, shape (rows,): all but those of every third stretch."""
-    stretch = np.arange(rows) * THRESHOLDS.torque.stretches_per_run // rows
-    last = THRESHOLDS.torque.stretches_per_held_out_one - 1
-    return np.asarray(stretch % THRESHOLDS.torque.stretches_per_held_out_one != last)
+def restrain_presliding(base: Equations, runs: Sequence[Run], stated: Sequence[str]) -> Equations:
+    """Hold the distance before sliding, Coulomb friction over stiffness, below a share of the travel.
 
-
-def readable(entries: Mapping[str, Effect], base: Equations, *, prismatic: bool) -> dict[str, Effect]:
-    """Return the catalogue effects whose equations can be read from motion to torque.
+    A bristle as long as the travel is a spring with a start of its own in every run, and the runs of a drive that rests
+    between its motions are short. Tendons may drag along over a large part of the travel; the gear of a drive does not.
 
     Parameters
     ----------
-    entries
-        Catalogue effects by key.
     base
-        Equations of the nominal model.
-    prismatic
-        Whether the joint is prismatic.
+        Equations of the nominal model, whose first guesses are those of the data.
+    runs
+        Runs of the joint.
+    stated
+        Ids of the parameters that the user stated, which stay as they are.
 
     Returns
     -------
-    dict
-        Effects by key.
+    Equations
+        With the smallest stiffness in presliding.
     """
-    joint, law = base.joints[0], law_named(base.friction[0])
-    kept = {}
-    for key, effect in entries.items():
-        # These sides act on the path of the torque or of the reading; leaving them out first saves building their
-        # equations.
-        if effect.random or effect.side in ("output", "time", "input"):
-            continue
-        if effect.friction_slots - law.slots:
-            continue
-        extended = joint_equations(
-            joint, parameters=base.parameters, effects=[effect], prismatic=prismatic, friction=law.id
-        )
-        if invertible(extended):
-            kept[key] = effect
-    return kept
+    roles = law_named(base.friction[0]).roles
+    if roles.stiffness in stated:
+        return base
+    q = np.concatenate([run.y[:, 0] for run in runs])
+    longest = THRESHOLDS.torque.longest_presliding_over_travel * float(np.ptp(q))
+    softest = base.parameter(roles.coulomb).initial / max(longest, np.finfo(float).tiny)
+    stiffness = base.parameter(roles.stiffness)
+    lower = float(np.clip(softest, stiffness.lower, stiffness.initial))
+    return base.with_parameters({roles.stiffness: {"lower": lower}})

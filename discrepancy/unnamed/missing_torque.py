@@ -21,7 +21,7 @@ import numpy as np
 from haptid.discrepancy.candidate.refit import likeliest
 from haptid.discrepancy.detect.inner_step import at_step
 from haptid.discrepancy.fit.held_out import predict
-from haptid.discrepancy.fit.homotopy import MANY, through_homotopy
+from haptid.discrepancy.fit.homotopy import through_homotopy
 from haptid.discrepancy.fit.solution import Solution, solve
 from haptid.discrepancy.study.channels import alone
 from haptid.discrepancy.study.study import Study
@@ -168,7 +168,8 @@ def _roughly(study: Study, place: Place) -> Solution:
 def _over(study: Study, before: Solution, rough: Solution, tried: Place) -> Shape:
     """Fit a rough shape to the end, and compute its torque with standard errors."""
     functions, first = tried.functions, study.fitted[0]
-    after = solve(study, rough.effects, Noise(), rough.values, x0=rough.x0, iterations=MANY)
+    iterations = THRESHOLDS.fit.most_simulations_of_last_fit
+    after = solve(study, rough.effects, Noise(), rough.values, x0=rough.x0, iterations=iterations)
     (effect,) = rough.effects
     ids = [p.id for p in after.equations.parameters]
     place = [ids.index(q.id) for q in effect.parameters[: effect.amplitudes]]

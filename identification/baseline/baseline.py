@@ -17,15 +17,11 @@ from numpy.typing import NDArray
 
 from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
 from haptid.identification.baseline.regressor import UNITS, Regressor
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
-
-REST_OF_RMS_SPEED = 0.05
-"""Speed over the RMS speed up to which a joint counts as at rest in the least squares [1]."""
-LEAST_ROWS = 50
-"""Fewest interior rows of all fitted runs together for which the plain model is fitted."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,7 +117,8 @@ def fit_baseline(
     for m, rows in zip(motions, moving, strict=True):
         columns.append(m.through_filter(regressor.columns(m))[m.interior] * rows[:, :, None])
         torques.append(m.through_filter(m.torque * np.asarray(gain))[m.interior] * rows)
-    if sum(rows.all(axis=1).sum() for rows in moving) < max(LEAST_ROWS, 2 * len(regressor.ids)):
+    least_rows = max(THRESHOLDS.least_rows_of_plain_model, 2 * len(regressor.ids))
+    if sum(rows.all(axis=1).sum() for rows in moving) < least_rows:
         return None
     estimate = weighted_least_squares(columns, torques, regressor.nonnegative)
     return Baseline(regressor=regressor, estimate=estimate, gain=np.asarray(gain, dtype=np.float64))
@@ -130,4 +127,4 @@ def fit_baseline(
 def _moving(motion: FilteredMotion) -> NDArray[np.bool_]:
     """Say which rows of which joint move, shape (n, n_joints): at rest friction takes any value up to its level."""
     rms = np.sqrt(np.mean(motion.v**2, axis=0))
-    return np.asarray(np.abs(motion.v) > REST_OF_RMS_SPEED * rms)
+    return np.asarray(np.abs(motion.v) > THRESHOLDS.largest_rest_speed_over_rms_speed * rms)

@@ -9,20 +9,17 @@ from typing import Any
 import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline, fit_baseline
-from haptid.identification.baseline.figures import Figures, Model, figures_of
+from haptid.identification.baseline.figures import Figures, Model, figures_of, torque_residual
+from haptid.identification.baseline.plain_parameters import plain_theta
 from haptid.identification.baseline.regressor import Regressor
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
-from haptid.measurement.signals.filtered_motion import common_width, filter_run
+from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
+from haptid.measurement.signals.repeats import cells_of, floor_of
 from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
-from haptid.model.friction.registry import law_named
-
-PRESLIDING_OF_TRAVEL = 3e-4
-"""Displacement after which the plain model's Coulomb friction is at its level, over the travel of the joint [1]."""
-LEAST_FRICTION_OF_TORQUE = 1e-6
-"""Coulomb friction of the plain model over the largest torque, below which it is raised: no law divides by 0 [1]."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,6 +34,9 @@ class Compared:
         Figures by (file, use) and by ``model`` or ``baseline``.
     models
         The models themselves, ``model`` and ``baseline``.
+    floor
+        RMS of the torque that does not repeat [N m] or [N], shape (n_joints,), from the residual of the model that
+        predicts better; NaN where too few positions and speeds are passed again.
     runs
         Runs that they were held against; where a drive makes the torque, with that torque.
     """
@@ -44,6 +44,7 @@ class Compared:
     baseline: Baseline | None
     figures: Mapping[tuple[str, str], Mapping[str, Figures]]
     models: Mapping[str, Model]
+    floor: Array
     runs: tuple[Run, ...]
 
     def badness(self, name: str, use: str) -> float:
@@ -58,6 +59,16 @@ class Compared:
     def plain_is_better(self) -> bool:
         """Whether the plain model predicts the runs that no fit saw better than the fit."""
         return self.badness("baseline", "validate") < self.badness("model", "validate")
+
+    def floor_json(self) -> dict[str, Any] | None:
+        """Return ``floor`` of a configuration: a number a joint, a list for several; None where none is known."""
+        values = [float(x) if np.isfinite(x) else None for x in self.floor]
+        if all(value is None for value in values):
+            return None
+        slides = self.runs[0].prismatic
+        units = [unit_for("N m", [one]) for one in slides]
+        single = len(values) == 1
+        return {"value": values[0] if single else values, "unit": units[0] if single else units}
 
     def as_json(self, file: str, use: str) -> dict[str, Any] | None:
         """Return ``figures`` of a run; None where it has none."""
@@ -101,38 +112,20 @@ def compare(
         models["baseline"] = Model(simulator=simulator, inverse=inverse, theta=plain, baseline=baseline)
     figures: dict[tuple[str, str], dict[str, Figures]] = {}
     width = common_width(used)
-    for run in used:
-        motion = filter_run(run, width)
+    motions = [filter_run(run, width) for run in used]
+    for run, motion in zip(used, motions, strict=True):
         figures[run.file, run.use] = {name: figures_of(model, run, motion) for name, model in models.items()}
-    return Compared(baseline=baseline, figures=figures, models=models, runs=tuple(used))
+    size = {name: sum(float(np.sum(both[name].torque_rmse ** 2)) for both in figures.values()) for name in models}
+    floor = _floor(models[min(size, key=lambda name: size[name])], motions)
+    return Compared(baseline=baseline, figures=figures, models=models, floor=floor, runs=tuple(used))
 
 
-def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:
-    """Write the plain model in the parameters of a friction law: no stiction, stiff presliding, no spring.
-
-    Parameters
-    ----------
-    baseline
-        Plain model; its constant torques are not among the parameters.
-    equations
-        Equations of the configuration.
-    runs
-        Runs whose travel and torque scale presliding and the least friction.
-
-    Returns
-    -------
-    ndarray, shape (n_p,)
-    """
-    known = baseline.values
-    single = len(baseline.regressor.joints) == 1
-    for k, j in enumerate(baseline.regressor.joints):
-        travel = max(float(np.ptp(run.y[:, k])) for run in runs)
-        torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
-        coulomb = max(baseline.of_joint("Fc", k), LEAST_FRICTION_OF_TORQUE * torque)
-        roles = law_named(equations.friction[k]).roles
-        values = {"Ks": 0.0, "epos": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0}
-        values |= {roles.viscous: baseline.of_joint("Fv", k), roles.coulomb: coulomb, roles.stiction: coulomb}
-        values[roles.stiffness] = coulomb / (PRESLIDING_OF_TRAVEL * travel)
-        # What the plain model itself states, such as gravity, goes before the zeros.
-        known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
-    return np.array([known.get(q.id, q.initial) for q in equations.parameters])
+def _floor(model: Model, motions: Sequence[FilteredMotion]) -> Array:
+    """Return the RMS of the residual torque that does not repeat, shape (n_joints,); NaN where it is unknown."""
+    residuals = [torque_residual(model, motion) for motion in motions]
+    floor = np.full(motions[0].q.shape[1], np.nan)
+    for k in range(floor.size):
+        cells = cells_of([m.q[m.interior, k] for m in motions], [m.v[m.interior, k] for m in motions])
+        known = floor_of(cells, [e[:, k] for e in residuals])
+        floor[k] = np.nan if known is None else known
+    return floor

@@ -12,8 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from haptid.identification.baseline.compared import Compared, compare, plain_theta
+from haptid.identification.baseline.compared import Compared, compare
 from haptid.identification.baseline.figures import Figures
+from haptid.identification.baseline.plain_parameters import plain_theta, with_constant_torque
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
@@ -21,9 +22,6 @@ from haptid.model.equations.drive import Drive
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.drive_terms import drive_quantities, torque_along
 from haptid.model.joint.locked_joint import joint_equations
-
-OFFSET_SPRING_REACH = 1e6
-"""Travels of the joint between it and the end of the spring that stands for a constant torque [1]."""
 
 
 def compare_driven(
@@ -61,8 +59,8 @@ def compare_driven(
     models = {"model": np.asarray(theta, dtype=np.float64)}
     if compared.baseline is not None:
         plain = plain_theta(compared.baseline, rigid, torques)
+        plain = with_constant_torque(plain, compared.baseline, rigid, torques)
         known = dict(zip((q.id for q in rigid.parameters), plain.tolist(), strict=True))
-        known |= _offset_as_spring(compared.baseline.offset[0] * values["Kp"], torques)
         models["baseline"] = np.array([known.get(q.id, values[q.id]) for q in equations.parameters])
     simulator = KernelSimulator.of(equations)
     closed = {name: {run.file: _closed_rmse(simulator, at, run) for run in runs} for name, at in models.items()}
@@ -108,9 +106,3 @@ def with_torque(run: Run, drive: Drive, values: dict[str, float]) -> Run:
 def _closed_rmse(simulator: KernelSimulator, theta: Array, run: Run) -> Array:
     y = simulator.simulate(theta, run).y[run.scored, :1]
     return np.sqrt(np.mean((run.y[run.scored] - y) ** 2, axis=0))
-
-
-def _offset_as_spring(offset: float, runs: Sequence[Run]) -> dict[str, float]:
-    """Write a constant torque as a spring so long and soft that its torque does not vary over the travel."""
-    reach = OFFSET_SPRING_REACH * max(float(np.ptp(run.y)) for run in runs)
-    return {"Ks": abs(offset) / reach, "epos": -float(np.sign(offset)) * reach}

@@ -20,15 +20,12 @@ from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import initial_state
-from haptid.measurement.signals.filtered_motion import FilteredMotion, filter_run
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array, Run
 
 HORIZONS_S = (0.1, 1.0, 10.0)
 """Lengths of the simulations from the measured state [s]."""
-LONGEST_OF_BADNESS_S = 1.0
-"""Longest horizon by which models are compared [s]: longer ones show drift alone."""
-MOST_WINDOWS = 200
-"""Largest number of simulations for one horizon; they are spread over the run."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +90,7 @@ class Figures:
         Both count, because each fails where the other works: near resonance inertia and weight cancel in the torque,
         and under feedback a simulation drifts. Infinite where a simulation did not stay finite.
         """
-        lengths = [h for h in self.horizon_rmse if float(h) <= LONGEST_OF_BADNESS_S]
+        lengths = [h for h in self.horizon_rmse if float(h) <= THRESHOLDS.longest_judged_horizon_s]
         position = self.horizon_rmse[max(lengths, key=float)] if lengths else self.free_rmse
         both = np.concatenate([self.torque_rmse, position])
         return float(np.mean(np.log(both))) if np.isfinite(both).all() and (both > 0).all() else np.inf
@@ -115,7 +112,7 @@ def _plain(values: Array) -> float | list[float | None] | None:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> Figures:
+def figures_of(model: Model, run: Run, motion: FilteredMotion) -> Figures:
     """Compute the figures of a model on a run.
 
     Parameters
@@ -125,15 +122,13 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> 
     run
         Run of any use; only its scored rows count.
     motion
-        Its filtered motion; computed here where None.
+        Its motion, filtered with the width of all runs of the configuration.
 
     Returns
     -------
     Figures
     """
-    motion = filter_run(run) if motion is None else motion
-    # Both pass through the filter once more: a computed friction turns within a row, and the measured one was filtered.
-    error = motion.through_filter(motion.torque - model.torque(motion))[motion.interior]
+    error = torque_residual(model, motion)
     size = np.sqrt(np.mean(motion.through_filter(motion.torque)[motion.interior] ** 2, axis=0))
     torque_rmse = np.sqrt(np.mean(error**2, axis=0))
     driven = run.but(u=run.u - model.offset)
@@ -145,6 +140,25 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion | None = None) -> 
         torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
         horizon_rmse=horizons,
     )
+
+
+def torque_residual(model: Model, motion: FilteredMotion) -> Array:
+    """Compute measured minus computed torque along a motion.
+
+    Parameters
+    ----------
+    model
+        Model of the motion's configuration.
+    motion
+        Filtered motion.
+
+    Returns
+    -------
+    ndarray, shape (n_interior, n_joints)
+        [N m] or [N]. Both pass through the filter once more: a computed friction turns within a row, and the measured
+        one was filtered.
+    """
+    return motion.through_filter(motion.torque - model.torque(motion))[motion.interior]
 
 
 class _States:
@@ -203,7 +217,7 @@ def simulate_freely(model: Model, run: Run, motion: FilteredMotion) -> Array:
 def _horizon(model: Model, run: Run, motion: FilteredMotion, horizon: float) -> Array:
     """Return the RMS over all simulations of one length."""
     t, first = run.t, run.score_from
-    spacing = max(horizon, (t[-1] - t[first]) / MOST_WINDOWS)
+    spacing = max(horizon, (t[-1] - t[first]) / THRESHOLDS.most_simulations_of_horizon)
     states = _States(model, run, motion)
     errors = []
     for begin in np.arange(t[first], t[-1] - horizon, spacing):

@@ -16,16 +16,8 @@ import numpy as np
 from scipy.linalg import qr
 from scipy.optimize import lsq_linear
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-
-LEAST_NEW_PART = 1e-3
-"""Norm of a column's part that the earlier columns do not explain, over its own norm, below which it is dropped [1]."""
-BLOCK_IN_CORRELATION_LENGTHS = 5.0
-"""Length of a block, in correlation lengths of the residual."""
-LEAST_BLOCKS = 8
-"""Smallest number of blocks of a run."""
-REWEIGHTINGS = 3
-"""Number of solutions with weights."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -69,7 +61,7 @@ def weighted_least_squares(columns: Sequence[Array], torques: Sequence[Array], n
     used = [W[:, :, kept] for W in columns]
     weights = [np.ones(tau.shape[1]) for tau in torques]
     theta = np.zeros(int(kept.sum()))
-    for _ in range(REWEIGHTINGS):
+    for _ in range(THRESHOLDS.weighted_solutions):
         A = np.concatenate([(W * w[:, None]).reshape(-1, theta.size) for W, w in zip(used, weights, strict=True)])
         b = np.concatenate([(tau * w).ravel() for tau, w in zip(torques, weights, strict=True)])
         theta = _solve(A, b, nonnegative[kept])
@@ -104,7 +96,7 @@ def _independent(A: Array) -> Array:
     """Say which columns the earlier ones do not explain, shape (n,)."""
     size = np.linalg.norm(A, axis=0)
     R = qr(A / np.where(size > 0, size, 1.0), mode="r")[0]
-    return np.asarray((np.abs(np.diag(R)) > LEAST_NEW_PART) & (size > 0))
+    return np.asarray((np.abs(np.diag(R)) > THRESHOLDS.least_new_part_of_column) & (size > 0))
 
 
 def correlation_length(residual: Array) -> float:
@@ -142,7 +134,8 @@ def _block_covariance(columns: Sequence[Array], residuals: Sequence[Array], weig
         A, r = (W * w[:, None]) / scale, e * w
         normal += np.einsum("tjk,tjl->kl", A, A)
         longest = max(correlation_length(column) for column in r.T)
-        count = max(int(r.shape[0] / (BLOCK_IN_CORRELATION_LENGTHS * longest)), LEAST_BLOCKS)
+        block = THRESHOLDS.block_of_residual_in_correlation_lengths * longest
+        count = max(int(r.shape[0] / block), THRESHOLDS.least_residual_blocks_of_run)
         for rows in np.array_split(np.arange(r.shape[0]), count):
             moment = np.einsum("tjk,tj->k", A[rows], r[rows])
             moments += np.outer(moment, moment)

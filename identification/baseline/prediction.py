@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import simulate_freely
-from haptid.measurement.signals.filtered_motion import filter_run
+from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.values.run import Array, Run
 
 
@@ -55,13 +55,14 @@ def predict_run(compared: Compared, run: Run) -> Prediction:
     compared
         Both models.
     run
-        Run of their configuration.
+        One of their runs.
 
     Returns
     -------
     Prediction
     """
-    motion = filter_run(run)
+    # The width of the figures: curves and figures then show the same residual.
+    motion = filter_run(run, common_width(compared.runs))
     inside = motion.interior
     return Prediction(
         file=run.file,

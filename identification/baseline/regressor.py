@@ -80,7 +80,7 @@ class Regressor:
             rigid = _single_joint(joints[0], slides=prismatic[0])
             units = {id: unit_for(UNITS[id], prismatic) for id in rigid}
         else:
-            rigid, units = _locked(device, joints, posture)
+            rigid, units = _build_locked_columns(device, joints, posture)
         ids, all_units = [*rigid], [units[id] for id in rigid]
         for k, j in enumerate(joints):
             ids += [id if single else f"{id}_{j}" for id in FRICTION]
@@ -154,7 +154,7 @@ def _single_joint(joint: int, *, slides: bool) -> dict[str, tuple[sp.Expr, ...]]
     return columns if slides else columns | {"gravity_cos": (sp.cos(q),), "gravity_sin": (sp.sin(q),)}
 
 
-def _locked(
+def _build_locked_columns(
     device: Device, joints: Sequence[int], posture: Sequence[float]
 ) -> tuple[dict[str, tuple[sp.Expr, ...]], dict[str, str]]:
     """Return the rigid-body columns of a device's locked motion, and their units by id."""

@@ -16,7 +16,7 @@ A fit on a bound that haptid chose is repeated within a wider range first (`iden
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -95,9 +95,9 @@ class JointTest:
             return ()
         return tuple(q.id for q in self.equations.parameters if q.id not in self.stated)
 
-    def compare(self, found: Fit) -> Compared:
-        """Hold a fit against the plain model."""
-        theta = np.array([found.values[q.id] for q in self.equations.parameters])
+    def compare(self, values: Mapping[str, float]) -> Compared:
+        """Hold a fit, given by its values by id, against the plain model."""
+        theta = np.array([values[q.id] for q in self.equations.parameters])
         return compare_driven(self.equations, theta, self.runs, self.device, self.posture)
 
 
@@ -148,20 +148,20 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
 
     # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
     seen = fit_within_own_bounds(fit_position, test.equations, test.runs, () if both else test.own, trial)
-    seen = _doubted(test, seen, options, workers)
-    best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen))
+    seen = _widen_above_noise(test, seen, options, workers)
+    best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen.values))
     if quiet(seen, options) or not both:
         return best
     found = fit_torque(test.equations, test.runs, stated=test.stated, options=options, workers=workers)
     over = plain(seen.basins[0].over_noise)
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
-    scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found))
+    scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found.values))
     better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
     return scored if better else best
 
 
-def _doubted(test: JointTest, found: Fit, options: FitOptions, workers: Workers | None) -> Fit:
+def _widen_above_noise(test: JointTest, found: Fit, options: FitOptions, workers: Workers | None) -> Fit:
     """Widen the standard deviations of a free simulation above the noise, whose model does not fit.
 
     The parts of the motion must agree on a parameter (`identification.statistics.jackknife`); of a model that explains
@@ -199,6 +199,6 @@ def _fit_closed(test: JointTest, options: FitOptions, workers: Workers | None) -
         start = tuple(q.initial for q in springless.parameters)
         refit = options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit))
         found = fit_closed(springless, refit)
-    found = with_absent_terms(_doubted(test, found, options, workers))
+    found = with_absent_terms(_widen_above_noise(test, found, options, workers))
     found = found.but(notes=(*found.notes, "simulated through the recorded controller from the recorded reference"))
-    return Fitted(fit=found, torque_scored=False, compared=test.compare(found))
+    return Fitted(fit=found, torque_scored=False, compared=test.compare(found.values))

@@ -61,7 +61,7 @@ def fit_within_own_bounds(
         ranged = equations.with_parameters(wider)
         again = fit_equations(ranged, options.but(start=start, starts=min(options.starts, THRESHOLDS.starts_of_refit)))
         if not _better(again, found, runs):
-            return _told(found, tuple(wider))
+            return _tell_open_ends(found, tuple(wider))
         found, equations = again, ranged
     return found
 
@@ -83,18 +83,18 @@ def wider_ranges(found: Fit, own: Sequence[str]) -> dict[str, dict[str, object]]
         stays, and so does the range of a spring's equilibrium where there is no spring.
     """
     parametrisation = Parametrisation.of(found.equations)
-    s = parametrisation.scaled(found.theta)
+    s = parametrisation.to_coordinates(found.theta)
     result: dict[str, dict[str, object]] = {}
     for quantity, edge in zip(parametrisation.quantities, on_bound(parametrisation, s), strict=True):
         value = found.values[quantity.id]
         if edge and quantity.id in own and not _is_of_absent_spring(quantity.id, found):
-            lower, upper = _widened(quantity, value)
+            lower, upper = _widen_range(quantity, value)
             if (lower, upper) != (quantity.lower, quantity.upper):
                 result[quantity.id] = {"initial": value, "lower": lower, "upper": upper}
     return result
 
 
-def _widened(quantity: Quantity, value: float) -> tuple[float, float]:
+def _widen_range(quantity: Quantity, value: float) -> tuple[float, float]:
     """Widen a range on the side of the value."""
     lower, upper = quantity.lower, quantity.upper
     low = abs(value - lower) < abs(upper - value)
@@ -129,7 +129,7 @@ def _better(again: Fit, found: Fit, runs: Sequence[Run]) -> bool:
     return found.cost - again.cost > least
 
 
-def _told(found: Fit, ids: Sequence[str]) -> Fit:
+def _tell_open_ends(found: Fit, ids: Sequence[str]) -> Fit:
     """Say of parameters at an end of their range that a wider range changes nothing."""
     stiff = [f"{law_named(law).roles.stiffness}" for law in found.equations.friction]
     said = []

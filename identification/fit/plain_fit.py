@@ -1,8 +1,7 @@
 """The plain model as the result of a configuration: `Compared` and `Run`s in, `Fit` out.
 
 Where the fitted model predicts runs that no fit saw worse than the plain model of seconds does, the plain model is the
-result. Its parameters are written in those of the equations: no stiction, stiff presliding, no spring; a constant
-torque is the torque of a spring so soft that only Ks·epos matters, or the constant force of a slide.
+result. Its parameters are written in those of the equations, its constant torque among them (`plain_parameters`).
 """
 
 from __future__ import annotations
@@ -11,8 +10,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from haptid.identification.baseline.baseline import Baseline
-from haptid.identification.baseline.compared import Compared, plain_theta
+from haptid.identification.baseline.compared import Compared
+from haptid.identification.baseline.plain_parameters import parameter_ids, plain_theta, with_constant_torque
 from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Basin, Fit, RunScore
 from haptid.identification.result.outcome import Outcome
@@ -21,10 +20,6 @@ from haptid.identification.statistics.identifiability import felt_sizes, known_s
 from haptid.identification.statistics.score import score_of
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
-from haptid.model.friction.registry import law_named
-
-SOFT_SPRING_OF_TORQUE = 1e-4
-"""Torque of the spring that carries a constant torque, over the travel, as a share of the largest torque [1]."""
 
 
 def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequence[Run]) -> Fit:
@@ -57,7 +52,7 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
         raise ValueError(msg)
     equations = simulator.equations
     used = [run for run in runs if run.use != "excluded"]
-    theta = _with_offset(plain_theta(baseline, equations, used), baseline, simulator, used)
+    theta = with_constant_torque(plain_theta(baseline, equations, used), baseline, equations, used)
     names = parameter_ids(baseline, equations.friction)
     known = np.isfinite(baseline.estimate.std)
     chosen = [k for k, id in enumerate(baseline.regressor.ids) if known[k] and names.get(id)]
@@ -67,7 +62,7 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
     scores = tuple(_score(simulator, theta, run, x0[run.file]) for run in used)
     over_noise = float(np.sqrt(np.mean([s.over_noise**2 for s in scores if s.use == "fit"])))
     return found.but(
-        equations=equations,
+        equations=_widen_to_hold(equations, theta),
         theta=theta,
         free=free,
         covariance=covariance,
@@ -85,11 +80,20 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
     )
 
 
+def _widen_to_hold(equations: Equations, theta: Array) -> Equations:
+    """Widen the ranges that the plain model leaves: the end of its soft spring lies far outside the travel."""
+    changes: dict[str, dict[str, object]] = {}
+    for quantity, value in zip(equations.parameters, theta.tolist(), strict=True):
+        if not quantity.lower <= value <= quantity.upper:
+            changes[quantity.id] = {"lower": min(quantity.lower, value), "upper": max(quantity.upper, value)}
+    return equations.with_parameters(changes)
+
+
 def _statuses(equations: Equations, theta: Array, std: Mapping[str, float], runs: Sequence[Run]) -> dict[str, str]:
     """Judge the plain model's parameters by the rule of every fit; what it does not have is ``fixed``."""
     parametrisation = Parametrisation.of(equations)
     fitted = [run for run in runs if run.use == "fit"]
-    scaled = known_sizes(parametrisation, parametrisation.scaled(theta), felt_sizes(parametrisation, fitted))
+    scaled = known_sizes(parametrisation, parametrisation.to_coordinates(theta), felt_sizes(parametrisation, fitted))
     largest = dict(zip(parametrisation.ids, scaled * parametrisation.slope(theta), strict=True))
     result = {q.id: "fixed" for q in equations.parameters}
     for id, deviation in std.items():
@@ -100,45 +104,3 @@ def _statuses(equations: Equations, theta: Array, std: Mapping[str, float], runs
 def _score(simulator: Simulator, theta: Array, run: Run, x0: Array) -> RunScore:
     y = simulator.simulate(theta, run, x0=x0).y[:, : run.y.shape[1]]
     return score_of(run, (run.y - y)[run.scored], x0)
-
-
-def parameter_ids(baseline: Baseline, friction: Sequence[str]) -> dict[str, str]:
-    """Name the parameters of the plain model by the ids of the equations.
-
-    Parameters
-    ----------
-    baseline
-        Plain model.
-    friction
-        Names of the friction laws of the free joints.
-
-    Returns
-    -------
-    dict
-        Id of the equations by id of the plain model; a constant torque has none of its own.
-    """
-    regressor = baseline.regressor
-    names = {id: id for id in regressor.ids[: regressor.n_rigid]}
-    for k, j in enumerate(regressor.joints):
-        tail = "" if len(regressor.joints) == 1 else f"_{j}"
-        roles = law_named(friction[k]).roles
-        names |= {f"Fv{tail}": f"{roles.viscous}{tail}", f"Fc{tail}": f"{roles.coulomb}{tail}"}
-    return names
-
-
-def _with_offset(theta: Array, baseline: Baseline, simulator: Simulator, runs: Sequence[Run]) -> Array:
-    """Put the constant torque of every joint into the parameters."""
-    ids = [q.id for q in simulator.equations.parameters]
-    moved = theta.copy()
-    for k, j in enumerate(baseline.regressor.joints):
-        tail = "" if len(baseline.regressor.joints) == 1 else f"_{j}"
-        offset = baseline.of_joint("offset", k)
-        if runs[0].prismatic[k] and f"gravity_cos{tail}" in ids:
-            moved[ids.index(f"gravity_cos{tail}")] += offset
-        elif f"Ks{tail}" in ids and offset:
-            travel = max(float(np.ptp(run.y[:, k])) for run in runs)
-            stiffness = SOFT_SPRING_OF_TORQUE * max(float(np.max(np.abs(run.u[:, k]))) for run in runs) / travel
-            moved[ids.index(f"Ks{tail}")] = stiffness
-            # Ks·(q − epos) is −Ks·epos at every position of the joint, to the share above.
-            moved[ids.index(f"epos{tail}")] = -offset / stiffness
-    return moved

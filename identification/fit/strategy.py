@@ -78,7 +78,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
     signs = {j: sign for j, sign in signs.items() if sign}
     if signs:
         told = "; ".join(f"joint {j}: {sign}" for j, sign in signs.items())
-        return _controlled(run, f"{run.file} was recorded under position control ({told})")
+        return _choose_under_control(run, f"{run.file} was recorded under position control ({told})")
     if simulator is None or theta is None:
         return OPEN_LOOP
     factor = growth(simulator, theta, run)
@@ -92,7 +92,7 @@ def choose(run: Run, simulator: Simulator | None = None, theta: Array | None = N
     return Strategy(kind="observer", reason=reason, gain=gain)
 
 
-def _controlled(run: Run, why: str) -> Strategy:
+def _choose_under_control(run: Run, why: str) -> Strategy:
     gain = observer_gain(run)
     if len(run.free_joints) == 1 and is_steady_sweep(run, 0):
         reason = f"{why}: the measured motion goes in and the torque is scored"

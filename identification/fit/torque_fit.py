@@ -95,17 +95,18 @@ def restrain_stribeck(equations: Equations, runs: Sequence[Run], stated: Sequenc
     changes: dict[str, dict[str, object]] = {}
     if roles.stiction != roles.coulomb and roles.stiction not in stated:
         level = equations.parameter(roles.coulomb).initial
+        mean = THRESHOLDS.stiction_prior_mean_over_coulomb * level
         changes[roles.stiction] = {
-            "initial": 1.2 * level,
+            "initial": mean,
             "upper": THRESHOLDS.largest_stiction_over_coulomb * level,
-            "prior": Normal(mean=1.2 * level, std=THRESHOLDS.stiction_prior_std_over_coulomb * level),
+            "prior": Normal(mean=mean, std=THRESHOLDS.stiction_prior_std_over_coulomb * level),
         }
     if roles.stribeck_velocity and roles.stribeck_velocity not in stated:
         top = max(float(np.max(np.abs(filter_run(run).v))) for run in runs if run.use == "fit")
         usual = THRESHOLDS.stribeck_speed_over_top_speed * top
         changes[roles.stribeck_velocity] = {
             "initial": usual,
-            "lower": usual / 100.0,
+            "lower": usual / THRESHOLDS.stribeck_speed_over_least_speed,
             "upper": THRESHOLDS.largest_stribeck_speed_over_top_speed * top,
             "prior": Normal(mean=usual, std=usual),
         }

@@ -77,7 +77,7 @@ def unpack_checked(path: Path, folder: Path) -> Unpacked:
     except _UNREADABLE as error:
         got = one_line(str(error)) or type(error).__name__
         raise InputError(str(path), expected="an FMU, a whole zip archive", got=got) from None
-    description = _described(path, folder)
+    description = _read_description(path, folder)
     _check_binary(path, folder, description)
     return Unpacked(path=path, folder=folder, description=description)
 
@@ -143,7 +143,7 @@ def _refuse_entities(*_: object) -> NoReturn:
     raise _RefusedError
 
 
-def _described(path: Path, folder: Path) -> Any:
+def _read_description(path: Path, folder: Path) -> Any:
     where = f"{path}: {_DESCRIPTION}"
     try:
         description = fmpy.read_model_description(str(folder))

@@ -91,7 +91,7 @@ class ForeignFmu:
         self._check([*start, *inputs, *outputs])
         request = Request(t=np.asarray(t, dtype=float), start=start, inputs=inputs, outputs=tuple(outputs))
         try:
-            connection = self._started()
+            connection = self._start()
             connection.send(request)
             answer = self._answer(connection, self.limit_s, "no answer")
         except (EOFError, ConnectionError):
@@ -123,7 +123,7 @@ class ForeignFmu:
             self._fail(f"{what} within {limit_s:g} s: it was ended")
         return connection.recv()
 
-    def _started(self) -> Connection:
+    def _start(self) -> Connection:
         """Return the connection to a child that is ready: its beginning does not count as time of a simulation."""
         if self._connection is None:
             here, there = multiprocessing.Pipe()

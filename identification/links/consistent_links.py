@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cvxpy as cp
 import numpy as np
@@ -130,7 +131,8 @@ def _nearest_consistent(device: Device, belief: LinkBelief, measurements: Sequen
     constraints = [x[np.flatnonzero(known)] == (mean / scales)[known]] if known.any() else []
     n = 10 * len(device.massive)
     constraints += [
-        _pseudo_inertia(x[i : i + 10]) >> THRESHOLDS.least_eigenvalue_of_pseudo_inertia * np.eye(4)
+        cp.bmat(_rows_of_pseudo_inertia([x[i + k] for k in range(10)]))
+        >> THRESHOLDS.least_eigenvalue_of_pseudo_inertia * np.eye(4)
         for i in range(0, n, 10)
     ]
     constraints += [x[n:] >= 0] if mean.size > n else []
@@ -150,19 +152,6 @@ def _root(covariance: Array) -> Array:
     return np.asarray((vectors[:, kept] / np.sqrt(values[kept])).T)
 
 
-def _pseudo_inertia(x: cp.Expression) -> cp.Expression:
-    m, hx, hy, hz, L11, L22, L33, L12, L13, L23 = (x[i] for i in range(10))
-    half = (L11 + L22 + L33) / 2
-    return cp.bmat(
-        [
-            [half - L11, -L12, -L13, hx],
-            [-L12, half - L22, -L23, hy],
-            [-L13, -L23, half - L33, hz],
-            [hx, hy, hz, m],
-        ]
-    )
-
-
 def pseudo_inertia(values: Sequence[float]) -> Array:
     """Build the pseudo-inertia of one link.
 
@@ -177,16 +166,19 @@ def pseudo_inertia(values: Sequence[float]) -> Array:
     ndarray, shape (4, 4)
         J = [[½ tr(L) 1 − L, h], [hᵀ, m]].
     """
+    return np.array(_rows_of_pseudo_inertia(values))
+
+
+def _rows_of_pseudo_inertia(values: Sequence[Any]) -> list[list[Any]]:
+    """Return the entries of J by row, of numbers or of the solver's expressions."""
     m, hx, hy, hz, L11, L22, L33, L12, L13, L23 = values
     half = (L11 + L22 + L33) / 2
-    return np.array(
-        [
-            [half - L11, -L12, -L13, hx],
-            [-L12, half - L22, -L23, hy],
-            [-L13, -L23, half - L33, hz],
-            [hx, hy, hz, m],
-        ]
-    )
+    return [
+        [half - L11, -L12, -L13, hx],
+        [-L12, half - L22, -L23, hy],
+        [-L13, -L23, half - L33, hz],
+        [hx, hy, hz, m],
+    ]
 
 
 def _table(

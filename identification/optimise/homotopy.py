@@ -24,16 +24,6 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
-LOOSE, FINAL, POLISHED = 1e-3, 1e-5, 1e-8
-"""Relative decrease of the cost below which a minimisation ends: levels before the last, last level, polish."""
-POLISHED_FAR = 1e-6
-"""The same for the polish where the residual is a model error: a few hundred independent parts of the motion determine
-the parameters, so that a decrease by 1e-6 moves them by a hundredth of their standard deviation."""
-FEW, MANY = 15, 60
-"""Largest number of iterations of a level before the last, and of the last level and the polish."""
-LEAST_DAMPING = 1e-3
-"""Smallest λ [1] that is added to SLSQP's first Hessian."""
-
 
 def follow_gains(
     start: Descent, gains: Sequence[float], minimise_at: Callable[[Array, float, int], Descent]
@@ -91,12 +81,27 @@ def descend(problem: Problem, x: Array) -> Descent:
     near = follow_gains(Descent.at(feasible(problem, x)), gains, minimise_level)
     # Levenberg–Marquardt knows bounds and orderings only: under the passivity constraint SLSQP polishes.
     if problem.options.passive:
-        exact = slsqp(problem, near.x, gains[-1], iterations=MANY, tolerance=FINAL, damping=LEAST_DAMPING)
+        exact = slsqp(
+            problem,
+            near.x,
+            gains[-1],
+            iterations=THRESHOLDS.most_iterations_of_last_level,
+            tolerance=THRESHOLDS.tolerance_of_last_level,
+            damping=THRESHOLDS.least_damping_of_slsqp,
+        )
         return replace(exact, calls=near.calls + exact.calls)
     # Far above the noise the residual is a correlated model error, whose parameters no further digit describes.
     far = near.cost / problem.weight > THRESHOLDS.excess_cost_of_model_error
-    relative = POLISHED_FAR if far else POLISHED
-    polish = minimise(problem, near.x, gains[-1], iterations=MANY, tolerance=0.0, relative=relative, damping=1e-9)
+    tolerance = THRESHOLDS.tolerance_of_polish_far if far else THRESHOLDS.tolerance_of_polish
+    polish = minimise(
+        problem,
+        near.x,
+        gains[-1],
+        iterations=THRESHOLDS.most_iterations_of_last_level,
+        tolerance=0.0,
+        relative=tolerance,
+        damping=1e-9,
+    )
     return replace(polish, calls=near.calls + polish.calls)
 
 
@@ -104,11 +109,13 @@ def _level(problem: Problem, x: Array, number: int) -> Descent:
     """Minimise at one gain."""
     gains = problem.options.gains
     last = number == len(gains) - 1
-    iterations, tolerance = (MANY, FINAL) if last else (FEW, LOOSE)
+    iterations, tolerance = THRESHOLDS.most_iterations_of_early_level, THRESHOLDS.tolerance_of_early_level
+    if last:
+        iterations, tolerance = THRESHOLDS.most_iterations_of_last_level, THRESHOLDS.tolerance_of_last_level
     if problem.options.method == "gauss_newton":
         return minimise(problem, x, gains[number], iterations=iterations, tolerance=0.0, relative=tolerance)
     # Strong damping in the first levels, where the parameters may be far from the minimum.
-    damping = max(0.1**number, LEAST_DAMPING)
+    damping = max(0.1**number, THRESHOLDS.least_damping_of_slsqp)
     return slsqp(problem, x, gains[number], iterations=iterations, tolerance=tolerance, damping=damping)
 
 

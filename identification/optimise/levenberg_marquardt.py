@@ -23,13 +23,6 @@ from haptid.identification.problem.retraction import Retraction
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
-LEAST_DAMPING = 1e-10
-"""Smallest damping λ [1]: a direction that the data do not see at all does not make the step singular."""
-LARGEST_DAMPING = 1e9
-"""Damping λ [1] above which the minimiser stops."""
-LEAST_ACTUAL_OVER_PREDICTED = 1e-4
-"""Actual over predicted decrease of the cost above which a step is accepted."""
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Descent:
@@ -98,7 +91,7 @@ def minimise(
     The minimiser also stops where `THRESHOLDS.most_simulations_without_progress` successive simulations decrease the
     cost by less than the tolerance each, on average. Along a narrow valley the predicted decrease of a damped step is
     small however far the minimum is: before the minimiser stops, the predicted decrease of the step with the damping
-    `LEAST_DAMPING` must be small as well; otherwise that step is tried.
+    `THRESHOLDS.least_damping` must be small as well; otherwise that step is tried.
     """
     along = Retraction.of(problem)
     now = problem.blocks(x, gain)
@@ -114,22 +107,22 @@ def minimise(
         d, predicted = _step(R, c, damping, *limits)
         # A small prediction may be the damping's doing: the undamped step decides, once for every accepted point.
         if predicted <= enough and not freed:
-            freed, damping = True, LEAST_DAMPING
+            freed, damping = True, THRESHOLDS.least_damping
             d, predicted = _step(R, c, damping, *limits)
         stalled = _stalls(costs, enough)
         # With damping above 1 a small prediction says that the step is short, not that the minimum is near.
         converged = stalled or (predicted <= enough and damping < 1.0)
-        if converged or damping > LARGEST_DAMPING:
+        if converged or damping > THRESHOLDS.largest_damping:
             break
         moved = along.move(x, d)
         trial = problem.blocks(moved, gain)
         calls += 1
         new = cost_of(trial)
         ratio = (cost - new) / max(predicted, 1e-12) if np.isfinite(new) else -1.0
-        if ratio > LEAST_ACTUAL_OVER_PREDICTED:
+        if ratio > THRESHOLDS.least_actual_over_predicted_decrease:
             x, cost, growth, freed = moved, new, 2.0, False
             R, c = triangle_by_runs(trial)
-            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), LEAST_DAMPING)
+            damping = max(damping * max(0.1, 1.0 - (2.0 * ratio - 1.0) ** 3), THRESHOLDS.least_damping)
         else:
             # From 1e-6 upwards: a rejected undamped step would take many more simulations to become shorter.
             damping, growth = max(damping, 1e-6) * growth, 2.0 * growth

@@ -41,7 +41,7 @@ def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, see
     drawn = qmc.Sobol(n, scramble=True, rng=np.random.default_rng([seed, 17])).random_base2(
         int(np.ceil(np.log2(count)))
     )
-    centre, slope = parametrisation.scaled(theta), parametrisation.slope(theta)
+    centre, slope = parametrisation.to_coordinates(theta), parametrisation.slope(theta)
     lower, upper = parametrisation.bounds
     starts = [theta]
     for point in drawn[: count - 1]:

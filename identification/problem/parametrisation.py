@@ -14,14 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
-
-WIDEST = 1e6
-"""Width of a linear range, over the first guess, above which the range is not used as the size of the quantity."""
-SMALLEST = 1e-9
-"""Lower bound of a logarithm, over the first guess, where the bound of the quantity is 0 and has no logarithm."""
 
 
 def linear_unit(quantity: Quantity) -> float:
@@ -42,7 +38,7 @@ def linear_unit(quantity: Quantity) -> float:
         return quantity.prior.std
     span = quantity.upper - quantity.lower
     size = abs(quantity.initial) or 1.0
-    return span / 4.0 if math.isfinite(span) and span <= WIDEST * size else size
+    return span / 4.0 if math.isfinite(span) and span <= THRESHOLDS.largest_range_over_guess * size else size
 
 
 def positive(quantity: Quantity) -> bool:
@@ -96,7 +92,7 @@ class Parametrisation:
         quantities = [equations.parameters[i] for i in free]
         log = tuple(positive(q) if every_positive_in_log else q.scale == "log" for q in quantities)
         plain = np.array(log, dtype=bool) | every_positive_in_log
-        floor = [q.lower if q.lower > 0 else SMALLEST * q.initial for q in quantities]
+        floor = [q.lower if q.lower > 0 else THRESHOLDS.smallest_bound_over_guess * q.initial for q in quantities]
         return cls(
             equations=equations,
             free=free,
@@ -180,7 +176,7 @@ class Parametrisation:
         theta[..., list(self.free)] = self.values(s)
         return theta
 
-    def scaled(self, theta: Array) -> Array:
+    def to_coordinates(self, theta: Array) -> Array:
         """Convert full parameter sets into coordinates.
 
         Parameters
@@ -214,7 +210,7 @@ class Parametrisation:
         """Return ln(dp/ds) of coordinates s (…, n_free), shape (…, n_free); its sum is the log-volume of the map."""
         return np.where(self.log, s, np.log(self.unit))
 
-    def ordered(self, theta: Array) -> NDArray[np.bool_]:
+    def meets_orderings(self, theta: Array) -> NDArray[np.bool_]:
         """Say which parameter sets meet all orderings.
 
         Parameters

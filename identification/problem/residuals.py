@@ -155,7 +155,7 @@ class Problem:
     def first(self, theta: Array) -> Array:
         """Return the unknowns x (n,) at the parameters theta (n_p,), with every run started at δ = 0."""
         x = np.zeros(self.size)
-        x[: self.n_parameters] = self.parametrisation.scaled(theta)
+        x[: self.n_parameters] = self.parametrisation.to_coordinates(theta)
         return x
 
     def constraints(self) -> tuple[Array, Array]:

@@ -1,16 +1,22 @@
 """The fit of a configuration that an earlier command made: results folder and configuration in, `Fit` out.
 
+`earlier_residual` gives what that command found of the residual alone.
+
 Posterior and search for missing effects go on from the fit of ``python -m identification.run`` where its results lie in
 the same folder and come from the same data, the same parameter entries and the same code. Then they fit nothing again.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
@@ -23,6 +29,22 @@ from haptid.support.errors import InputError
 
 FILE = "identification.json"
 """Name of the results in the output folder."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EarlierResidual:
+    """What an identification found of a residual.
+
+    Parameters
+    ----------
+    at_noise
+        Whether the position is at the noise; False where the torque was fitted, since it is fitted only otherwise.
+    plain
+        Whether the plain model is the result, which predicts the torque better than the fit predicts the motion.
+    """
+
+    at_noise: bool
+    plain: bool
 
 
 def carried_fit(
@@ -49,12 +71,7 @@ def carried_fit(
         None where the folder has no results, where they belong to other data, entries or code, and where the fit was
         not by free simulation: through an observer or in torque the optimum is another one.
     """
-    try:
-        entries = read_identification(out / FILE)["configurations"]
-    except InputError:  # no results, or results that cannot be read: the caller fits
-        return None
-    digest = data_digest(campaign, device, configuration)
-    entry = next((entry for entry in entries if entry.get("data") == digest), None)
+    entry = _entry_of(campaign, device, configuration, out)
     if entry is None or entry.get("outcome") == Outcome.TORQUE_SCORED.label or entry.get("observer_gain_per_s") != 0:
         return None
     try:
@@ -63,3 +80,47 @@ def carried_fit(
         return None
     same = set(fit.free) == {q.id for q in equations.parameters if not q.fixed}
     return fit if same and np.isfinite(fit.theta).all() else None
+
+
+def earlier_residual(
+    campaign: Campaign, device: Device | None, configuration: Configuration, out: Path
+) -> EarlierResidual | None:
+    """Return what an earlier identification found of the residual of a configuration.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with parameter entries and friction laws.
+    device
+        Device of the campaign; None for a single joint.
+    configuration
+        Free joints, posture and runs.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    EarlierResidual or None
+        None where the folder has no results of the same data, entries and code.
+    """
+    entry = _entry_of(campaign, device, configuration, out)
+    if entry is None:
+        return None
+    try:
+        at_noise = entry["basins"][0]["rmse_over_noise"] <= FitOptions().tolerance
+        position, plain = entry["residual"] == "position", entry["outcome"] == Outcome.PLAIN.label
+        return EarlierResidual(at_noise=bool(at_noise) and position, plain=plain)
+    except (KeyError, TypeError, IndexError):  # changed by hand
+        return None
+
+
+def _entry_of(
+    campaign: Campaign, device: Device | None, configuration: Configuration, out: Path
+) -> Mapping[str, Any] | None:
+    """Return the entry of a configuration; None where there are no results of the same data, entries and code."""
+    try:
+        entries = read_identification(out / FILE)["configurations"]
+    except InputError:  # no results, or results that cannot be read: the caller fits
+        return None
+    digest = data_digest(campaign, device, configuration)
+    return next((entry for entry in entries if entry.get("data") == digest), None)

@@ -20,9 +20,6 @@ from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.locked_dynamics import Coefficient
 from haptid.support.linear_algebra import profile_out
 
-LEAST_INFORMATION_OVER_PRIOR = 1e-6
-"""Smallest information of a measured coefficient, as a share of its prior's information."""
-
 
 def carry_over(
     equations: Equations,
@@ -101,7 +98,7 @@ def measurement_of(fit: Fit, coefficients: Sequence[Coefficient]) -> Measurement
     prior = np.array([1.0 / q.prior.std**2 if q.prior else 0.0 for q in quantities])
     mean = np.array([q.prior.mean if q.prior else 0.0 for q in quantities])
     theta = np.array([fit.values[c.id] for c in chosen])
-    floor = LEAST_INFORMATION_OVER_PRIOR * np.array(
+    floor = THRESHOLDS.least_information_over_prior * np.array(
         [1.0 / c.prior_std**2 if c.prior_std > 0 else 1e-12 for c in chosen]
     )
     # The fit has divided its information by this product: the prior's information is divided alike.

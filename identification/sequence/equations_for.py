@@ -12,34 +12,14 @@ from haptid.identification.fit.driven_guess import guess_drive, with_torques
 from haptid.identification.fit.initial_guess import guess
 from haptid.identification.result.outcome import NoStartError
 from haptid.measurement.checks.stated import Overrides, overridden, places
-from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.device import Device
-from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import DEFAULT
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.errors import NumericalError
-
-
-def device_of(campaign: Campaign) -> Device | None:
-    """Load the campaign's device with the friction laws that the campaign names.
-
-    Parameters
-    ----------
-    campaign
-        Campaign with the name of its device and the friction law by joint.
-
-    Returns
-    -------
-    Device or None
-        None for ``single_joint``.
-    """
-    if campaign.device == SINGLE_JOINT:
-        return None
-    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
 
 
 def equations_for(
@@ -99,7 +79,7 @@ def _single(joint: int, runs: Sequence[Run], given: Overrides, campaign: Campaig
 
 
 @contextmanager
-def named(campaign: Campaign, joints: Sequence[int]) -> Iterator[None]:
+def name_campaign_in_errors(campaign: Campaign, joints: Sequence[int]) -> Iterator[None]:
     """Put the user's file and keys before the message of a `NoStartError` from inside.
 
     Parameters

@@ -54,12 +54,13 @@ def step_json(step: Step) -> dict[str, Any]:
         "scored": unit,
         "residual": unit,
         "why": tell_why(fit, torque_scored=step.torque_scored),
-        "floor": None,
+        "floor": None if compared is None else compared.floor_json(),
         "baseline": None if compared is None or compared.baseline is None else compared.baseline.as_json(),
         "friction": fit.equations.friction[0] if len(fit.equations.friction) == 1 else list(fit.equations.friction),
         "drive": None if fit.equations.drive is None else asdict(fit.equations.drive),
         "observer_gain_per_s": fit.observer_gain,
         "parameters": parameters,
+        **_replaced_json(step),
         "runs": [_run_json(score, step) for score in fit.runs],
         "noise_rad": float(sigma),
         "cost": float(fit.cost),
@@ -90,6 +91,14 @@ def step_json(step: Step) -> dict[str, Any]:
         "initial_states": {file: x.tolist() for file, x in fit.x0.items()},
         "sigma": {file: s.tolist() for file, s in fit.sigma.items()},
     }
+
+
+def _replaced_json(step: Step) -> dict[str, dict[str, float]]:
+    """Keep the parameters of a fit that the plain model replaced: ``figures.model`` of the runs are that fit's."""
+    if step.fit.outcome is not Outcome.PLAIN or step.compared is None:
+        return {}
+    ids = [q.id for q in step.fit.equations.parameters]
+    return {"replaced": dict(zip(ids, step.compared.models["model"].theta.tolist(), strict=True))}
 
 
 def _profile_json(interval: Interval | None) -> dict[str, list[float | None]]:

@@ -23,7 +23,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import Configuration
-from haptid.identification.sequence.equations_for import equations_for, named
+from haptid.identification.sequence.equations_for import equations_for, name_campaign_in_errors
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.inverse_dynamics import torque_equations
@@ -128,13 +128,15 @@ class Sequence:
             with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
                 torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
                 fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
+                # Figures are those of the fit that was held against the plain model, even where that replaced it.
+                judged = kept["replaced"] if fitted.outcome is Outcome.PLAIN else fitted.values
                 return Step(
                     configuration=configuration,
                     fit=fitted,
                     torque_scored=torque,
-                    compared=self._test(configuration, equations).compare(fitted),
+                    compared=self._test(configuration, equations).compare(judged),
                 )
-        with named(self.campaign, configuration.free_joints):
+        with name_campaign_in_errors(self.campaign, configuration.free_joints):
             made = fit_runs(self._test(configuration, equations), options=self.options, workers=self.workers)
         return Step(configuration=configuration, fit=made.fit, torque_scored=made.torque_scored, compared=made.compared)
 

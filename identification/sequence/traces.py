@@ -77,7 +77,7 @@ def traces_of(step: Step, simulator_of: Callable[[Equations], Simulator]) -> tup
         run = runs[score.file, score.use]
         result = simulator.simulate(step.fit.theta, run, x0=score.x0, sensitivities=True)
         n = run.y.shape[1]
-        J = _asked(result.dy_dtheta)[:, :n, free]
+        J = _require_sensitivities(result.dy_dtheta)[:, :n, free]
         variance = np.einsum("tyi,ij,tyj->ty", J, step.fit.covariance, J)
         unit = unit_for("N m" if step.torque_scored else "rad", run.prismatic)
         made.append(
@@ -104,7 +104,7 @@ def _simulator(step: Step, simulator_of: Callable[[Equations], Simulator]) -> Si
     return Observed(base, step.fit.observer_gain) if step.fit.observer_gain > 0 else base
 
 
-def _asked(values: Array | None) -> Array:
+def _require_sensitivities(values: Array | None) -> Array:
     """Return the sensitivities; raise ValueError where the simulator gave none."""
     if values is None:
         msg = "the simulator returned no sensitivities"

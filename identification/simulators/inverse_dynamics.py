@@ -6,7 +6,9 @@ effects driven by the measured position and speed:
 
     τ = (q̈ − f₀)/f₁, which is (M·q̈ + g_c·cos q + g_s·sin q + Ks·(q − epos) + friction)/Kp of a joint without effects.
 
-Effects on the path of the torque or of the reading cannot be inverted in this way.
+Effects on the path of the torque, such as a delay, are followed forward from the recorded torque: with w what reaches
+the joint of a command τ, and f₁ the acceleration per unit of w, the torque is τ + (q̈ − q̈(τ))/f₁, which is the same
+where w = τ. Effects on the path of the reading cannot be inverted.
 
 1. `torque_equations` turns the equation of motion of a joint into the torque equation.
 2. `torque_run` exchanges torque and position of a run, both through the same filter: what is linear in the raw signals
@@ -25,44 +27,54 @@ import numpy as np
 import sympy as sp
 
 from haptid.identification.simulators.protocol import Trajectory
-from haptid.measurement.signals.filtered_motion import common_width, filter_run, gaussian
+from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.resolution import estimate_resolution
+from haptid.measurement.signals.smoothing import convolve_gaussian
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations, Input, Output
 from haptid.model.friction.registry import law_named
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.kernel.generate import DEFAULT_STEP
 
-SPEED, ACCELERATION, WIDTH = "filtered_speed", "filtered_acceleration", "filter_width"
-"""Columns of a `torque_run`: filtered speed [rad/s] and acceleration [rad/s²], width of the filter [rows]."""
+SPEED, ACCELERATION, TORQUE, WIDTH = "filtered_speed", "filtered_acceleration", "filtered_torque", "filter_width"
+"""Columns of a `torque_run`: speed [rad/s], acceleration [rad/s²] and torque [N m] after one pass of the filter, width
+of the filter [rows]."""
 
 
-def torque_equations(equations: Equations) -> Equations:
+def torque_equations(equations: Equations, prompt: Equations | None = None) -> Equations:
     """Solve the equation of motion of one joint for its torque.
 
     Parameters
     ----------
     equations
         Equations of a single joint, with effects or without; their parameters keep bounds, priors and first guesses.
+    prompt
+        The same without the effects on the path of the torque, where there are such effects.
 
     Returns
     -------
     Equations
-        Inputs: position q, speed v, acceleration a. States: those of friction law and effects. Output: torque τ [N m],
-        or force [N] of a prismatic joint.
+        Inputs: position q, speed v, acceleration a, and with ``prompt`` the recorded torque. States: those of friction
+        law and effects. Output: torque τ [N m], or force [N] of a prismatic joint.
 
     Raises
     ------
     ValueError
         Where the equations are not `invertible`.
     """
-    if not invertible(equations):
+    if not (invertible(equations) if prompt is None else _has_slope(prompt)):
         msg = f"{equations.name} cannot be read from motion to torque"
         raise ValueError(msg)
-    free, slope = _acceleration(equations)
     position, speed = equations.states[:2]
+    recorded = equations.inputs[:1] if prompt else ()
     a = Input(id="a", unit=f"{position.unit}/s^2", description="measured acceleration")
+    if prompt is None:
+        free, slope = _acceleration(equations)
+        torque = (a.symbol - free) / slope
+    else:
+        _, slope = _acceleration(prompt)
+        torque = recorded[0].symbol + (a.symbol - sp.sympify(equations.rhs[1])) / slope
     sizes = law_named(equations.friction[0]).nominal({x.id: x.initial for x in equations.parameters})
     first_effect = 2 + len(sizes)
     of_friction = zip(equations.states[2:first_effect], sizes, strict=True)
@@ -76,13 +88,14 @@ def torque_equations(equations: Equations) -> Equations:
             Input(id=position.id, unit=position.unit, description="measured position"),
             Input(id=speed.id, unit=speed.unit, description="measured speed"),
             a,
+            *recorded,
         ),
         outputs=(
             Output(
                 id="torque",
                 unit=equations.inputs[0].unit,
                 description="torque that the measured motion needs",
-                expression=(a.symbol - free) / slope,
+                expression=torque,
             ),
         ),
         rhs=equations.rhs[2:],
@@ -104,11 +117,15 @@ def invertible(equations: Equations) -> bool:
         Whether the output is the position, the acceleration is linear in the torque, and no other state depends on it.
     """
     tau = equations.inputs[0].symbol
-    # The slope f₁ of an acceleration that is linear in τ is free of τ.
-    slope = _acceleration(equations)[1]
-    others = (*equations.rhs[2:], *equations.rates[2:], slope)
+    others = (*equations.rhs[2:], *equations.rates[2:])
+    return _has_slope(equations) and not any(sp.sympify(e).has(tau) for e in others)
+
+
+def _has_slope(equations: Equations) -> bool:
+    """Whether the output is the position, and the acceleration is linear in the torque."""
     reads_position = equations.outputs[0].expression == equations.states[0].symbol
-    return reads_position and not any(sp.sympify(e).has(tau) for e in others)
+    # The slope f₁ of an acceleration that is linear in τ is free of τ.
+    return bool(reads_position and not _acceleration(equations)[1].has(equations.inputs[0].symbol))
 
 
 def _acceleration(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
@@ -151,6 +168,7 @@ def torque_run(run: Run, width: float | None = None) -> Run:
         extra={
             SPEED: m.v[rows, 0],
             ACCELERATION: m.a[rows, 0],
+            TORQUE: m.torque[rows, 0],
             WIDTH: np.full(m.t[rows].size, m.width_in_rows),
         },
         drive_inputs={},
@@ -222,7 +240,7 @@ class TorqueSimulator:
         if gain:
             msg = "the torque equation has no observer: use gains=(0.0,)"
             raise ValueError(msg)
-        inputs = measured_motion(run)
+        inputs = self.inputs(run)
         start = np.zeros(len(self.equations.states)) if x0 is None else x0
         if not sensitivities:
             return Trajectory(t=run.t, y=filter_as(run, self.kernel.simulate(run.t, inputs, theta, start, linear=True)))
@@ -231,10 +249,27 @@ class TorqueSimulator:
         n = len(self.equations.parameters)
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
+    def inputs(self, run: Run) -> Array:
+        """Return the inputs of the torque equation along a run.
+
+        Parameters
+        ----------
+        run
+            Run of `torque_run`.
+
+        Returns
+        -------
+        ndarray, shape (n_t, n_inputs)
+            Position [rad], speed [rad/s], acceleration [rad/s²], and the recorded torque [N m] where it is an input.
+        """
+        motion = measured_motion(run)
+        takes_torque = len(self.equations.inputs) > motion.shape[1]
+        return np.column_stack([motion, run.extra[TORQUE]]) if takes_torque else motion
+
 
 def filter_as(run: Run, torque: Array) -> Array:
     """Filter a torque along the motion of a `torque_run` as its measured torque was filtered, shape (n_t, …)."""
-    return gaussian(torque, float(run.extra[WIDTH][0]))
+    return convolve_gaussian(torque, float(run.extra[WIDTH][0]))
 
 
 def measured_motion(run: Run) -> Array:

@@ -58,11 +58,11 @@ def _joint_warnings(
     fastest = max(float(np.max(np.abs(np.gradient(y, t)))) for t, y in motions)
     if rows < THRESHOLDS.least_rows_of_friction_regime:
         yield (
-            f"{name}only {rows} rows in presliding: {_listed(law.without_presliding)}; "
+            f"{name}only {rows} rows in presliding: {_list_open_parameters(law.without_presliding)}; "
             "add a slow run of small amplitude or sample faster"
         )
     if total - rows < THRESHOLDS.least_rows_of_friction_regime:
-        listed = _listed(law.without_sliding)
+        listed = _list_open_parameters(law.without_sliding)
         yield f"{name}the runs never leave presliding: {listed}; add a run of larger torque"
     roles = law.roles
     if roles.stribeck_velocity and fastest < friction[roles.stribeck_velocity]:
@@ -73,7 +73,7 @@ def _joint_warnings(
         )
 
 
-def _listed(ids: Sequence[str]) -> str:
+def _list_open_parameters(ids: Sequence[str]) -> str:
     """Return ``a, b and c stay open``."""
     return f"{ids[0]} stays open" if len(ids) == 1 else f"{', '.join(ids[:-1])} and {ids[-1]} stay open"
 

@@ -22,14 +22,11 @@ from haptid.identification.problem.bounded_lsq import step_within, triangle
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.identification.result.fit import Interval
 from haptid.identification.statistics.covariance import Curvature
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
 LEVEL = float(chi2.ppf(0.95, 1))
 """95 % quantile of χ² with one degree of freedom [squares over the noise]."""
-MOST_GAUSS_NEWTON_STEPS, MOST_HALVINGS, MOST_DISTANCES = 12, 6, 10
-"""Largest numbers of Gauss-Newton steps, of lengths tried for each step, and of distances tried for each end."""
-LARGEST_ERROR_OF_ROOT_RISE = 0.01
-"""Relative error of √(C − Ĉ) below which the end of an interval is accepted."""
 RIDGE_OVER_COLUMN_NORM = 1e-9
 """Ridge of a Gauss-Newton step, as a share of the norm of the Jacobian's column."""
 
@@ -50,7 +47,7 @@ def profiles(problem: Problem, x: Array, bent: Curvature) -> dict[str, Interval]
     -------
     dict of Interval
         Interval in the parameter's unit by id; an end is None where a bound comes first, where a simulation is not
-        finite, or where `MOST_DISTANCES` distances do not reach it.
+        finite, or where `THRESHOLDS.most_distances_of_profile` distances do not reach it.
     """
     plain = np.linalg.inv(bent.hessian + np.diag(1e-12 * np.diag(bent.hessian) + 1e-300))
     walk = _Walk(problem=problem, x=x, cost=cost_of(problem.blocks(x)))
@@ -93,13 +90,13 @@ class _Walk:
         low, high = (float(b[k]) for b in self.problem.parametrisation.bounds)
         room = (high if width > 0 else low) - float(self.x[k])
         distance, at, start = np.sqrt(LEVEL) * width, 0.0, self.x
-        for _ in range(MOST_DISTANCES):
+        for _ in range(THRESHOLDS.most_distances_of_profile):
             distance = np.sign(width) * min(abs(distance), abs(room))
             moved, cost = fit_pinned(self.problem, start + direction * (distance - at), k)
             if not np.isfinite(cost):
                 return None
             share = float(np.sqrt(max(cost - self.cost, 0.0) / target))
-            if abs(share - 1.0) < LARGEST_ERROR_OF_ROOT_RISE:
+            if abs(share - 1.0) < THRESHOLDS.largest_error_of_root_rise:
                 return float(self.problem.theta(moved)[self.problem.parametrisation.free[k]])
             if share < 1.0 and abs(distance) >= abs(room):
                 return None
@@ -133,7 +130,7 @@ def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
     x = _within(problem, x, k)
     blocks = problem.blocks(x)
     cost = cost_of(blocks)
-    for _ in range(MOST_GAUSS_NEWTON_STEPS):
+    for _ in range(THRESHOLDS.most_steps_of_profile):
         if not np.isfinite(cost):
             return x, cost
         J = blocks.jacobian[:, others]
@@ -150,7 +147,7 @@ def fit_pinned(problem: Problem, x: Array, k: int) -> tuple[Array, float]:
 
 
 def _halve_step(problem: Problem, x: Array, step: Array, cost: float) -> tuple[Array, Blocks, float]:
-    for n in range(MOST_HALVINGS):
+    for n in range(THRESHOLDS.most_step_lengths_of_profile):
         blocks = problem.blocks(x + step / 2**n)
         new = cost_of(blocks)
         if new < cost:

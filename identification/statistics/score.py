@@ -17,9 +17,6 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 
-MOST_GAUSS_NEWTON_STEPS = 8
-"""Largest number of Gauss-Newton steps of an initial state."""
-
 
 class HasTheta(Protocol):
     """Object with parameters, such as a `Fit`."""
@@ -78,7 +75,7 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
     if not np.isfinite(r).all():
         return start.at(delta)
     step = -np.linalg.lstsq(J, r, rcond=None)[0]
-    for _ in range(MOST_GAUSS_NEWTON_STEPS):
+    for _ in range(THRESHOLDS.most_steps_of_initial_state):
         new_r, new_J = _whiten(simulator, theta, run, start, delta + step, rows)
         gained = float(r @ r) - float(new_r @ new_r)
         if gained > 0:

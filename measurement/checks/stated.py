@@ -9,11 +9,10 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
-from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Normal, Quantity
 from haptid.model.friction.registry import DEFAULT
@@ -40,17 +39,10 @@ def check_stated(campaign: Campaign) -> Campaign:
     InputError
         Where a parameter does not exist, its value or bounds are impossible, or the file of the device is at fault.
     """
-    device = _device(campaign)
+    device = device_of(campaign)
     for joint, stated in campaign.parameter_overrides.items():
         _check_joint(campaign, device, joint, stated)
     return campaign
-
-
-def _device(campaign: Campaign) -> Device | None:
-    """Return the campaign's device with the friction laws that the campaign names."""
-    if campaign.device == SINGLE_JOINT:
-        return None
-    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
 
 
 def _check_joint(campaign: Campaign, device: Device | None, joint: int, stated: Overrides) -> None:

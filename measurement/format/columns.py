@@ -147,14 +147,14 @@ def _input(table: Table, joint: int, slides: bool, constants: Mapping[int, float
     name = f"force_{joint}_N" if slides else f"torque_{joint}_Nm"
     current = f"current_{joint}_A"
     if name in table.columns or current not in table.columns:
-        return _switched(table, joint, name, table.numbers(name))
+        return _switch_by_enabled(table, joint, name, table.numbers(name))
     if joint not in constants:
         key = "force_constant_N_per_A" if slides else "torque_constant_Nm_per_A"
         todo = f"give {key} under [joint.{joint}] in campaign.toml"
         raise InputError(table.header, expected=f"a column {name}", got=current, todo=todo)
-    return _switched(table, joint, current, constants[joint] * table.numbers(current))
+    return _switch_by_enabled(table, joint, current, constants[joint] * table.numbers(current))
 
 
-def _switched(table: Table, joint: int, name: str, torque: Array) -> DriveColumns:
+def _switch_by_enabled(table: Table, joint: int, name: str, torque: Array) -> DriveColumns:
     names, enabled = read_enabled(table, joint)
     return DriveColumns(names=(name, *names), torque=torque * enabled, inputs={})

@@ -1,4 +1,4 @@
-"""Resolve the device of a campaign: its name in, a built-in name, ``single_joint`` or the path of a file out."""
+"""The device of a campaign: resolve its name to a built-in one, ``single_joint`` or a path; load it as `Device`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,10 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from haptid.measurement.format.places import check_inside
+from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warn
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file
 from haptid.support.suggestion import did_you_mean
@@ -107,3 +110,21 @@ def _urdf_joints(text: str) -> int:
 def joint_range(count: int) -> str:
     """Say which joints a device with ``count`` joints has: ``0 to 5``, or that it has none."""
     return f"0 to {count - 1}" if count else "which has no joint that moves"
+
+
+def device_of(campaign: Campaign) -> Device | None:
+    """Load the campaign's device with the friction laws that the campaign names.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the name of its device and the friction law by joint.
+
+    Returns
+    -------
+    Device or None
+        None for ``single_joint``.
+    """
+    if campaign.device == SINGLE_JOINT:
+        return None
+    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)

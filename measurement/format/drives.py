@@ -12,7 +12,6 @@ from haptid.measurement.format.toml_source import TomlSource
 from haptid.model.device.stated_parameters import ROWS, check_parameters, stated_value, with_positive_bound
 from haptid.model.equations.drive import Controller, Drive
 from haptid.support.errors import InputError
-from haptid.support.suggestion import did_you_mean
 
 PARAMETERS: Mapping[str, tuple[str, ...]] = {"torque": (), "current": ("torque_constant",)}
 """Parameters that a kind of drive has; every other kind has both."""
@@ -86,31 +85,21 @@ def _drive(source: TomlSource, table: Mapping[str, Any], joint: int) -> StatedDr
             expected = f"a drive of kind current, voltage or duty for {id}" if not known else "a voltage or a duty"
             raise InputError(source.where(section, id), expected=expected, got=f"kind {entry['kind']!r}")
         parameters[id] = {"fixed": value} if schema.is_number(value) else dict(value)
-        _check_kinds(source, parameters[id], section, id)
+        schema.check_parameter(source, parameters[id], section, id)
     check_parameters(parameters, lambda id: source.where(section, id))
     _check_gain(source, table, joint, parameters)
     return StatedDrive(
         drive=Drive(kind=entry["kind"], controller=_controller(source, table, joint)),
-        parameters={id: _held(id, value) for id, value in parameters.items()},
+        parameters={id: _guess_between_bounds(id, value) for id, value in parameters.items()},
     )
 
 
-def _held(id: str, entry: Mapping[str, Any]) -> dict[str, Any]:
+def _guess_between_bounds(id: str, entry: Mapping[str, Any]) -> dict[str, Any]:
     """Return an entry of bounds alone with the middle between them as its first guess."""
     full = with_positive_bound(id, entry)
     if stated_value(full) is None and {"lower", "upper"} <= set(full):
         full["initial"] = math.sqrt(full["lower"] * full["upper"])
     return full
-
-
-def _check_kinds(source: TomlSource, entry: Mapping[str, Any], section: str, id: str) -> None:
-    for key, value in entry.items():
-        place = f"{source.where(section, id)}.{key}"
-        if key not in schema.PARAMETER:
-            todo = did_you_mean(key, schema.PARAMETER)
-            raise InputError(place, expected="a known key", got=repr(key), todo=todo)
-        if not schema.PARAMETER[key].accepts(value):
-            raise InputError(place, expected=schema.PARAMETER[key].words, got=repr(value))
 
 
 def _check_gain(

@@ -88,24 +88,13 @@ def _parameters(source: TomlSource, joint_table: dict[str, Any], joint: int) -> 
         if not isinstance(value, dict):
             todo = f"write {name} = {{ initial = {value} }} or {name} = {{ fixed = {value} }}"
             raise InputError(source.where(section, name), expected="a table", got=repr(value), todo=todo)
-        _check_kinds(source, value, section, name)
+        schema.check_parameter(source, value, section, name)
     check_parameters(table, lambda name: source.where(section, name))
     for name, entry in table.items():
         if ROWS[name].fixed and {"lower", "upper"} & set(entry) and "prior" not in entry:
             where = source.where(section, name)
             warn(f"{where}: {name} stays fixed, as torque and position do not tell its scale: a prior would free it")
     return {name: with_positive_bound(name, value) for name, value in table.items()}
-
-
-def _check_kinds(source: TomlSource, value: dict[str, Any], section: str, name: str) -> None:
-    """Refuse unknown keys of one parameter, and keys that hold something else than a number or a prior."""
-    for key, entry in value.items():
-        place = f"{source.where(section, name)}.{key}"
-        if key not in schema.PARAMETER:
-            todo = did_you_mean(key, schema.PARAMETER)
-            raise InputError(place, expected="a known key", got=repr(key), todo=todo)
-        if not schema.PARAMETER[key].accepts(entry):
-            raise InputError(place, expected=schema.PARAMETER[key].words, got=repr(entry))
 
 
 def warn_of_unused(source: TomlSource, tables: dict[int, dict[str, Any]], joints: set[int]) -> None:

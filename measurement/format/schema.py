@@ -205,3 +205,30 @@ def check_table(
         if key.required and name not in table:
             raise InputError(source.where(section, name, occurrence), expected=key.words, got="no such key")
     return table
+
+
+def check_parameter(source: TomlSource, entry: Mapping[str, Any], section: str, name: str) -> None:
+    """Refuse unknown keys of one parameter, and keys that hold something else than a number or a prior.
+
+    Parameters
+    ----------
+    source
+        The parsed file, for the line that an error names.
+    entry
+        Entry of the parameter, as ``{ initial = 1.0, lower = 0.5 }``.
+    section
+        Heading of the table, as ``joint.4.parameters``.
+    name
+        Name of the parameter.
+
+    Raises
+    ------
+    InputError
+        At the first key at fault.
+    """
+    for key, value in entry.items():
+        place = f"{source.where(section, name)}.{key}"
+        if key not in PARAMETER:
+            raise InputError(place, expected="a known key", got=repr(key), todo=did_you_mean(key, PARAMETER))
+        if not PARAMETER[key].accepts(value):
+            raise InputError(place, expected=PARAMETER[key].words, got=repr(value))

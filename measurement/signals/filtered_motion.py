@@ -7,7 +7,8 @@ derivatives of the filtered position. White noise of standard deviation σ at ro
     var(G″∗e) = 3·σ²·Δt/(8·√π·w⁵).
 
 Noise in a regressor biases least squares towards 0 by its share of the regressor's variance. Hence w is the smallest
-width at which the noise is at most `NOISE_SHARE_OF_ACCELERATION` of the variance of the acceleration.
+width at which the noise is a small enough share of the variance of the acceleration, as
+`THRESHOLDS.largest_noise_share_of_acceleration` says.
 """
 
 from __future__ import annotations
@@ -17,22 +18,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from haptid.measurement.signals.noise import estimate_noise
-from haptid.measurement.signals.smoothing import dominant_period
+from haptid.measurement.signals.smoothing import convolve_gaussian, dominant_period
+from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-
-NOISE_SHARE_OF_ACCELERATION = 0.005
-"""Largest share of noise in the variance of the acceleration: as much as it biases the inertia [1]."""
-LEAST_WIDTH_IN_ROWS = 2.0
-"""Smallest standard deviation of the filter [rows]: below it the derivatives of the sampled Gaussian are not exact."""
-LARGEST_WIDTH_OF_PERIOD = 0.04
-"""Largest standard deviation of the filter over the motion's dominant period: it leaves 97 % of that motion."""
-GROWTH_OF_WIDTH = 1.25
-"""Ratio of successive widths that are tried."""
-REACH_IN_WIDTHS = 4.0
-"""Rows at either end that the filter has no full surroundings for, in standard deviations of the filter."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -82,7 +72,7 @@ class FilteredMotion:
         ndarray
             The same shape.
         """
-        return gaussian(signal, self.width_in_rows)
+        return convolve_gaussian(signal, self.width_in_rows)
 
     @property
     def width_in_rows(self) -> float:
@@ -125,17 +115,17 @@ def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
     t = np.linspace(0.0, float(run.t[-1]), n)
     dt = float(t[1])
     y = _columns(t, run.t, run.y)
-    width = max(_width_of(run) if width is None else width, LEAST_WIDTH_IN_ROWS * dt)
+    width = max(_width_of(run) if width is None else width, THRESHOLDS.least_smoothing_width_rows * dt)
     rows = width / dt
     # What is computed along the filtered motion passes through the filter once more, so that its reach counts twice.
-    edge = min(math.ceil(2.0 * REACH_IN_WIDTHS * rows), (n - 1) // 4)
+    edge = min(math.ceil(2.0 * THRESHOLDS.filter_reach_in_widths * rows), (n - 1) // 4)
     first = int(np.searchsorted(t, run.t[run.score_from]))
     return FilteredMotion(
         t=t,
-        q=_gaussian(y, rows, 0),
-        v=_gaussian(y, rows, 1) / dt,
-        a=_gaussian(y, rows, 2) / dt**2,
-        torque=_gaussian(_torque(run, t), rows, 0),
+        q=convolve_gaussian(y, rows),
+        v=convolve_gaussian(y, rows, 1) / dt,
+        a=convolve_gaussian(y, rows, 2) / dt**2,
+        torque=convolve_gaussian(_torque(run, t), rows),
         width=width,
         edge=edge,
         interior=slice(max(first, edge), n - edge),
@@ -172,36 +162,13 @@ def _columns(t: Array, rows: Array, values: Array) -> Array:
 def _width(t: Array, y: Array, noise: float) -> float:
     """Return the smallest width [s] at which noise is a small enough share of the acceleration's variance."""
     dt = float(t[1])
-    least = LEAST_WIDTH_IN_ROWS * dt
-    most = max(LARGEST_WIDTH_OF_PERIOD * dominant_period(t, y), least)
+    least = THRESHOLDS.least_smoothing_width_rows * dt
+    most = max(THRESHOLDS.largest_filter_width_over_period * dominant_period(t, y), least)
     width = least
     while width < most:
-        acceleration = _gaussian(y, width / dt, 2) / dt**2
+        acceleration = convolve_gaussian(y, width / dt, 2) / dt**2
         variance = 3.0 * noise**2 * dt / (8.0 * math.sqrt(math.pi) * width**5)
-        if variance <= NOISE_SHARE_OF_ACCELERATION * float(np.var(acceleration)):
+        if variance <= THRESHOLDS.largest_noise_share_of_acceleration * float(np.var(acceleration)):
             return width
-        width *= GROWTH_OF_WIDTH
+        width *= THRESHOLDS.growth_of_filter_width
     return most
-
-
-def gaussian(signal: Array, rows: float) -> Array:
-    """Filter a signal by a Gaussian.
-
-    Parameters
-    ----------
-    signal
-        Shape (n, …), filtered along its first axis.
-    rows
-        Standard deviation of the Gaussian [rows].
-
-    Returns
-    -------
-    ndarray
-        The same shape.
-    """
-    return _gaussian(signal, rows, 0)
-
-
-def _gaussian(signal: Array, rows: float, order: int) -> Array:
-    """Convolve with a derivative of the Gaussian; cut at 4σ, as by default, G″ would not have the sum 0."""
-    return np.asarray(gaussian_filter1d(signal, rows, order=order, axis=0, mode="nearest", truncate=8.0))

@@ -81,13 +81,29 @@ def smooth(run: Run, column: int = 0, *, width: float | None = None) -> Motion:
     sigma = max(width / dt, THRESHOLDS.least_smoothing_width_rows)
     return Motion(
         t=t,
-        q=_filter(y, sigma, 0),
-        v=_filter(y, sigma, 1) / dt,
-        a=_filter(y, sigma, 2) / dt**2,
-        torque=_filter(u, sigma, 0),
+        q=convolve_gaussian(y, sigma),
+        v=convolve_gaussian(y, sigma, 1) / dt,
+        a=convolve_gaussian(y, sigma, 2) / dt**2,
+        torque=convolve_gaussian(u, sigma),
     )
 
 
-def _filter(signal: Array, sigma: float, order: int) -> Array:
-    """Convolve with a derivative of the Gaussian; cut at 4σ, as by default, G″ would not have the sum 0."""
-    return np.asarray(gaussian_filter1d(signal, sigma, order=order, mode="nearest", truncate=8.0))
+def convolve_gaussian(signal: Array, rows: float, order: int = 0) -> Array:
+    """Convolve a signal with a Gaussian or one of its derivatives.
+
+    Parameters
+    ----------
+    signal
+        Shape (n, …), filtered along its first axis.
+    rows
+        Standard deviation of the Gaussian [rows].
+    order
+        Order of the derivative by the row.
+
+    Returns
+    -------
+    ndarray
+        The same shape.
+    """
+    # Cut at 4σ, as by default, G″ would not have the sum 0.
+    return np.asarray(gaussian_filter1d(signal, rows, order=order, axis=0, mode="nearest", truncate=8.0))

@@ -45,7 +45,7 @@ class Echelon:
         """The columns in which at least one row of the span is not zero."""
         return frozenset(column for row in self.reduced.values() for column in row)
 
-    def extended(self, rows: Iterable[Row]) -> Echelon:
+    def extend(self, rows: Iterable[Row]) -> Echelon:
         """Return the span with further rows."""
         return Echelon.of([*self.reduced.values(), *rows])
 

@@ -4,7 +4,9 @@ Files of the catalogue make an `Effect`; `model.joint.slots` puts its formulas i
 
 The standard symbols are ``t`` [s], ``q``, ``v``, ``z`` (position, speed, bristle of a friction law that has one), ``w``
 (torque that reaches the joint, as built so far; the command ``Kp·tau`` at first), ``a`` (acceleration as built so far),
-``y`` (reading as built so far), and every parameter and state by its id.
+``y`` (reading as built so far), and every parameter and state by its id. In the rates of change of an effect's states
+there is ``load``, what friction leaves of the torque to inertia, gravity and spring, and in a ``coulomb_level``
+``coulomb``, the Coulomb friction of whatever friction law the joint has.
 """
 
 from __future__ import annotations
@@ -21,9 +23,11 @@ from haptid.model.equations.joint_parameters import sliding
 from haptid.model.equations.quantity import Quantity
 from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
 
-q, v, z, w, a, y, tau = (sp.Symbol(name, real=True) for name in ("q", "v", "z", "w", "a", "y", "tau"))
+q, v, z, w, a, y, tau, load, coulomb = (
+    sp.Symbol(name, real=True) for name in ("q", "v", "z", "w", "a", "y", "tau", "load", "coulomb")
+)
 t = TIME
-RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau"})
+RESERVED = frozenset({"t", "q", "v", "z", "w", "a", "y", "tau", "load", "coulomb"})
 SIDES = ("torque", "input", "output", "friction", "time", "random")
 LAST = 9
 """Default of ``Effect.place``: behind all effects of the drive."""

@@ -160,12 +160,12 @@ def torque_along(
         integral[1:] = np.cumsum(error[:-1] * np.diff(t))
     numbers = [values[id] for id in parameters]
     columns = [inputs[id] for id in names]
-    torque = _compiled(drive, names, parameters)(q, v, integral, *columns, *numbers)
+    torque = _compile(drive, names, parameters)(q, v, integral, *columns, *numbers)
     return np.asarray(torque, dtype=np.float64)
 
 
 @cache
-def _compiled(drive: Drive, names: tuple[str, ...], parameters: tuple[str, ...]) -> Callable[..., Any]:
+def _compile(drive: Drive, names: tuple[str, ...], parameters: tuple[str, ...]) -> Callable[..., Any]:
     symbols = [sym.q, sym.v, _symbol(INTEGRAL), *(_symbol(id) for id in (*names, *parameters))]
     function: Callable[..., Any] = sp.lambdify(symbols, drive_torque(drive), "numpy")
     return function

@@ -104,9 +104,11 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
     terms = with_effects(effects, p["Kp"], law)
     friction = terms.friction(law, p)
     inertia, torque = _own_motion(terms, p["inertia"])
-    torque += terms.w + terms.torque - p["Ks"] * (sym.q - p["epos"]) - friction.force
+    load = terms.w + terms.torque - friction.force
+    torque += load - p["Ks"] * (sym.q - p["epos"])
+    rates_of_change = [s.rhs.subs(sym.load, load) for s in terms.states]
     own = [e.row(x, prismatic=slides) for e in effects for x in e.parameters]
-    formulas = (torque, inertia, *(s.rhs for s in terms.states), *(s.rate for s in terms.states))
+    formulas = (torque, inertia, *rates_of_change, *(s.rate for s in terms.states))
     # here M comes from the links: the inertia of the single-joint test is a parameter only where a formula uses it
     if any(p["inertia"] in sp.sympify(e).free_symbols for e in formulas):
         own.append(_make_tested_inertia(slides))
@@ -123,7 +125,7 @@ def joint_part(device: Device, joint: int, effects: Sequence[Effect] = ()) -> Jo
         motor=_of_joint(terms.w, joint),
         reading=_of_joint(terms.y, joint),
         states=tuple(_number_state(s.state, joint, slides) for s in terms.states),
-        rhs=tuple(_of_joint(s.rhs, joint) for s in terms.states),
+        rhs=tuple(_of_joint(f, joint) for f in rates_of_change),
         rates=tuple(_of_joint(s.rate, joint) for s in terms.states),
         quantities=(*joint_quantities(device, joint, suffix=suffix, prefix=prefix), *table),
     )

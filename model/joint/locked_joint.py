@@ -94,7 +94,8 @@ def joint_equations(
     load = _gravity(sym.q, p, prismatic) + p["Ks"] * (sym.q - p["epos"]) + dry.force
     force = terms.w + terms.torque - load - p["inertia"] * sp.diff(m, sym.q) * sym.v**2 / 2
     acceleration = terms.a.subs(sym.a, force / inertia)
-    rhs = [sym.v, acceleration, *dry.rhs, *(s.rhs.subs(sym.a, acceleration) for s in terms.states)]
+    of_states = {sym.a: acceleration, sym.load: terms.w + terms.torque - dry.force}
+    rhs = [sym.v, acceleration, *dry.rhs, *(s.rhs.subs(of_states) for s in terms.states)]
     rates = [sp.S.Zero, law.damping(p) / p["inertia"], *dry.rates, *(s.rate for s in terms.states)]
     reading = terms.y.subs(sym.a, acceleration)
     further: tuple[State, ...] = ()

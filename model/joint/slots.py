@@ -136,7 +136,8 @@ def with_effects(effects: Sequence[Effect], kp: sp.Symbol, law: FrictionLaw) -> 
     rate = sp.prod(effect.time_rate for effect in effects if effect.time_rate is not None)
     for effect in sorted(effects, key=lambda effect: effect.place):
         terms = _add(terms, effect if effect.time_rate is not None else sym.in_time(effect, rate * sym.t))
-    return terms
+    own = sp.Symbol(law.roles.coulomb, real=True)
+    return replace(terms, coulomb_level=terms.coulomb_level.subs(sym.coulomb, own))
 
 
 def check_slots(effect: Effect, law: FrictionLaw) -> None:

@@ -141,14 +141,14 @@ class _Builder:
 
     def gain(self, free: tuple[int, ...]) -> int:
         """Return the number of identifiable combinations that a configuration would add, over all postures."""
-        return self.any.extended(self.rows(free)).rank - self.any.rank
+        return self.any.extend(self.rows(free)).rank - self.any.rank
 
     def add(self, free: tuple[int, ...]) -> None:
         """Append a stage."""
         dynamics = locked_motion(self.device, free)
         at_home = [coefficient.exact for coefficient in dynamics.coefficients]
-        before, self.any = self.any.rank, self.any.extended(self.rows(free))
-        self.home = self.home.extended(at_home)
+        before, self.any = self.any.rank, self.any.extend(self.rows(free))
+        self.home = self.home.extend(at_home)
         stage = Stage(
             free=free,
             contains=self.contains(free),

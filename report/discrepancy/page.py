@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -108,11 +108,34 @@ def _ticks(axis: Axes, m: Map) -> None:
 
 def _effects(finding: Finding) -> Table:
     rows = [
-        (e.id, e.formula, id, _with_unit(with_error(x.value, x.std), x.unit), _ends(x), f"{e.evidence:.0f}")
+        (
+            *(e.id, e.formula, id, _with_unit(with_error(x.value, x.std), x.unit)),
+            *(_ends(x), f"{e.evidence:.0f}", write_share(finding.stability, e.key)),
+        )
         for e in finding.judgement.effects
         for id, x in e.parameters.items()
     ]
-    return Table(header=("effect", "formula", "parameter", "value ± std", "95 % interval", "evidence"), rows=rows)
+    header = ("effect", "formula", "parameter", "value ± std", "95 % interval", "evidence", "named in bags of runs")
+    return Table(header=header, rows=rows)
+
+
+def write_share(stability: Mapping[str, float], key: str) -> str:
+    """Write the share of bags in which an effect keeps its name; a dash where it has no fitted amplitude.
+
+    Parameters
+    ----------
+    stability
+        Shares [1] by key.
+    key
+        Key of the effect.
+
+    Returns
+    -------
+    str
+        In per cent.
+    """
+    share = stability.get(key)
+    return "–" if share is None else f"{100 * share:.0f} %"
 
 
 def _ends(estimate: Estimate) -> str:
@@ -152,8 +175,8 @@ def _slides(finding: Finding) -> tuple[bool, ...]:
 
 def _in_words(finding: Finding) -> list[str]:
     """Say the residual RMS before and after the search, over the sensor's noise."""
-    name = "validate" if "validate" in finding.gaps else "fit"
-    runs = "runs that no fit saw" if name == "validate" else "the fitted runs (there are no others)"
+    name = next(name for name in ("sealed", "validate", "fit") if name in finding.gaps)
+    runs = "the fitted runs (there are no others)" if name == "fit" else "runs that no fit saw"
     gap, unit = finding.gaps[name], unit_for("mrad", _slides(finding))
     before = (
         f"Without a change, the simulation misses {runs} by {1e3 * gap.before:.3g} {unit} (RMS), "
@@ -171,7 +194,11 @@ def _in_words(finding: Finding) -> list[str]:
 
 
 def _gaps(finding: Finding) -> Table:
-    names = {"fit": "fitted runs", "validate": "runs that no fit saw"}
+    names = {
+        "fit": "fitted runs",
+        "validate": "runs that no fit saw, which chose among candidates",
+        "sealed": "sealed runs, which took part in no choice",
+    }
     unlisted = finding.judgement.verdict == "unlisted"
     rows = [
         (

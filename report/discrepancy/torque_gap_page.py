@@ -9,7 +9,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
-from haptid.report.discrepancy.page import where_picture
+from haptid.report.discrepancy.page import where_picture, write_share
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:
@@ -27,7 +27,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
         for k, (run, before, after) in enumerate(
             zip(found.study.runs, found.base.residual, found.final.residual, strict=True)
         ):
-            q, tau, unseen = run.u[:, 0], run.y[:, 0], ~found.study.seen[k]
+            q, tau, unseen = run.u[:, 0], run.y[:, 0], found.study.unseen_rows[k]
             hide = "_" if k else ""
             top.plot(q, 1e3 * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
             top.plot(q, 1e3 * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")
@@ -88,12 +88,15 @@ def _effects(finding: TorqueFinding) -> Table:
     final = finding.search.final
     std = final.std
     rows = [
-        (e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}")
+        (
+            *(e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}"),
+            write_share(finding.stability, e.key),
+        )
         for e in final.effects
         for x in e.parameters
         if not x.fixed
     ]
-    return Table(header=("effect", "formula", "parameter", "value ± std"), rows=rows)
+    return Table(header=("effect", "formula", "parameter", "value ± std", "named in bags of stretches"), rows=rows)
 
 
 def _rounds(finding: TorqueFinding) -> list[Table]:

@@ -9,8 +9,8 @@ import numpy as np
 from haptid.identification.baseline.baseline import Baseline
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import HORIZONS_S, Figures
+from haptid.identification.baseline.plain_parameters import parameter_ids
 from haptid.identification.baseline.prediction import Prediction
-from haptid.identification.fit.plain_fit import parameter_ids
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.plain_comparison import tell_result
 from haptid.identification.sequence.result_json import tell_why

@@ -13,8 +13,9 @@ import click
 import numpy as np
 
 from haptid.identification.optimise.workers import Processes
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations

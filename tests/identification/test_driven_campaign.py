@@ -70,6 +70,8 @@ def test_the_command_fits_and_exports_a_drive(tmp_path: Path):
     (found,) = json.loads((out / "identification.json").read_text(encoding="utf-8"))["configurations"]
     assert found["drive"]["kind"] == "duty"
     assert "reference" in found["why"]
+    assert found["floor"]["unit"] == "N m"
+    assert found["floor"]["value"] > 0
     for id in ("torque_constant", "resistance_ohm", "inertia"):
         entry = found["parameters"][id]
         assert abs(entry["value"] - TRUTH[id]) < 0.03 * TRUTH[id]

@@ -183,7 +183,7 @@ class Coordinates:
         """
         lower, upper = self.bounds()
         theta, own = self.thetas(eta), self._parts(eta)[0]
-        inside = np.all((eta >= lower) & (eta <= upper), axis=-1) & self.parametrisation.ordered(theta)
+        inside = np.all((eta >= lower) & (eta <= upper), axis=-1) & self.parametrisation.meets_orderings(theta)
         total = np.where(inside, 0.0, -np.inf)
         log_slope = self.parametrisation.log_slope(own)
         for i, (place, quantity) in enumerate(zip(self.parametrisation.free, self.free, strict=True)):
@@ -194,7 +194,7 @@ class Coordinates:
             if quantity.prior is not None or quantity.scale != "log":
                 total = total + log_slope[..., i]
         for i, h in enumerate(self.hyper):
-            total = total + h.prior.widened(self.widen).log_density(eta[..., len(self.free) + i])
+            total = total + h.prior.widen(self.widen).log_density(eta[..., len(self.free) + i])
         return np.asarray(total)
 
     def draw(self, rng: np.random.Generator, size: int) -> Array:
@@ -218,7 +218,7 @@ class Coordinates:
                 _draw_quantity(q, log, self.widen, rng, 4 * size)
                 for q, log in zip(self.free, self.parametrisation.log, strict=True)
             ]
-            columns += [h.prior.widened(self.widen).draw(rng, 4 * size) for h in self.hyper]
+            columns += [h.prior.widen(self.widen).draw(rng, 4 * size) for h in self.hyper]
             drawn = np.stack(columns, axis=1)
             kept = np.concatenate([kept, drawn[np.isfinite(self.log_prior(drawn))]])
         return kept[:size]

@@ -62,6 +62,7 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
     data = as_json(finding, measured=False, seed=0)
     assert data["verdict"] == "named"
     assert [e["id"] for e in data["effects"]] == ["cubic_spring"]
+    assert data["effects"][0]["stability"] == 1.0
     estimate = data["effects"][0]["parameters"]["k3"]
     assert abs(estimate["value"] - k3) < 4 * estimate["std"]
     gap = data["gap"]["validate"]
@@ -72,7 +73,34 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
     page = discrepancy_page(finding, "test", measured=False).html
     assert "SYNTHETIC" in page
     assert "cubic_spring" in page
+    assert "100 %" in page
     assert "mrad" in page
+
+
+def test_a_sealed_run_takes_part_in_no_choice_and_its_gap_is_told(tmp_path: Path):
+    more = tuple(
+        Cosine(amplitude=a, frequency=w, use="validate", duration=10.0, spacing=0.01)
+        for a, w in ((0.008, 2.8), (0.009, 1.7))
+    )
+    made = tmp_path / "c"
+    make_joint_campaign(
+        made, 3, TRUTH, (*INPUTS, *more), effects={"cubic_spring": {"spring_cubic": 0.02}}, seed=5, known=KNOWN,
+        sensor=Sensor(noise=2e-4, resolution=0.0),
+    )  # fmt: skip
+    study = study_of(prepare(read_campaign(made)), 3, ENTRIES)
+    assert (len(study.unseen), len(study.sealed)) == (2, 1)
+    finding = find(study, tmp_path / "out", kind="python", seed=0, starts=4, tell=lambda _: None)
+    gap = as_json(finding, measured=False, seed=0)["gap"]["sealed"]
+    assert gap["before"] > 1.5 * gap["noise"]
+    assert gap["closed"] > 0.9
+    assert "sealed runs" in discrepancy_page(finding, "test", measured=False)
+    # With other readings in the sealed run everything but its own gap is the same.
+    (sealed,) = study.sealed
+    other = replace(study, sealed=(sealed.but(y=sealed.y[::-1].copy()),))
+    again = find(other, tmp_path / "again", kind="python", seed=0, starts=4, tell=lambda _: None)
+    assert again.search.best.candidate.solution.values == finding.search.best.candidate.solution.values
+    assert again.gaps["validate"].before == finding.gaps["validate"].before
+    assert again.gaps["sealed"].after > 2.0 * finding.gaps["sealed"].after
 
 
 def test_a_joint_that_slides_is_told_of_in_metres_and_newtons(tmp_path: Path):

@@ -8,8 +8,6 @@ import pytest
 from scipy.linalg import block_diag, null_space
 
 from haptid.discrepancy.fit.scatter import (
-    RELATIVE_TORQUE_CHANGE,
-    SHARE_OF_FORGOTTEN_EFFECT,
     cycle_columns,
     cycles_of,
     degrees_of_freedom,
@@ -94,12 +92,12 @@ def test_columns_are_those_of_whole_simulations_until_a_cycle_is_forgotten(
     assert (cycles[:, 0].sum() == 1) == (phase < 0.0)
     for c, mask in enumerate(cycles.T):
         u = run.u.copy()
-        u[mask] *= 1.0 + RELATIVE_TORQUE_CHANGE
+        u[mask] *= 1.0 + THRESHOLDS.fit.torque_change_of_scatter
         moved = simulator.coarse.simulate(theta, run.but(u=u), x0=x0).y
-        whole = (moved - plain)[:, :1] / RELATIVE_TORQUE_CHANGE / 1e-4
+        whole = (moved - plain)[:, :1] / THRESHOLDS.fit.torque_change_of_scatter / 1e-4
         simulated = M[..., c] != 0.0
         np.testing.assert_array_equal(M[..., c][simulated], whole[simulated])
-        assert np.abs(whole[~simulated]).max() <= SHARE_OF_FORGOTTEN_EFFECT * np.abs(whole).max()
+        assert np.abs(whole[~simulated]).max() <= THRESHOLDS.fit.forgotten_share_of_cycle_effect * np.abs(whole).max()
         assert simulated.sum() < 5 * cycles.sum(axis=0).max()
 
 

@@ -249,13 +249,13 @@ def test_what_was_fitted_to_the_end_is_not_fitted_again_from_a_start_that_is_no_
     s, start = begun
     score = next(score for score in s.scan(start.solution).scores if score.key == "cubic_spring")
     fit = begin(s.study, start.solution, s.entries["cubic_spring"], score)
-    assert s.known(start.candidate, fit) is None
+    assert s.find_finished(start.candidate, fit) is None
     made = s.finish(start.candidate, fit)
-    again = s.known(start.candidate, fit)
+    again = s.find_finished(start.candidate, fit)
     assert again is not None
     assert again.candidate is made.candidate
     better = replace(fit, log_likelihood=made.solution.log_likelihood + 1e3)
-    assert s.known(start.candidate, better) is None
+    assert s.find_finished(start.candidate, better) is None
 
 
 def test_a_score_that_no_entry_confirms_does_not_make_a_gap(begun: tuple[Searcher, Trial]) -> None:
@@ -308,7 +308,9 @@ def test_minima_count_as_one_by_the_noise_or_by_their_share_of_a_large_gap():
 def test_a_slack_that_cannot_be_told_from_none_stands_for_something_else(slack: float, none: bool):
     rng = np.random.default_rng(7)
     ids = ("slack_half_width", "slack_compliance", "slack_rotor_share", "slack_damping_time")
-    parametrisation = SimpleNamespace(ids=ids, scaled=lambda p: p, bounds=(np.array([0, 0, 0.02, 1e-5]), np.ones(4)))
+    parametrisation = SimpleNamespace(
+        ids=ids, to_coordinates=lambda p: p, bounds=(np.array([0, 0, 0.02, 1e-5]), np.ones(4))
+    )
     blocks = SimpleNamespace(jacobian=rng.standard_normal((400, 4)) * (50.0, 1e3, 1e3, 1e3))
     x = np.array([slack, 0.1, 0.3, 0.005])
     problem = SimpleNamespace(parametrisation=parametrisation)
@@ -330,7 +332,7 @@ def test_a_lone_amplitude_that_cannot_be_told_from_none_stands_for_something_els
     effect, rng = catalogue()[key], np.random.default_rng(7)
     lower, upper = (np.array([getattr(q, end) for q in effect.parameters]) for end in ("lower", "upper"))
     ids = tuple(q.id for q in effect.parameters)
-    parametrisation = SimpleNamespace(ids=ids, scaled=lambda p: p, bounds=(lower, upper))
+    parametrisation = SimpleNamespace(ids=ids, to_coordinates=lambda p: p, bounds=(lower, upper))
     x = np.array([size, *(q.initial for q in effect.parameters[1:])])
     blocks = SimpleNamespace(jacobian=rng.standard_normal((400, x.size)) * 1e3)
     blocks.jacobian[:, 0] *= 0.05  # 0.001 of the amplitude is one standard error
@@ -344,7 +346,7 @@ def test_an_effect_found_earlier_has_to_stay_significant_beside_the_last_one():
     entries = catalogue()
     effects = (entries["cubic_spring"], entries["quadratic_drag"])
     ids = tuple(e.parameters[0].id for e in effects)
-    parametrisation = SimpleNamespace(ids=ids, scaled=lambda p: p, bounds=(-np.ones(2), np.ones(2)))
+    parametrisation = SimpleNamespace(ids=ids, to_coordinates=lambda p: p, bounds=(-np.ones(2), np.ones(2)))
     blocks = SimpleNamespace(jacobian=rng.standard_normal((400, 2)))
     for x, significant in ((np.array([0.5, 0.0]), True), (np.array([0.01, 0.5]), False)):
         problem = SimpleNamespace(parametrisation=parametrisation)
@@ -425,7 +427,7 @@ def test_a_wave_that_cannot_be_told_from_the_longest_one_stands_for_something_el
     cogging = catalogue()["cogging"]
     parametrisation = SimpleNamespace(
         ids=("cogging_sin", "cogging_cos", "cogging_number"),
-        scaled=lambda p: np.array([p[0], p[1], 0.0]),
+        to_coordinates=lambda p: np.array([p[0], p[1], 0.0]),
         bounds=(np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 3.0])),
     )
     blocks = SimpleNamespace(jacobian=rng.standard_normal((400, 3)) * (1e3, 1e3, 0.4))  # ln n is known to 0.125

@@ -10,6 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.discrepancy.run import main
+from haptid.discrepancy.torque import choice
+from haptid.identification.sequence.carried_fit import EarlierResidual
 from tests.identification.controlled_cases import controlled_joint, rich_motion
 
 
@@ -37,4 +39,16 @@ def test_a_controlled_joint_gets_the_name_of_what_is_hidden(tmp_path, hidden, ve
     assert [effect["id"] for effect in found["effects"]] == names
     if names:
         assert found["residual"] == "torque"
+        assert found["effects"][0]["stability"] > 0.8
         assert found["gap"]["validate"]["after"] < 0.7 * found["gap"]["validate"]["before"]
+
+
+def test_a_joint_that_was_judged_in_torque_is_not_fitted_through_an_observer_again(tmp_path, monkeypatch):
+    fitted: list[object] = []
+    monkeypatch.setattr(choice, "earlier_residual", lambda *_: EarlierResidual(at_noise=False, plain=False))
+    monkeypatch.setattr(choice, "fit_simulated", lambda *a, **_: fitted.append(a))
+    # A single stage is refused for such a joint, before anything is searched.
+    done = CliRunner().invoke(main, [str(campaign(tmp_path, 0.01)), "--stage", "gap", "--out", str(tmp_path / "out")])
+    assert done.exit_code == 2
+    assert "swept by position" in done.output
+    assert fitted == []

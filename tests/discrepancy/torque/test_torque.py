@@ -12,9 +12,11 @@ from fmpy import simulate_fmu
 
 from haptid.discrepancy.run import main
 from haptid.discrepancy.torque.fit import fit_model, rms
+from haptid.discrepancy.torque.readable import readable, with_measured_load
+from haptid.discrepancy.torque.rows import alternating
 from haptid.discrepancy.torque.scan import promises
 from haptid.discrepancy.torque.search import compare_candidates, refit_candidate
-from haptid.discrepancy.torque.study import TorqueStudy, alternating, readable
+from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.simulators.inverse_dynamics import torque_equations, torque_run
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue
@@ -31,7 +33,7 @@ READABLE = readable({k: e.at(UNIT) for k, e in catalogue().items()}, BASE, prism
 @pytest.mark.parametrize("key", READABLE)
 def test_the_inverse_gives_back_the_torque_that_made_the_acceleration(key: str):
     equations = joint_equations(4, effects=[READABLE[key]])
-    inverse = torque_equations(equations)
+    inverse = torque_equations(with_measured_load(equations))
     rng = np.random.default_rng(1)
     for _ in range(3):
         drawn = {s.symbol: float(rng.uniform(0.1, 1.0)) for s in (*equations.states, *equations.parameters)}

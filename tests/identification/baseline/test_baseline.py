@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from haptid.identification.baseline.baseline import fit_baseline
 from haptid.identification.baseline.compared import compare
@@ -24,41 +23,11 @@ from haptid.identification.sequence.plain_comparison import tell_comparison, tel
 from haptid.identification.sequence.step import Step
 from haptid.identification.sequence.summary import summary_text
 from haptid.identification.simulators.kernel import KernelSimulator
-from haptid.measurement.signals.filtered_motion import filter_run
+from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.values.run import Run
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.numbers import plain
-
-TRUE = {"inertia": 0.05, "gravity_sin": 0.8, "Fv": 0.03, "Fc": 0.12, "offset": 0.05}
-
-
-def torque_at(t: float, seed: int) -> float:
-    phase = 0.7 * seed
-    return 0.4 * np.sin(2.0 * t + phase) + 0.25 * np.sin(5.3 * t) + 0.2 * np.sin(9.1 * t + phase)
-
-
-def plain_run(seed: int, *, use: str = "fit", noise: float = 1e-4, seconds: float = 20.0) -> Run:
-    """Integrate a joint with Coulomb and viscous friction by SciPy, smooth over 1e-3 rad/s."""
-    t = np.arange(0.0, seconds, 2e-3)
-
-    def rate(t: float, x: np.ndarray) -> list[float]:
-        q, v = x
-        load = TRUE["gravity_sin"] * np.sin(q) + TRUE["Fv"] * v + TRUE["Fc"] * np.tanh(v / 1e-3) + TRUE["offset"]
-        return [v, (torque_at(t, seed) - load) / TRUE["inertia"]]
-
-    q = solve_ivp(rate, (0.0, t[-1]), [0.0, 0.0], t_eval=t, method="LSODA", rtol=1e-8, atol=1e-10).y[0]
-    return Run(
-        file=f"run_{seed}.csv",
-        free_joints=(0,),
-        t=t,
-        u=np.array([[torque_at(x, seed)] for x in t]),
-        y=(q + noise * np.random.default_rng(seed).standard_normal(t.size))[:, None],
-        noise=[noise],
-        resolution=[0.0],
-        posture=np.zeros(0),
-        use=use,
-        hold="linear",
-    )
+from tests.identification.plain_joint import TRUE, plain_run
 
 
 @pytest.fixture(scope="module")
@@ -120,6 +89,18 @@ def test_a_fit_that_predicts_worse_than_the_plain_model_is_replaced(runs):
     assert -spring == pytest.approx(TRUE["offset"], rel=0.2)
     unseen = next(score for score in made.fit.runs if score.use == "validate")
     assert unseen.rmse_rad < 0.1 * np.std(runs[2].y)
+
+
+def test_curves_of_a_run_pass_through_the_filter_of_all_runs(runs):
+    equations = guess(joint_equations(0), runs, given={})
+    theta = np.array([q.initial for q in equations.parameters])
+    noisier = plain_run(2, noise=1e-2)
+    machine = [runs[0], noisier, runs[2]]
+    prediction = predict_unseen(compare(equations, theta, machine, None, ()))
+    width = common_width(machine)
+    assert width > filter_run(runs[2]).width
+    motion = filter_run(runs[2], width)
+    assert np.array_equal(prediction.torque, motion.torque[motion.interior])
 
 
 def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):

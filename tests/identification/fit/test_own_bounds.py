@@ -125,7 +125,7 @@ def test_spring_whose_interval_holds_zero_is_not_identified(fitted: Fitted) -> N
     physical = np.array([2.73 if id == "Ks" else fit.std[fit.index(id)] for id in parametrisation.ids])
     std = physical / parametrisation.slope(theta)
     felt = felt_sizes(parametrisation, runs())
-    assert statuses(parametrisation, parametrisation.scaled(theta), std, felt)["Ks"] == "unidentifiable"
+    assert statuses(parametrisation, parametrisation.to_coordinates(theta), std, felt)["Ks"] == "unidentifiable"
     covariance = fit.covariance.copy()
     place = fit.free.index("Ks")
     covariance[place, place] = 2.73**2

@@ -54,7 +54,7 @@ def test_what_ends_the_fmu_is_one_line(step, told, tmp_path):
 
 def test_a_hang_is_ended_in_time_and_nothing_is_left(tmp_path):
     with ForeignFmu(write(tmp_path / "small.fmu", content("hangs")), limit_s=0.5) as fmu:
-        fmu._started()  # what its process takes to begin does not count
+        fmu._start()  # what its process takes to begin does not count
         began = time.monotonic()
         with pytest.raises(NumericalError, match=r"small\.fmu: no answer within 0\.5 s"):
             simulated(fmu)

@@ -65,7 +65,7 @@ def test_homotopy_reaches_truth_and_noise(method):
 def test_methods_agree_on_the_minimum():
     p = problem()
     x = guess(p)
-    x[: p.n_parameters] = p.parametrisation.scaled(
+    x[: p.n_parameters] = p.parametrisation.to_coordinates(
         np.array([TRUE.get(q.id, q.initial) for q in equations().parameters])
     )
     a = minimise(p, x, iterations=60, tolerance=0.0, relative=1e-10)

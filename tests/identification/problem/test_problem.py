@@ -31,8 +31,8 @@ def true_x(p: Problem):
 @given(st.lists(st.floats(-3, 3), min_size=9, max_size=9))
 def test_coordinates_go_there_and_back(shift):
     parametrisation = Parametrisation.of(equations())
-    s = np.clip(parametrisation.scaled(parametrisation.initial) + np.array(shift), *parametrisation.bounds)
-    np.testing.assert_allclose(parametrisation.scaled(parametrisation.physical(s)), s, atol=1e-12)
+    s = np.clip(parametrisation.to_coordinates(parametrisation.initial) + np.array(shift), *parametrisation.bounds)
+    np.testing.assert_allclose(parametrisation.to_coordinates(parametrisation.physical(s)), s, atol=1e-12)
 
 
 def test_fixed_parameters_keep_their_value():
@@ -59,7 +59,7 @@ def test_rounding_takes_no_parameter_beyond_its_bounds():
 def test_ordering_is_stiction_above_coulomb():
     parametrisation = Parametrisation.of(equations())
     A, b = parametrisation.orderings()
-    s = parametrisation.scaled(parametrisation.initial)
+    s = parametrisation.to_coordinates(parametrisation.initial)
     theta = parametrisation.initial
     place = [q.id for q in equations().parameters].index
     assert (A @ s - b)[0] == pytest.approx(np.log(theta[place("Fs")] / theta[place("Fc")]))
@@ -68,11 +68,11 @@ def test_ordering_is_stiction_above_coulomb():
 @pytest.mark.parametrize("every_positive_in_log", [False, True])
 def test_many_sets_are_converted_at_once_and_the_slope_is_the_derivative(every_positive_in_log):
     p = Parametrisation.of(equations(), every_positive_in_log=every_positive_in_log)
-    s = p.scaled(p.initial) + 0.01 * np.random.default_rng(0).standard_normal((2, 3, len(p.free)))
+    s = p.to_coordinates(p.initial) + 0.01 * np.random.default_rng(0).standard_normal((2, 3, len(p.free)))
     theta = p.physical(s)
     assert theta.shape == (2, 3, p.initial.size)
     np.testing.assert_array_equal(theta[1, 2], p.physical(s[1, 2]))
-    np.testing.assert_allclose(p.scaled(theta), s, atol=1e-12)
+    np.testing.assert_allclose(p.to_coordinates(theta), s, atol=1e-12)
     difference = (p.values(s + 1e-6) - p.values(s - 1e-6)) / 2e-6
     np.testing.assert_allclose(p.slope(theta), difference, rtol=1e-6)
     np.testing.assert_allclose(p.log_slope(s), np.log(difference), atol=1e-6)
@@ -92,7 +92,7 @@ def test_sets_that_violate_an_ordering_are_told():
     place = [q.id for q in equations().parameters].index
     sets = np.tile(p.initial, (2, 1))
     sets[1, place("Fc")] = 1.1 * sets[1, place("Fs")]
-    assert p.ordered(sets).tolist() == [True, False]
+    assert p.meets_orderings(sets).tolist() == [True, False]
 
 
 @pytest.mark.parametrize("gain", [0.0, 20.0])

@@ -17,7 +17,7 @@ def parametrisation(request) -> Parametrisation:
 
 
 def sets(parametrisation: Parametrisation) -> np.ndarray:
-    s = parametrisation.scaled(parametrisation.initial)
+    s = parametrisation.to_coordinates(parametrisation.initial)
     return s + 0.05 * np.random.default_rng(0).standard_normal((50, s.size))
 
 
@@ -45,7 +45,7 @@ def test_equal_stiffness_and_torque_at_zero_are_a_straight_line():
     p = Parametrisation.of(joint_equations(4))
     valleys = Valleys.of(p)
     spring, epos, g_s, g_c = (p.ids.index(id) for id in ("Ks", "epos", "gravity_sin", "gravity_cos"))
-    values = np.tile(p.values(p.scaled(p.initial)), (3, 1))
+    values = np.tile(p.values(p.to_coordinates(p.initial)), (3, 1))
     K, torque = values[0, spring] + values[0, g_s], values[0, spring] * values[0, epos] - values[0, g_c]
     values[:, spring] *= [1.0, 1.1, 1.2]
     values[:, g_s] = K - values[:, spring]

@@ -8,14 +8,15 @@ from dataclasses import replace
 import pytest
 from click.testing import CliRunner
 
-from haptid.discrepancy.fit.homotopy import TOLERANCE
 from haptid.discrepancy.fit.nominal_fit import fit_base
 from haptid.discrepancy.study.study import study_of
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.run import main
-from haptid.identification.sequence.carried_fit import carried_fit
+from haptid.identification.sequence.carried_fit import EarlierResidual, carried_fit, earlier_residual
 from haptid.identification.sequence.configurations import configurations_of
-from haptid.identification.sequence.equations_for import device_of, equations_for
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.devices import device_of
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +71,27 @@ def test_a_fit_that_was_not_by_free_simulation_or_that_was_changed_is_not_carrie
     assert carried(campaign, tmp_path) is None
 
 
+@pytest.mark.parametrize(
+    ("change", "expected"),
+    [
+        ({}, EarlierResidual(at_noise=True, plain=False)),
+        ({"residual": "torque"}, EarlierResidual(at_noise=False, plain=False)),
+        ({"basins": [{"rmse_over_noise": 3.0}]}, EarlierResidual(at_noise=False, plain=False)),
+        ({"basins": [{"rmse_over_noise": 3.0}], "outcome": "plain"}, EarlierResidual(at_noise=False, plain=True)),
+        ({"data": "of another run"}, None),
+        ({"basins": []}, None),
+    ],
+)
+def test_the_residual_of_the_position_is_carried(identified, tmp_path, change, expected):
+    out, campaign = identified
+    data = json.loads((out / "identification.json").read_text())
+    data["configurations"][0] |= change
+    (tmp_path / "identification.json").write_text(json.dumps(data))
+    device = device_of(campaign)
+    configuration = configurations_of(campaign, device, (4,))[0]
+    assert earlier_residual(campaign, device, configuration, tmp_path) == expected
+
+
 def test_the_nominal_fit_ends_at_the_same_optimum_in_fewer_simulations(identified):
     out, campaign = identified
     study = study_of(campaign, 4, {})
@@ -77,6 +99,6 @@ def test_the_nominal_fit_ends_at_the_same_optimum_in_fewer_simulations(identifie
     begun = fit_base(replace(study, carried=carried(campaign, out)), starts=4)
     assert begun.calls < alone.calls / 2
     assert begun.solution.chi2 == pytest.approx(alone.solution.chi2, abs=0.1)
-    # Both fits end where a step promises less than `TOLERANCE`, so that they may lie apart by as much.
+    # Both fits end where a step promises less than this tolerance, so that they may lie apart by as much.
     apart = alone.solution.blocks.jacobian @ (begun.solution.x - alone.solution.x)
-    assert apart @ apart < 4 * TOLERANCE
+    assert apart @ apart < 4 * THRESHOLDS.fit.nominal_tolerance_chi2

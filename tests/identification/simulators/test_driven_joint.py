@@ -143,7 +143,7 @@ def test_sensitivities_are_those_of_differences(drive: Drive):
 
 
 def test_an_effect_of_the_torque_takes_that_of_the_drive():
-    effect = catalogue()["load_dependent_friction"]
+    effect = catalogue()["load_dependent_friction:motor"]
     equations = joint_equations(0, drive=DRIVES[5], effects=[effect])
     used = {s for f in (*equations.rhs, *equations.rates) for s in f.free_symbols}
     assert {x.symbol for x in equations.inputs} <= used

@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from haptid.fmu_build.building.packaging import Kind, build_fmu
-from haptid.model.effects.effect import match_parameters, t, v, w
+from haptid.model.effects.effect import coulomb, match_parameters, t, v, w
 from haptid.model.effects.effect import q as position_symbol
 from haptid.model.effects.registry import catalogue, load_folder
 from haptid.model.effects.scales import Scales
@@ -288,6 +288,8 @@ def test_friction_stays_positive_within_bounds_and_travel(key: str, position: fl
         position_symbol: tuple(np.linspace(centre - position, centre + position, 9)), v: (-scales.speed, scales.speed),
         w: (-scales.torque, scales.torque), t: (0.0, scales.duration),
     }  # fmt: skip
+    where |= {x.state.symbol: (-scales.torque, scales.torque) for x in effect.states}
+    where |= {coulomb: (1e-3 * scales.torque, scales.torque)}
     ends = {x.symbol: (x.initial,) if x.fixed else (x.lower, x.upper) for x in effect.parameters} | where
     for level in (effect.coulomb_level, effect.viscous_level):
         if level is not None:

@@ -61,7 +61,7 @@ def test_base_parameters_span_the_equations():
     everything = rows(equation_forms(lagrangian, tuple(range(6))))
     chosen = base_parameters(Echelon.of(everything))
     found = Echelon.of(p.factors for p in chosen)
-    assert found.extended(everything).reduced == found.reduced
+    assert found.extend(everything).reduced == found.reduced
     assert all(p.factors[p.leading] == 1 for p in chosen)
 
 

@@ -1,0 +1,99 @@
+"""Choose the residual in which a joint is searched: `Campaign` in, position or torque out; and fits carried on.
+
+1. A position at the noise is the stricter test: then the position is searched.
+2. Under position control the controller hides in the position what is missing in the torque: the torque is searched.
+3. Where an identification found that the plain model predicts unseen runs better than a fit of the position does, a
+   simulation from the recorded torque drifts, whatever moved the joint: the torque is searched.
+
+What an identification below the folder of results found of the same data is not fitted again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from haptid.identification.fit.multistart import fit
+from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
+from haptid.identification.optimise.workers import Here
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.carried_fit import carried_fit, earlier_residual
+from haptid.identification.sequence.configurations import Configuration, configurations_of
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.format.devices import device_of
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.equations.equations import Equations
+
+
+def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
+    """Choose whether the torque of a joint is searched instead of its position.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs of the joint.
+    joint
+        Number of the joint.
+    out
+        Folder of the results, perhaps with those of an identification.
+
+    Returns
+    -------
+    bool
+    """
+    runs = campaign.runs_of((joint,))
+    if not campaign.runs_of((joint,), "fit"):
+        return False
+    device = device_of(campaign)
+    tested = _only_configuration(campaign, (joint,))
+    earlier = None if tested is None else earlier_residual(campaign, device, tested, out)
+    equations = equations_for(campaign, device, (joint,))
+    closed = equations.drive is not None and equations.drive.is_closed
+    if not closed and choose_for(runs).kind == "open_loop":
+        return earlier is not None and earlier.plain and equations.drive is None
+    if earlier is not None:
+        return not earlier.at_noise
+    options = FitOptions(starts=THRESHOLDS.most_starts_of_trial, method="gauss_newton")
+    simulator = KernelSimulator.of(equations)
+    # The recorded controller holds the simulation near the motion as an observer would.
+    seen = (
+        fit(simulator, runs, options=options.but(gains=(0.0,)), workers=Here())
+        if closed
+        else fit_simulated(simulator, runs, options=options, workers=Here())
+    )
+    return not quiet(seen, options)
+
+
+def read_carried_fit(campaign: Campaign, free: Sequence[int], base: Equations, out: Path) -> Fit | None:
+    """Return the fit that an identification wrote below ``out`` from the same runs.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs.
+    free
+        Numbers of the free joints.
+    base
+        Equations of the nominal model.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    Fit or None
+        None where there is none.
+    """
+    tested = _only_configuration(campaign, free)
+    return None if tested is None else carried_fit(campaign, device_of(campaign), tested, base, out)
+
+
+def _only_configuration(campaign: Campaign, free: Sequence[int]) -> Configuration | None:
+    """Return the configuration of free joints that were tested in one posture; None for several.
+
+    In several postures a study has all runs of the joints, and each fit those of one posture.
+    """
+    tested = [one for one in configurations_of(campaign, device_of(campaign)) if one.free_joints == tuple(free)]
+    return tested[0] if len(tested) == 1 else None

@@ -1,0 +1,107 @@
+"""The plain model written in the parameters of the equations: `Baseline` and `Equations` in, parameters out.
+
+There is no stiction, presliding is stiff, and no spring acts. A constant torque, which the equations of a joint do not
+have, is the torque of a spring so soft that only Ks·epos matters, or the constant force of a slide.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from haptid.identification.baseline.baseline import Baseline
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.values.run import Array, Run
+from haptid.model.equations.equations import Equations
+from haptid.model.friction.registry import law_named
+
+
+def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:
+    """Write the plain model in the parameters of a friction law: no stiction, stiff presliding, no spring.
+
+    Parameters
+    ----------
+    baseline
+        Plain model; its constant torques are not among the parameters.
+    equations
+        Equations of the configuration.
+    runs
+        Runs whose travel and torque scale presliding and the least friction.
+
+    Returns
+    -------
+    ndarray, shape (n_p,)
+    """
+    known = baseline.values
+    single = len(baseline.regressor.joints) == 1
+    for k, j in enumerate(baseline.regressor.joints):
+        travel = max(float(np.ptp(run.y[:, k])) for run in runs)
+        torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
+        coulomb = max(baseline.of_joint("Fc", k), THRESHOLDS.least_friction_over_torque * torque)
+        roles = law_named(equations.friction[k]).roles
+        values = {"Ks": 0.0, "epos": 0.0, "gravity_cos": 0.0, "gravity_sin": 0.0}
+        values |= {roles.viscous: baseline.of_joint("Fv", k), roles.coulomb: coulomb, roles.stiction: coulomb}
+        values[roles.stiffness] = coulomb / (THRESHOLDS.presliding_of_plain_model_over_travel * travel)
+        # What the plain model itself states, such as gravity, goes before the zeros.
+        known = {(id if single else f"{id}_{j}"): value for id, value in values.items()} | known
+    return np.array([known.get(q.id, q.initial) for q in equations.parameters])
+
+
+def with_constant_torque(theta: Array, baseline: Baseline, equations: Equations, runs: Sequence[Run]) -> Array:
+    """Put the constant torque of every joint into the parameters.
+
+    Parameters
+    ----------
+    theta
+        Parameters as `plain_theta` returns them, shape (n_p,).
+    baseline
+        Plain model.
+    equations
+        Equations of the configuration.
+    runs
+        Runs whose travel and torque scale the spring.
+
+    Returns
+    -------
+    ndarray, shape (n_p,)
+    """
+    ids = [q.id for q in equations.parameters]
+    moved = theta.copy()
+    for k, j in enumerate(baseline.regressor.joints):
+        tail = "" if len(baseline.regressor.joints) == 1 else f"_{j}"
+        offset = baseline.of_joint("offset", k)
+        if runs[0].prismatic[k] and f"gravity_cos{tail}" in ids:
+            moved[ids.index(f"gravity_cos{tail}")] += offset
+        elif f"Ks{tail}" in ids and offset:
+            travel = max(float(np.ptp(run.y[:, k])) for run in runs)
+            torque = max(float(np.max(np.abs(run.u[:, k]))) for run in runs)
+            stiffness = THRESHOLDS.soft_spring_torque_over_torque * torque / travel
+            moved[ids.index(f"Ks{tail}")] = stiffness
+            # Ks·(q − epos) is −Ks·epos at every position of the joint, to the share above.
+            moved[ids.index(f"epos{tail}")] = -offset / stiffness
+    return moved
+
+
+def parameter_ids(baseline: Baseline, friction: Sequence[str]) -> dict[str, str]:
+    """Name the parameters of the plain model by the ids of the equations.
+
+    Parameters
+    ----------
+    baseline
+        Plain model.
+    friction
+        Names of the friction laws of the free joints.
+
+    Returns
+    -------
+    dict
+        Id of the equations by id of the plain model; a constant torque has none of its own.
+    """
+    regressor = baseline.regressor
+    names = {id: id for id in regressor.ids[: regressor.n_rigid]}
+    for k, j in enumerate(regressor.joints):
+        tail = "" if len(regressor.joints) == 1 else f"_{j}"
+        roles = law_named(friction[k]).roles
+        names |= {f"Fv{tail}": f"{roles.viscous}{tail}", f"Fc{tail}": f"{roles.coulomb}{tail}"}
+    return names
