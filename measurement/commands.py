@@ -75,6 +75,7 @@ def init(**settings: Any) -> Any:
 
     Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
     converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,
-    rpm, %. A name without number is that of joint 0. Joints that do not move in a table are locked there.
+    rpm, %. A name without number is that of joint 0. Joints that do not move in a table are locked there. CSV files may
+    have semicolons or tabs, decimal commas, and lines before the header.
     """
     return call("haptid.measurement.new", "make_campaign", **settings)

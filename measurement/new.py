@@ -15,12 +15,13 @@ from haptid.measurement.commands import init as main
 from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
+from haptid.measurement.making.logged_table import read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
 from haptid.measurement.making.prepared import PreparedTable, describe, prepare_table
 from haptid.measurement.making.questions import ask_columns, ask_facts, ask_noise, ask_step
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
-from haptid.measurement.tables.table import SUFFIXES, Table, read_table
+from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.command import parse_joints
@@ -50,7 +51,7 @@ def make_campaign(
         Folder, title, device and runs of the campaign.
     """
     refuse_overwrite(out)
-    tables = _tables(folder)
+    tables, layouts = _tables(folder)
     answers = _answers(folder, tables, dict(flags), parse_map(maps))
     prepared = [prepare_table(table, answers) for table in tables]
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -63,7 +64,7 @@ def make_campaign(
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
-    click.echo("\n".join(describe(prepared)))
+    click.echo("\n".join([*layouts, *describe(prepared)]))
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
     about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
     click.echo(f"wrote {out}: {about}")
@@ -88,13 +89,16 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
         ) from None
 
 
-def _tables(folder: Path) -> list[Table]:
+def _tables(folder: Path) -> tuple[list[Table], list[str]]:
+    """Return the tables, and a line on each that has another layout than the campaign format."""
     if not folder.is_dir():
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
     if not paths:
         raise InputError(str(folder), expected=f"tables that end in {', '.join(SUFFIXES)}", got="none")
-    return [read_table(path, as_text=True) for path in paths]
+    read = [read_logged_table(path) for path in paths]
+    layouts = [f"{table.path.name} has {layout}" for table, layout in read if layout]
+    return [table for table, _ in read], layouts
 
 
 def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target]) -> Answers:

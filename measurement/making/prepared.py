@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -81,7 +81,7 @@ def prepare_table(table: Table, answers: Answers) -> PreparedTable:
     targets = understand_columns(table.columns, answers.stated, answers.resolution)
     frame = map_columns(table, targets)
     driven = free_joints(list(frame.columns), str(table.path), answers.free)
-    renamed = Table(path=table.path, frame=frame)
+    renamed = replace(table, frame=frame)
     t = renamed.time()
     names = [name for name in frame.columns if POSITION.fullmatch(str(name))]
     positions = {name: renamed.numbers(name) for name in names}
