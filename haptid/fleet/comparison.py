@@ -117,7 +117,7 @@ def compare(results: Mapping[str, Mapping[str, Any]]) -> tuple[Comparison, ...]:
     for device, result in results.items():
         for entry in result["configurations"]:
             for id, parameter in entry["parameters"].items():
-                key = (_configuration(entry), id, parameter["unit"])
+                key = (_configuration(entry), id, parameter.get("unit", ""))
                 rows.setdefault(key, []).append(_member(device, parameter))
     judged = sum(len(_identified(members)) >= FEWEST_DEVICES for members in rows.values())
     return tuple(_judge(key, members, judged) for key, members in rows.items())

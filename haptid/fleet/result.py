@@ -51,7 +51,7 @@ def device_json(one: Identified, result: Mapping[str, Any] | None) -> dict[str, 
     worst = None
     if result is not None:
         runs = [run for entry in result["configurations"] for run in entry["runs"] if run["use"] == "validate"]
-        worst = max((run["rmse_over_noise"] for run in runs if run["rmse_over_noise"] is not None), default=None)
+        worst = max((score for run in runs for score in _scores(run["rmse_over_noise"])), default=None)
     return {
         "name": one.name,
         "campaign": str(one.campaign),
@@ -63,6 +63,12 @@ def device_json(one: Identified, result: Mapping[str, Any] | None) -> dict[str, 
         "measured": None if result is None else result["measured"],
         "worst_over_noise": worst,
     }
+
+
+def _scores(over_noise: float | Mapping[str, float | None] | None) -> list[float]:
+    """Return the scores of a run: one of joints, one by output of an FMU, none where it is not finite."""
+    scores = over_noise.values() if isinstance(over_noise, Mapping) else [over_noise]
+    return [score for score in scores if score is not None]
 
 
 def fleet_json(devices: Sequence[Mapping[str, Any]], comparisons: Sequence[Comparison]) -> dict[str, Any]:

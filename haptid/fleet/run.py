@@ -16,7 +16,6 @@ from haptid.fleet.campaigns import campaigns_in, digest_of
 from haptid.fleet.comparison import compare
 from haptid.fleet.page import fleet_page
 from haptid.fleet.result import Identified, device_json, fleet_json, members_csv
-from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.identification.sequence.resume import code_digest
 from haptid.report.common.stored_page import write_page
 from haptid.support.command import parse_joints, progress
@@ -68,7 +67,7 @@ def identify_fleet(
     options = {"seed": seed, "joints": joints}
     with lock_folder(out):
         ended = _identify_all(campaigns, out, options, workers, quiet)
-        results = {one.name: read_identification(one.folder / "identification.json") for one in ended if not one.error}
+        results = {one.name: _read_result(one.folder) for one in ended if not one.error}
         comparisons = compare(results)
         devices = [device_json(one, results.get(one.name)) for one in ended]
         data = fleet_json(devices, comparisons)
@@ -138,7 +137,12 @@ def _is_done(folder: Path, digest: str) -> bool:
     """Whether complete results of the same inputs lie in ``folder``."""
     try:
         stamp = read_json(folder / STAMP, "the stamp of a fleet")
-        result = read_identification(folder / "identification.json")
+        result = _read_result(folder)
     except InputError:  # nothing there, or nothing that can be read: it is identified again
         return False
     return bool(stamp.get("digest") == digest and result.get("complete"))
+
+
+def _read_result(folder: Path) -> dict[str, Any]:
+    """Read an identification.json that was just written, of joints or of somebody else's FMU."""
+    return read_json(folder / "identification.json", "an identification.json")

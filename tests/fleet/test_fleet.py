@@ -14,6 +14,7 @@ import pytest
 
 from haptid.fleet.campaigns import campaigns_in
 from haptid.fleet.comparison import Comparison, compare, largest_z_by_chance
+from haptid.fleet.result import Identified, device_json
 from haptid.support.errors import InputError
 from haptid.support.installing.environment import ROOT
 from tests.identification.bench_joint import OFF, TRUE, runs
@@ -57,6 +58,19 @@ def test_what_is_not_identified_is_shown_and_not_judged():
     results["arm3"] = result(np.full(len(IDS), 1e3), status="at_bound")
     assert deviating(compare(results)) == []
     assert compare(results)[0].members[3].value == 1e3
+
+
+def test_calibrated_fmus_are_compared_by_the_names_of_their_variables():
+    results = {
+        f"arm{k}": {"configurations": [{"parameters": {"mu": {"value": 1.0 + k, "std": 0.1, "status": "identified"}}}]}
+        for k in range(5)
+    }
+    (comparison,) = compare(results)
+    assert (comparison.configuration, comparison.parameter, comparison.median) == ("model", "mu", 3.0)
+    one = Identified(name="arm0", campaign=Path("a"), folder=Path("b"), error="", kept=False, wall_s=1.0)
+    runs = [{"use": "validate", "rmse_over_noise": {"x": 1.5, "v": None}}]
+    told = device_json(one, {"measured": True, "configurations": [{"runs": runs}]})
+    assert told["worst_over_noise"] == 1.5
 
 
 def test_three_devices_are_too_few_to_judge():
