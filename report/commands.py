@@ -25,7 +25,8 @@ def report(**settings: Any) -> Any:
 
     RESULTS is the folder that --out of the other commands named (default artifacts). Written are report.html,
     posterior.html, locking_plan.html and discrepancy/*.html, from their content in the folders named pages: after a
-    page was lost, or to give it the looks of this version. Results of versions that kept no content are named on
-    stderr, with the command that makes their page.
+    page was lost, or to give it the looks of this version. A result without such
+    content gets a page of its tables alone where it has none, and is named on stderr with the command that makes the
+    page with pictures.
     """
     return call("haptid.report.run", "render_again", **settings)

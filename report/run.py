@@ -9,8 +9,9 @@ import click
 
 from haptid.report.commands import report as main
 from haptid.report.common.stored_page import FOLDER, SUFFIX, content_of, read_page
+from haptid.report.from_json.page import page_from_json
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_text
+from haptid.support.files.files import read_json, write_text
 
 MAKERS = {
     "identification.json": ("report.html", "haptid identify"),
@@ -36,22 +37,29 @@ def render_again(results: Path) -> dict[str, Any]:
     Raises
     ------
     InputError
-        Where the folder holds no page that can be written.
+        Where the folder holds no result.
     """
     if not results.is_dir():
         raise InputError(str(results), expected="a folder of results", got="no such folder")
     pages = _stored_pages(results)
-    lacking = [(data, maker) for data, page, maker in _made_by(results) if not content_of(page).exists()]
-    if not pages:
-        todo = f"make its page by {lacking[0][1]}" if lacking else "name the --out of an earlier command"
-        got = f"{lacking[0][0].name} without one" if lacking else "none"
-        raise InputError(str(results), expected="results with stored pages", got=got, todo=todo)
+    lacking = [one for one in _made_by(results) if not content_of(one[1]).exists()]
+    if not pages and not lacking:
+        todo = "name the --out of an earlier command"
+        raise InputError(str(results), expected="results of haptid", got="none", todo=todo)
     for page in pages:
         write_text(page, read_page(page).html)
         click.echo(f"written: {page}")
-    for data, maker in lacking:
-        click.echo(f"note: {data} has no stored page; {maker} makes it", err=True)
-    return {"pages": [str(page) for page in pages], "without_content": [str(data) for data, _ in lacking]}
+    for data, page, maker in lacking:
+        _write_plain(data, page, maker)
+    return {"pages": [str(page) for page in pages], "without_content": [str(data) for data, _, _ in lacking]}
+
+
+def _write_plain(data: Path, page: Path, maker: str) -> None:
+    """Write a page of tables for a result without stored page, unless a page is there, which may have pictures."""
+    if not page.exists() and data.name != "locking_plan.json":
+        write_text(page, page_from_json(read_json(data, "a result"), str(data)).html)
+        click.echo(f"written without pictures: {page}")
+    click.echo(f"note: {data} has no stored page; {maker} makes it", err=True)
 
 
 def _stored_pages(results: Path) -> list[Path]:
