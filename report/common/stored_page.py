@@ -39,9 +39,11 @@ def write_page(path: Path, page: Page) -> Path:
         ``path``.
     """
     text = json.dumps({"schema": SCHEMA, **asdict(page)}, default=list, ensure_ascii=False)
+    # The page first: on a disk that is full, the user hears of the page.
+    write_text(path, page.html)
     # Without the date of writing, the same page gives the same bytes.
     write_bytes(content_of(path), gzip.compress(text.encode(errors="replace"), mtime=0))
-    return write_text(path, page.html)
+    return path
 
 
 def content_of(path: Path) -> Path:
