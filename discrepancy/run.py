@@ -8,9 +8,10 @@ from typing import Any
 
 import click
 
+from haptid.discrepancy.commands import missing as main
 from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.finding.full_model import whole_finding
-from haptid.discrepancy.finding.stages import STAGES, run_stages
+from haptid.discrepancy.finding.stages import run_stages
 from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
 from haptid.discrepancy.study.coupled_study import coupled_study_of
 from haptid.discrepancy.study.study import Study, study_of
@@ -24,42 +25,21 @@ from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.devices import device_of
-from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import with_folder
+from haptid.report.common.stored_page import write_page
 from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import save, stage_picture, write_pictures
 from haptid.report.discrepancy.torque_gap_page import torque_gap_page
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
-from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import read_json, write_json, written
 
 
-@click.command()
-@click.argument("campaign", required=False)
-@common_options
-@click.option("--joint", type=int, default=None, help="The joint to study; --joints studies several, each alone.")
-@click.option("--free", default=None, metavar="0,1", help="Runs in which exactly these joints move together.")
-@click.option(
-    "--stage", type=click.Choice([*STAGES, "all"]), default="all", show_default=True,
-    help="gap, where, what: this stage alone (is there a gap; where; what looks like it), no verdict.",
-)  # fmt: skip
-@click.option(
-    "--effects", type=click.Path(path_type=Path), default=None, help="Folder with effects of your own, one file each."
-)
-@click.option("--without", default="", metavar="ID,ID", help="Leave these entries out of the catalogue.")
-@click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of the base fit.")
-@click.option(
-    "--effort", default=THRESHOLDS.study.most_simulated_runs, show_default=True, type=click.IntRange(min=1),
-    help="Simulated runs after which no further combinations of effects are tried.",
-)  # fmt: skip
-@click.option("--fmu", "kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
-@allow_outside_option
-@exit_codes
-def main(
+def search_campaign(
     campaign: str | None,
     out: Path,
     joints: str | None,
@@ -69,11 +49,32 @@ def main(
     effects: Path | None,
     without: str,
     **choices: Any,
-) -> None:
-    """Find what is missing in a joint's model, name it, add it and show the gap shrink.
+) -> dict[str, Any]:
+    """Find what is missing in the models of joints, and write and tell the findings.
 
-    CAMPAIGN is a folder with campaign.toml; the embedded Freedom 6S one where left out. Without --joint, --joints or
-    --free: every joint alone, then the runs in which several move together, with what was named in each of them.
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    out
+        Folder of the results.
+    joints
+        Numbers of the joints to study, each alone, separated by commas; None for all.
+    joint
+        Number of the one joint to study; None for those of ``joints``.
+    free
+        Numbers of the joints that move together, separated by commas.
+    effects
+        Folder with effects of the user's own.
+    without
+        Ids of effects to leave out, separated by commas.
+    choices
+        Further options of the command by name.
+
+    Returns
+    -------
+    dict
+        The finding of ``joint``; where another choice was made, the findings by the name of their file.
     """
     left_out = {part for part in without.split(",") if part}
     entries = {key: e for key, e in with_folder(effects).items() if not {key, e.id} & left_out}
@@ -93,6 +94,12 @@ def main(
     _alone(read, chosen, entries, out, choices)
     for free_joints in several:
         _together(read, free_joints, entries, out, choices, asked=together is not None)
+    findings = {path.stem: read_json(path, "a finding") for path in written if _is_finding(path, out)}
+    return findings.popitem()[1] if joint is not None and len(findings) == 1 else findings
+
+
+def _is_finding(path: Path, out: Path) -> bool:
+    return path.suffix == ".json" and path.parent == out / "discrepancy"
 
 
 def _alone(
@@ -150,7 +157,7 @@ def _together(
     identification = read_identification(source)
     finding = whole_finding(read, device, runs, identification, findings)
     write_json(out / "discrepancy" / "whole.json", finding.as_json(measured=read.measured))
-    write_text(out / "discrepancy" / "whole.html", whole_gap_page(finding, read.title, measured=read.measured))
+    write_page(out / "discrepancy" / "whole.html", whole_gap_page(finding, read.title, measured=read.measured))
     click.echo(f"all joints: {finding.verdict}. {finding.sentence}")
     click.echo(f"  written below {out}: discrepancy/whole.json, .html")
 
@@ -191,7 +198,7 @@ def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, c
         finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
     folder = out / "discrepancy"
     write_json(folder / f"joint{joint}.json", torque_json(finding, measured=read.measured, seed=choices["seed"]))
-    write_text(folder / f"joint{joint}.html", torque_gap_page(finding, read.title, measured=read.measured))
+    write_page(folder / f"joint{joint}.html", torque_gap_page(finding, read.title, measured=read.measured))
     gap = finding.gaps["validate"]
     click.echo(f"joint {joint}: {finding.verdict}. {finding.sentence}")
     unit = unit_for("N m", [study.prismatic])
@@ -209,7 +216,7 @@ def _write_finding(finding: Finding, campaign: Campaign, out: Path, seed: int) -
     data, study = as_json(finding, measured=campaign.measured, seed=seed), finding.search.study
     folder = out / "discrepancy"
     write_json(folder / f"{study.name}.json", data)
-    write_text(folder / f"{study.name}.html", discrepancy_page(finding, campaign.title, measured=campaign.measured))
+    write_page(folder / f"{study.name}.html", discrepancy_page(finding, campaign.title, measured=campaign.measured))
     write_pictures(finding, folder)
     click.echo(f"{study.title.lower()}: {data['verdict']}. {finding.judgement.sentence}")
     for name, gap in finding.gaps.items():

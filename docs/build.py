@@ -21,6 +21,7 @@ except ModuleNotFoundError as absent:
 
 from docs.equations import with_equations
 from docs.tables import table
+from haptid.command_line import main as haptid
 from haptid.model.device.reader import load_device
 from haptid.model.effects.registry import catalogue
 from haptid.model.equations.joint_parameters import DRIVE_TABLE, TABLE, Row
@@ -28,10 +29,8 @@ from haptid.model.friction.registry import laws
 from haptid.support.installing.environment import ROOT
 
 SOURCES = ROOT / "docs"
-COMMANDS = (
-    "fmu_build.run", "fmu_build.export", "identification.run", "uq.run", "studies.calibration.run", "discrepancy.run",
-    "studies.blind.run", "model.plan", "measurement.check", "measurement.new", "virtual_device.make_campaign",
-)  # fmt: skip
+OTHER_COMMANDS = ("studies.calibration.run", "studies.blind.run", "virtual_device.make_campaign")
+"""Modules of the commands that ``haptid`` does not have."""
 
 
 def parameters_page() -> str:
@@ -70,14 +69,18 @@ def device_page() -> str:
 
 
 def commands_page() -> str:
-    """Return the help of every command."""
+    """Return the help of every command, first those of ``haptid``, then the others."""
     text = "# Commands\n\n"
-    for name in COMMANDS:
-        if importlib.util.find_spec(name) is None:
-            continue
-        command = importlib.import_module(name).main
-        context = click.Context(command, info_name=f"python -m {name}", max_content_width=110)
-        text += f"## `python -m {name}`\n\n```\n{command.get_help(context)}\n```\n\n"
+    door = click.Context(haptid, info_name="haptid")
+    helped = {f"haptid {name}": haptid.get_command(door, name) for name in haptid.list_commands(door)}
+    helped |= {
+        f"python -m {name}": importlib.import_module(name).main
+        for name in OTHER_COMMANDS
+        if importlib.util.find_spec(name)
+    }
+    for name, command in helped.items():
+        context = click.Context(command, info_name=name, max_content_width=110)
+        text += f"## `{name}`\n\n```\n{command.get_help(context)}\n```\n\n"
     return text
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
+from haptid.fmu_build.commands import export as main
 from haptid.fmu_build.content.reference_run import OverflowingError
 from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint, read_finding
 from haptid.fmu_build.exchange.identification_check import (
@@ -37,7 +38,7 @@ from haptid.model.joint.drive_terms import drive_quantities
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.joint.whole_device import full_equations
-from haptid.support.command import exit_codes, parse_joints
+from haptid.support.command import parse_joints
 from haptid.support.errors import InputError
 
 SINGLE = "single_joint"
@@ -192,27 +193,7 @@ def _packaging(kind: Kind, fmi: str) -> Kind:
     return "native3"
 
 
-@click.command()
-@click.option("--from", "source", type=click.Path(path_type=Path), required=True, help="An identification.json.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The FMU to write.")
-@click.option("--kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
-@click.option("--fmi", type=click.Choice(["2.0", "3.0"]), default="2.0", show_default=True, help="3.0: native alone.")
-@click.option("--joints", default=None, metavar="4", help="This joint alone instead of the whole device.")
-@click.option(
-    "--with", "named", type=click.Path(path_type=Path), multiple=True, metavar="joint3.json",
-    help="A discrepancy/joint<j>.json whose effects the whole device takes along; may be given several times.",
-)  # fmt: skip
-@click.option(
-    "--values", "start", type=click.Path(path_type=Path), default=None, metavar="parameters.ssv",
-    help="A parameter set (SSP 1.0) whose values the FMU starts from instead.",
-)  # fmt: skip
-@click.option("--effects", type=click.Path(path_type=Path), default=None, help="Folder with the effects of your own.")
-@click.option(
-    "--device", default=None, metavar="FILE",
-    help="The device's file, where identification.json names one outside its own folder.",
-)  # fmt: skip
-@exit_codes
-def main(  # noqa: PLR0913, PLR0917 # one argument an option
+def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     source: Path,
     out: Path,
     kind: Kind,
@@ -222,10 +203,34 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
     start: Path | None,
     effects: Path | None,
     device: str | None,
-) -> None:
-    """Package the model that an identification.json holds.
+) -> dict[str, Any]:
+    """Package the model that an identification.json holds, and tell which FMU was written.
 
-    --with takes along what `discrepancy.run` named, at the values of its refit: into the 6-DOF FMU of all joints.
+    Parameters
+    ----------
+    source
+        File identification.json.
+    out
+        FMU to write.
+    kind
+        Packaging.
+    fmi
+        Version of FMI, ``2.0`` or ``3.0``.
+    joints
+        Number of the joint to export alone; None for the whole device.
+    named
+        Findings of single joints, whose effects are taken along.
+    start
+        Parameter set whose values overrule the identification.
+    effects
+        Folder with effects of the user's own.
+    device
+        File of the device, where identification.json names one outside its own folder.
+
+    Returns
+    -------
+    dict
+        Path, packaging, digest and size of the FMU.
     """
     kind = _packaging(kind, fmi)
     data, wanted = read_identification(source), parse_joints(joints)
@@ -255,6 +260,8 @@ def main(  # noqa: PLR0913, PLR0917 # one argument an option
             click.echo(line)
     size = fmu.path.stat().st_size / 1024
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
+    about = {"title": fmu.equations.title, "kind": fmu.kind, "fmi": fmi, "digest": fmu.digest}
+    return {"fmu": str(fmu.path), **about, "bytes": fmu.path.stat().st_size}
 
 
 if __name__ == "__main__":

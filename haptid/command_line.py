@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import importlib
 from difflib import get_close_matches
-from importlib import metadata
 
 import click
 
+from haptid.version import version
+
 COMMANDS = {
-    "init": ("measurement.new", "Make a campaign from a folder of tables."),
-    "check": ("measurement.check", "Read a campaign and say what is in it, and what looks like a slip."),
-    "plan": ("model.plan", "Which joints to lock, in which order and posture."),
-    "fmus": ("fmu_build.run", "Build one FMU per locked-joint configuration of a device."),
-    "identify": ("identification.run", "Fit joint by joint, verify the whole device, export its FMU."),
-    "posterior": ("uq.run", "How well each parameter is known."),
-    "missing": ("discrepancy.run", "What is missing in the model of a joint, if anything."),
-    "export": ("fmu_build.export", "Package an identified model again."),
+    "init": ("measurement.commands", "Make a campaign from a folder of tables."),
+    "check": ("measurement.commands", "Read a campaign and say what is in it, and what looks like a slip."),
+    "plan": ("model.commands", "Which joints to lock, in which order and posture."),
+    "fmus": ("fmu_build.commands", "Build one FMU per locked-joint configuration of a device."),
+    "identify": ("identification.commands", "Fit joint by joint, verify the whole device, export its FMU."),
+    "posterior": ("uq.commands", "How well each parameter is known."),
+    "missing": ("discrepancy.commands", "What is missing in the model of a joint, if anything."),
+    "export": ("fmu_build.commands", "Package an identified model again."),
+    "report": ("report.commands", "Write the pages of stored results again, without fitting."),
+    "fleet": ("commands", "Identify several devices and compare their parameters."),
+    "doctor": ("commands", "Check Python, compiler, cache, disk, extras, a kernel and an FMU."),
 }
-"""Name: the module that holds the command, and what it does."""
+"""Name: the module that declares the command under this name, and what it does."""
 
 EXTRAS = {"posterior": "posterior"}
-"""Commands whose modules need an extra before they can be imported."""
+"""Commands whose packages need an extra before they can be imported."""
 
 EXAMPLES = """\b
 Examples:
@@ -30,6 +34,7 @@ Examples:
   haptid identify my_campaign --out results
   haptid posterior my_campaign --out results --joints 4
   haptid missing my_campaign --out results --joint 4
+  haptid fleet all_campaigns --out fleet --workers 2
 """
 
 
@@ -44,9 +49,9 @@ class Commands(click.Group):
         """Import the command."""
         if cmd_name not in COMMANDS:
             return None
-        if cmd_name in EXTRAS:
+        if cmd_name in EXTRAS and not ctx.resilient_parsing:  # a shell that completes names needs no extra
             _need(EXTRAS[cmd_name], cmd_name, ctx)
-        command = importlib.import_module(f"haptid.{COMMANDS[cmd_name][0]}").main
+        command = getattr(importlib.import_module(f"haptid.{COMMANDS[cmd_name][0]}"), cmd_name)
         return command if isinstance(command, click.Command) else None
 
     def resolve_command(
@@ -76,14 +81,6 @@ def _need(extra: str, command: str, ctx: click.Context) -> None:
     except InputError as error:
         click.echo(f"error: {error}", err=True)
         ctx.exit(2)
-
-
-def version() -> str:
-    """Return the version of the installed haptid, or that of a clone that is run in place."""
-    try:
-        return metadata.version("haptid")
-    except metadata.PackageNotFoundError:
-        return "in a clone, not installed"
 
 
 @click.command(cls=Commands, epilog=EXAMPLES, context_settings={"help_option_names": ["-h", "--help"]})

@@ -22,7 +22,7 @@ from haptid.identification.calibration.calibrate import calibrate
 from haptid.identification.calibration.result_json import calibration_json
 from haptid.identification.calibration.start_values import write_with_starts
 from haptid.identification.calibration.words import summary_text as summary_of_calibration
-from haptid.identification.foreign.options import limit_option
+from haptid.identification.commands import identify as main
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.dask_workers import Cluster
 from haptid.identification.optimise.workers import Here, Processes, Workers
@@ -44,17 +44,17 @@ from haptid.identification.verification.verify import verify
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
-from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.format.reading import is_foreign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.report.common.stored_page import write_page
 from haptid.report.identification.foreign_page import calibration_page
 from haptid.report.identification.page import identification_page
-from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import write_json
 
 PACKAGES = ("numpy", "scipy", "sympy", "fmpy", "pythonfmu", "ziglang")
 """Packages whose versions are written to identification.json."""
@@ -113,35 +113,7 @@ def in_process(equations: Equations) -> Simulator:
     return KernelSimulator.of(equations)
 
 
-@click.command()
-@click.argument("campaign", required=False)
-@common_options
-@click.option(
-    "--fmu",
-    "kind",
-    type=click.Choice(["python", "native", "none"]),
-    default="python",
-    show_default=True,
-    help="Packaging that the fits run; none runs the kernel in process.",
-)
-@click.option("--starts", default=8, show_default=True, type=click.IntRange(min=1), help="Most starts of a fit.")
-@click.option("--method", type=click.Choice(["slsqp", "gauss_newton"]), default="slsqp", show_default=True)
-@click.option("--robust", is_flag=True, help="Pseudo-Huber loss, for gross outliers.")
-@click.option("--passive", is_flag=True, help="Demand passive friction of LuGre joints: sigma2 >= sigma1 (Fs - Fc)/Fc.")
-@click.option("--profile", is_flag=True, help="Follow profile likelihoods to the ends of their 95 % intervals.")
-@click.option("--free-velocity", is_flag=True, help="Fit the initial velocity of every run.")
-@click.option("--no-export", is_flag=True, help="Leave out the FMUs of the whole device.")
-@click.option(
-    "--model",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default=None,
-    metavar="ANY.fmu",
-    help="Calibrate this FMU; CAMPAIGN is about its variables. The one that campaign.toml names where left out.",
-)
-@limit_option
-@allow_outside_option
-@exit_codes
-def main(  # noqa: PLR0913 # one argument an option
+def identify_campaign(  # noqa: PLR0913 # one argument an option
     campaign: str | None,
     out: Path,
     joints: str | None,
@@ -152,17 +124,40 @@ def main(  # noqa: PLR0913 # one argument an option
     model: Path | None,
     limit_s: float,
     **choices: Any,
-) -> None:
-    """Identify a device from CAMPAIGN, a folder with campaign.toml; the embedded Freedom 6S one where left out.
+) -> dict[str, Any]:
+    """Identify a device from a campaign, and write and tell the result.
 
-    A campaign that names the variables of an FMU, or --model, calibrates that FMU.
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    out
+        Folder of the results.
+    joints
+        Numbers of the joints, separated by commas; None for all.
+    scheduler
+        Address of a Dask scheduler; None runs here.
+    kind
+        Packaging that the fits run: ``python``, ``native`` or ``none``.
+    no_export
+        Whether the FMUs of the whole device are left out.
+    model
+        FMU to calibrate; None where the campaign does not name the variables of one, or names it itself.
+    limit_s
+        Longest wait for one simulation of an FMU [s].
+    choices
+        Fields of `FitOptions`.
+
+    Returns
+    -------
+    dict
+        Content of identification.json.
     """
     if model is not None or is_foreign(campaign):
         for name, value in (("--joints", joints), ("--scheduler", scheduler)):
             if value is not None:
                 raise InputError(name, expected="no such option for an FMU", got=repr(value), todo="leave it out")
-        _calibrate(campaign, model, out, FitOptions(**choices), limit_s)
-        return
+        return _calibrate(campaign, model, out, FitOptions(**choices), limit_s)
     read = campaign_for_command(campaign)
     device = device_of(read)
     options = FitOptions(**choices)
@@ -184,14 +179,18 @@ def main(  # noqa: PLR0913 # one argument an option
     traces = [traces_of(step, job.build) for step in steps]
     predictions = [predict_unseen(step.compared) for step in steps]
     page = identification_page(read.title, steps, traces, predictions, data, verification)
-    write_text(job.out / "report.html", page)
-    write_json(job.file, data | {"complete": True})
+    write_page(job.out / "report.html", page)
+    data["complete"] = True
+    write_json(job.file, data)
     click.echo(summary_text(steps, data["verification"]))
     click.echo(f"written below {job.out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
+    return data
 
 
-def _calibrate(campaign: str | None, model: Path | None, out: Path, options: FitOptions, limit_s: float) -> None:
-    """Calibrate an FMU and write its results."""
+def _calibrate(
+    campaign: str | None, model: Path | None, out: Path, options: FitOptions, limit_s: float
+) -> dict[str, Any]:
+    """Calibrate an FMU, write its results, and return the content of identification.json."""
     if campaign is None:
         raise InputError("CAMPAIGN", expected="the folder of a campaign about the FMU", got="none")
     with warnings_on_stderr():
@@ -207,12 +206,13 @@ def _calibrate(campaign: str | None, model: Path | None, out: Path, options: Fit
             calibration = calibrate(read, fmu, options, report)
     data = calibration_json(calibration, _provenance(options), out)
     write_json(out / "identification.json", data)
-    write_text(out / "report.html", calibration_page(calibration, data))
+    write_page(out / "report.html", calibration_page(calibration, data))
     write_with_starts(read.model, out / "identified.fmu", calibration.values)
     # The units of an FMU may be no units of a parameter set: each value is in its variable's own.
     write_ssv(out / "parameters.ssv", calibration.values, dict.fromkeys(calibration.values, ""))
     click.echo(summary_of_calibration(calibration))
     click.echo(f"written below {out}: identification.json, report.html, identified.fmu, parameters.ssv")
+    return data
 
 
 def _fit_configurations(job: Job) -> tuple[tuple[Step, ...], dict[str, Any]]:

@@ -8,40 +8,37 @@ from typing import Any
 
 import click
 
-from haptid.identification.foreign.options import limit_option
 from haptid.measurement.checks.preparation import prepare_campaign
-from haptid.measurement.checks.summary import summarise, table_text
+from haptid.measurement.checks.summary import row_json, summarise, table_text
+from haptid.measurement.commands import check as main
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
-from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.format.reading import is_foreign, read_campaign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import exit_codes, progress
+from haptid.support.command import progress
 
 
-@click.command()
-@click.argument("campaign", required=False, type=click.Path(path_type=Path))
-@allow_outside_option
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-@click.option(
-    "--model",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default=None,
-    metavar="ANY.fmu",
-    help="FMU that CAMPAIGN is about; the one that campaign.toml names where left out.",
-)
-@limit_option
-@exit_codes
-def main(campaign: Path | None, quiet: bool, model: Path | None, limit_s: float) -> None:
-    """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).
+def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit_s: float) -> dict[str, Any]:
+    """Read a campaign, and tell what is in it.
 
-    Prints one row per run and joint, and remarks; exit 0 where the campaign can be used, 2 with one line where not.
-    "~" marks what was estimated from the data. Units: N m and rad (N and m for a joint that slides). A campaign about
-    an FMU is checked against the FMU's variables, and every run is simulated once.
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    quiet
+        Whether no progress is shown.
+    model
+        FMU that the campaign is about; None where there is none, or where the campaign names it.
+    limit_s
+        Longest wait for one simulation of an FMU [s].
+
+    Returns
+    -------
+    dict
+        Facts of the campaign and of every joint of every run, and what was remarked.
     """
     if campaign is not None and (model is not None or is_foreign(campaign)):
-        click.echo(_check_foreign(campaign, model, limit_s))
-        return
+        return _check_foreign(campaign, model, limit_s)
     with warnings_on_stderr():
         found = read_campaign(campaign)
         prepare_campaign(found)
@@ -50,10 +47,12 @@ def main(campaign: Path | None, quiet: bool, model: Path | None, limit_s: float)
     with bar:
         rows = summarise(found, report=bar.update)
     click.echo(table_text(rows))
+    head = {"title": found.title, "device": found.device, "measured": found.measured, "hold": found.hold}
+    return {**head, "configurations": [list(joints) for joints in found.configurations], "runs": [*map(row_json, rows)]}
 
 
-def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> str:
-    """Check a campaign about an FMU as `identification.run` will, and say what is in it."""
+def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> dict[str, Any]:
+    """Check a campaign about an FMU as `identification.run` will, tell what is in it, and return that."""
     # A command may ask the room that will use the campaign; other campaigns do without these imports.
     from haptid.identification.calibration.calibrate import simulator_of, try_all_runs  # noqa: PLC0415
     from haptid.identification.calibration.words import checked_text  # noqa: PLC0415
@@ -64,7 +63,17 @@ def _check_foreign(folder: Path, model: Path | None, limit_s: float) -> str:
     with ForeignFmu(found.model, limit_s=limit_s) as fmu:
         simulator = simulator_of(found, fmu)
         try_all_runs(found, simulator)
-        return checked_text(found, simulator)
+        click.echo(checked_text(found, simulator))
+    runs = [{"file": run.file, "use": run.use, "rows": int(run.t.size)} for run in found.runs]
+    return {
+        "title": found.title,
+        "model": str(found.model),
+        "measured": found.measured,
+        "inputs": list(found.inputs),
+        "outputs": list(found.outputs),
+        "parameters": [q.structured for q in simulator.equations.parameters],
+        "runs": runs,
+    }
 
 
 def _counts(campaign: Campaign) -> str:

@@ -5,99 +5,78 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
-from collections.abc import Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import click
 import tomli_w
 
+from haptid.measurement.commands import init as main
+from haptid.measurement.format.devices import SINGLE_JOINT
 from haptid.measurement.format.reading import read_campaign
-from haptid.measurement.making.mapping import Target, free_joints, map_columns, parse_map
+from haptid.measurement.making.answers import Answers, find_device, select_runs
+from haptid.measurement.making.logged_table import read_logged_table
+from haptid.measurement.making.mapping import Target, parse_map
+from haptid.measurement.making.prepared import PreparedTable, describe, prepare_table
+from haptid.measurement.making.questions import ask_columns, ask_facts, ask_noise, ask_step
+from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
-from haptid.measurement.tables.table import SUFFIXES, Table, read_table
+from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import exit_codes, parse_joints
+from haptid.support.command import parse_joints
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file, write_bytes, write_text
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Answers:
-    """Hold the user's statements on the data, from flags or from answers to questions.
+def make_campaign(
+    folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | bool | tuple[str, ...] | None
+) -> dict[str, Any]:
+    """Make a campaign from a folder of tables, and tell what was written.
 
     Parameters
     ----------
-    title
-        One line that names the tests.
-    device
-        Built-in name, device file, or ``single_joint``.
-    measured
-        False for synthetic data.
-    hold
-        Torque between rows, ``zero`` or ``linear``.
-    noise
-        Standard deviation of the white sensor noise [rad] ([m]); None to estimate it.
-    resolution
-        Encoder step [rad] ([m]); None to estimate it.
-    validate
-        Names of the tables that validate.
-    free
-        Joints that move; None for all that have a torque and a position.
-    targets
-        Column of the format by column of the user's tables.
-    """
+    folder
+        Folder with one table per run.
+    out
+        New folder for the campaign.
+    maps
+        Values of ``--map``.
+    flags
+        Further options of the command by name; None where absent.
 
-    title: str
-    device: str
-    measured: bool
-    hold: str
-    noise: float | None
-    resolution: float | None
-    validate: tuple[str, ...]
-    free: tuple[int, ...] | None
-    targets: Mapping[str, Target]
-
-
-@click.command()
-@click.argument("folder", type=click.Path(path_type=Path))
-@click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False), help="New folder to write.")
-@click.option("--title", default=None, help="One line that names the tests.")
-@click.option("--device", default=None, help="Built-in device, device TOML, or single_joint (default).")
-@click.option("--measured/--synthetic", "measured", default=None, help="Where the data come from.")
-@click.option("--hold", type=click.Choice(["zero", "linear"]), default="zero", show_default=True,
-              help="How torque runs between rows.")  # fmt: skip
-@click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
-@click.option("--resolution", type=float, default=None, help="Encoder step [rad].")
-@click.option("--validate", multiple=True, metavar="FILE", help="A run kept from every fit; may be repeated.")
-@click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
-              help="Rename a column, multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
-@click.option("--free", default=None, metavar="4", help="The joints that move, where the tables hold others too.")
-@exit_codes
-def main(folder: Path, out: Path, maps: tuple[str, ...], **flags: str | float | bool | tuple[str, ...] | None) -> None:
-    """Make a campaign from the CSV or Parquet tables in FOLDER, one run each.
-
-    FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
+    Returns
+    -------
+    dict
+        Folder, title, device and runs of the campaign.
     """
     refuse_overwrite(out)
-    tables = _tables(folder)
+    tables, layouts = _tables(folder)
     answers = _answers(folder, tables, dict(flags), parse_map(maps))
+    prepared = [prepare_table(table, answers) for table in tables]
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
         inner = Path(draft) / out.name
-        _write(inner, tables, answers)
+        _write(inner, prepared, answers)
         with warnings_on_stderr():
             campaign = _check_draft(inner, folder)
         if out.exists():
             out.rmdir()
         shutil.move(inner, out)
+    click.echo("\n".join([*layouts, *describe(prepared)]))
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
     about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
     click.echo(f"wrote {out}: {about}")
     click.echo(f"next: python -m measurement.check {out}")
+    understood = {
+        column: {"name": target.name, "factor": target.factor}
+        for one in prepared
+        for column, target in one.targets.items()
+    }
+    runs = [{"file": run.file, "free_joints": list(run.free_joints), "use": run.use} for run in campaign.runs]
+    head = {"campaign": str(out), "title": campaign.title, "device": campaign.device, "measured": campaign.measured}
+    return {**head, "understood": understood, "runs": runs}
 
 
 def _check_draft(draft: Path, folder: Path) -> Campaign:
@@ -110,78 +89,61 @@ def _check_draft(draft: Path, folder: Path) -> Campaign:
         ) from None
 
 
-def _tables(folder: Path) -> list[Table]:
+def _tables(folder: Path) -> tuple[list[Table], list[str]]:
+    """Return the tables, and a line on each that has another layout than the campaign format."""
     if not folder.is_dir():
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
     if not paths:
         raise InputError(str(folder), expected=f"tables that end in {', '.join(SUFFIXES)}", got="none")
-    return [read_table(path, as_text=True) for path in paths]
+    read = [read_logged_table(path) for path in paths]
+    layouts = [f"{table.path.name} has {layout}" for table, layout in read if layout]
+    return [table for table, _ in read], layouts
 
 
-def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], targets: dict[str, Target]) -> Answers:
+def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target]) -> Answers:
+    names = [table.path.name for table in tables]
     if _can_ask():
-        flags = _ask(folder, tables, flags)
-        targets = {**targets, **_ask_columns(tables, targets)}
-    names = {table.path.name for table in tables}
-    unknown = [name for name in flags["validate"] if name not in names]
-    if unknown:
-        where = "--validate"
-        raise InputError(where, expected=f"one of {', '.join(sorted(names))}", got=unknown[0])
+        flags = ask_facts(folder, tables, flags)
+        if flags["resolution"] is None and _holds_counts(tables, stated):
+            flags["resolution"] = ask_step()
+        stated = ask_columns(tables[0], stated, flags["resolution"])
+        flags["noise"] = ask_noise() if flags["noise"] is None else flags["noise"]
     if flags["measured"] is None:
         where = "--measured or --synthetic"
         raise InputError(where, expected="one of the two flags", got="neither")
-    title, device = flags["title"] or folder.resolve().name, flags["device"] or "single_joint"
-    free = parse_joints(flags["free"])
-    return Answers(**{**flags, "title": title, "device": device, "free": free, "targets": targets})
+    return Answers(
+        title=flags["title"] or folder.resolve().name,
+        device=find_device(flags["device"] or SINGLE_JOINT, folder),
+        measured=flags["measured"],
+        hold=flags["hold"],
+        noise=flags["noise"],
+        resolution=flags["resolution"],
+        validate=select_runs(flags["validate"], names),
+        free=parse_joints(flags["free"], "--free"),
+        stated=stated,
+    )
 
 
 def _can_ask() -> bool:
     return sys.stdin.isatty()
 
 
-def _ask(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[str, Any]:
-    """Ask for title, device, origin and validation runs where no flag gives them."""
-    flags = dict(flags)
-    if flags["title"] is None:
-        flags["title"] = click.prompt("Title", default=folder.resolve().name)
-    if flags["device"] is None:
-        flags["device"] = click.prompt("Device (built-in name, device TOML, or single_joint)", default="single_joint")
-    if flags["measured"] is None:
-        flags["measured"] = click.confirm("Were the data measured on a real device?", default=True)
-    if not flags["validate"] and len(tables) > 1:
-        listed = " ".join(table.path.name for table in tables)
-        answer = click.prompt(f"Runs to keep from every fit, of {listed} (separated by spaces)", default="")
-        flags["validate"] = tuple(answer.split())
-    return flags
+def _holds_counts(tables: list[Table], stated: dict[str, Target]) -> bool:
+    """Whether a position without a stated factor is in encoder counts."""
+    names = {name for table in tables for name in table.columns if name not in stated}
+    return any(in_counts(name) for name in names)
 
 
-def _ask_columns(tables: list[Table], targets: dict[str, Target]) -> dict[str, Target]:
-    """Ask for the meaning of each column where the first table has no ``time_s`` or no position."""
-    first = tables[0]
-    names = {targets[name].name if name in targets else name for name in first.columns}
-    if "time_s" in names and any(name.startswith("position_") for name in names):
-        return {}
-    click.echo(f"{first.path.name} has the columns {', '.join(first.columns)}. Empty keeps a column as it is.")
-    entries = []
-    for column in first.columns:
-        if column not in targets:
-            goal = click.prompt(f"{column} is (time_s, torque_0_Nm, position_0_rad*0.0174533, …)", default="")
-            entries += [f"{column}={goal}"] if goal else []
-    return parse_map(tuple(entries))
-
-
-def _write(folder: Path, tables: list[Table], answers: Answers) -> None:
+def _write(folder: Path, prepared: list[PreparedTable], answers: Answers) -> None:
     runs: list[dict[str, Any]] = []
     sensor: dict[str, float | None] = {}
-    for table in tables:
-        frame = map_columns(table, answers.targets)
-        joints = free_joints(list(frame.columns), str(table.path), answers.free)
-        use = "validate" if table.path.name in answers.validate else "fit"
-        runs.append({"file": table.path.name, "free_joints": list(joints), "use": use})
-        write_table(folder / table.path.name, frame)
+    for one in prepared:
+        write_table(folder / one.file, one.frame)
+        posture = {"locked_positions_rad": list(one.posture)} if any(one.posture) else {}
+        runs.append({"file": one.file, "free_joints": list(one.free), **posture, "use": one.use})
         for unit in ("rad", "m"):
-            if any(f"position_{joint}_{unit}" in frame for joint in joints):
+            if any(f"position_{joint}_{unit}" in one.frame for joint in one.free):
                 sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
     device = _copy_device(answers.device, folder)
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}

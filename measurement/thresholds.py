@@ -53,6 +53,9 @@ class Thresholds:
     """Largest speed [rad/s]."""
     least_travel_over_noise: float = 10.0
     """Travel over the standard deviation of a reading [1], below which a joint counts as at rest."""
+    least_travel_over_largest: float = 0.02
+    """Travel over the largest one of the joints in the same table [1], below which a joint counts as locked when a
+    campaign is made: a lock that gives way moves by less."""
 
     # Clock: the time between rows.
     shortest_row_interval_s: float = 1e-9

@@ -7,43 +7,40 @@ from typing import Any
 
 import click
 
+from haptid.model.commands import plan as main
 from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 from haptid.model.planning.lock_postures import plan_postures
 from haptid.model.planning.locking_order import LockingOrder, locking_order
 from haptid.model.planning.summary import Data, design_summary, plan_summary
 from haptid.model.planning.torque_design import ExcitationPlan, locked_quantities, plan_excitation
+from haptid.report.common.stored_page import write_page
 from haptid.report.locking_plan.page import plan_page
 from haptid.report.locking_plan.text import plan_text
-from haptid.support.command import exit_codes, progress
+from haptid.support.command import progress
 from haptid.support.errors import NumericalError
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import write_json
 
 
-@click.command()
-@click.argument("device", default="freedom6s")
-@click.option(
-    "--out",
-    type=click.Path(path_type=Path, file_okay=False),
-    default=Path("artifacts"),
-    show_default=True,
-    help="Folder for the plan.",
-)
-@click.option(
-    "--runs", default=5, show_default=True, type=click.IntRange(min=1), help="Runs to propose for each joint."
-)
-@click.option(
-    "--tests", default=14, show_default=True, type=click.IntRange(min=0), help="Tests at other postures to propose."
-)
-@click.option(
-    "--noise", default=2e-4, show_default=True, type=click.FloatRange(min=0, min_open=True), help="Sensor noise [rad]."
-)
-@click.option("--design/--no-design", default=True, show_default=True, help="Propose runs and lock postures.")
-@click.option("--seed", type=int, default=0, show_default=True, help="Same seed, same plan.")
-@click.option("--quiet", is_flag=True, help="No progress on stderr.")
-@exit_codes
-def main(device: str, out: Path, design: bool, **options: Any) -> None:
-    """Derive the locking plan of DEVICE: a built-in name, a device TOML or a URDF."""
+def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
+    """Derive the locking plan of a device, and write and tell it.
+
+    Parameters
+    ----------
+    device
+        Built-in name, device TOML or URDF.
+    out
+        Folder for the plan.
+    design
+        Whether runs and lock postures are proposed.
+    options
+        Numbers of runs and tests, noise [rad], seed, and whether progress is shown.
+
+    Returns
+    -------
+    dict
+        Content of locking_plan.json.
+    """
     loaded = load_device(device)
     for joint in range(len(loaded.joints)):
         locked_quantities(loaded, joint)  # refuses what would end the work that follows
@@ -52,9 +49,10 @@ def main(device: str, out: Path, design: bool, **options: Any) -> None:
     if design:
         plan |= _design(loaded, order, **options)
     click.echo(plan_text(plan))
-    page = write_text(out / "locking_plan.html", plan_page(plan))
+    page = write_page(out / "locking_plan.html", plan_page(plan))
     data = write_json(out / "locking_plan.json", plan)
     click.echo(f"\nwritten: {page}, {data}")
+    return plan
 
 
 def _design(

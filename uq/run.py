@@ -15,7 +15,6 @@ from click.core import ParameterSource
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.fit.multistart import fit
-from haptid.identification.foreign.options import limit_option
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.workers import Processes, Submitting
 from haptid.identification.problem.options import FitOptions
@@ -29,18 +28,19 @@ from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.verification.result import Verification
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.devices import device_of
-from haptid.measurement.format.places import allow_outside_option
 from haptid.measurement.format.reading import is_foreign
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.report.common.stored_page import write_page
 from haptid.report.discrepancy.full_model_section import full_model_sections
 from haptid.report.posterior.foreign_page import foreign_posterior_page
 from haptid.report.posterior.page import posterior_page
-from haptid.support.command import common_options, exit_codes, parse_joints, progress
+from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_json, write_text
+from haptid.support.files.files import write_json
 from haptid.support.processes.threads import single_threaded
+from haptid.uq.commands import posterior as main
 from haptid.uq.density.forward import kernel_of
 from haptid.uq.foreign.infer import QUICK as FOREIGN_QUICK
 from haptid.uq.foreign.infer import SAMPLING as FOREIGN_SAMPLING
@@ -79,27 +79,23 @@ class _Results:
     full: Verification = field(default_factory=lambda: Verification(runs=()))
 
 
-@click.command(help=__doc__)
-@click.argument("campaign", required=False, type=click.Path(path_type=Path))
-@common_options
-@click.option("--quick", is_flag=True, help="A short chain: under a minute a joint; says that it is short.")
-@click.option("--sensitivity", is_flag=True, help="Also with all priors half and twice as wide.")
-@click.option(
-    "--fmu",
-    "kind",
-    type=click.Choice(["python", "native", "none"]),
-    default="none",
-    show_default=True,
-    help="Packaging that the sampler runs; none runs the same equations' kernel in process, many sets side by side.",
-)
-@limit_option
-@allow_outside_option
-@exit_codes
-def main(campaign: Path | None, **settings: Any) -> None:
-    """Sample, write, summarise."""
+def sample_campaign(campaign: Path | None, **settings: Any) -> dict[str, Any]:
+    """Sample the posterior of every joint, and write and tell the result.
+
+    Parameters
+    ----------
+    campaign
+        Folder with campaign.toml; None for the embedded Freedom 6S campaign.
+    settings
+        Options of the command by name.
+
+    Returns
+    -------
+    dict
+        Content of posterior.json.
+    """
     if holds_calibration(campaign) or is_foreign(campaign):
-        _infer_foreign(campaign, **settings)
-        return
+        return _infer_foreign(campaign, **settings)
     read = campaign_for_command(campaign)
     device = device_of(read)
     sampling = replace(QUICK if settings["quick"] else SamplingOptions(), seed=settings["seed"])
@@ -120,14 +116,15 @@ def main(campaign: Path | None, **settings: Any) -> None:
             results.posteriors.append(posterior)
             results.steps.append(Step(configuration=configuration, fit=as_fit(fitted, posterior)))
             save_chains(posterior, command.out / "posterior" / f"joint{posterior.joint}.nc", measured=read.measured)
-            _write(command, results)
+            data = _write(command, results)
             click.echo(_summary(posterior))
     if device is not None:
         results.full = full_model_bands(read, device, results.steps, seed=sampling.seed)
-        _write(command, results)
+        data = _write(command, results)
+    return data
 
 
-def _infer_foreign(campaign: Path | None, **settings: Any) -> None:
+def _infer_foreign(campaign: Path | None, **settings: Any) -> dict[str, Any]:
     """Sample the posterior of a calibrated FMU: CAMPAIGN is the folder of its results, or --out holds them."""
     if settings["joints"] is not None:
         raise InputError("--joints", expected="no such option for an FMU", got=repr(settings["joints"]))
@@ -148,12 +145,14 @@ def _infer_foreign(campaign: Path | None, **settings: Any) -> None:
             bar.set_postfix_str(f"τ {tau:.1f}, ESS {effective:.0f}")
 
         posterior = single_threaded(infer_foreign, calibrated, fmu, options, pool, report)
-    write_json(out / "posterior.json", with_null(posterior_json(posterior, seed)))
+    data = with_null(posterior_json(posterior, seed))
+    write_json(out / "posterior.json", data)
     save_foreign_draws(posterior, out / "parameters_posterior.csv", seed)
     save_foreign_chains(posterior, out / "posterior" / "model.nc")
     footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", calibrated.campaign.title]
-    write_text(out / "posterior.html", foreign_posterior_page(posterior, footer))
+    write_page(out / "posterior.html", foreign_posterior_page(posterior, footer))
     click.echo(summary_of_foreign(posterior))
+    return data
 
 
 def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Submitting]:
@@ -236,7 +235,7 @@ def _simulator(command: _Command, equations: Equations) -> Simulator:
     return FmuSimulator.of(identification_fmu(equations, kind=command.kind), equations)
 
 
-def _write(command: _Command, results: _Results) -> None:
+def _write(command: _Command, results: _Results) -> dict[str, Any]:
     """Write the files of all finished joints; it runs after each joint, so that an interrupted command keeps them."""
     campaign, out, posteriors = command.campaign, command.out, results.posteriors
     seed = command.options.sampling.seed
@@ -249,7 +248,8 @@ def _write(command: _Command, results: _Results) -> None:
         "intervals": "equal-tailed",
     }
     joints = [as_json(p) for p in posteriors]
-    write_json(out / "posterior.json", with_null({**head, "joints": joints, "full_model": results.full.as_json()}))
+    data = with_null({**head, "joints": joints, "full_model": results.full.as_json()})
+    write_json(out / "posterior.json", data)
     save_draws(posteriors, out / "parameters_posterior.csv", np.random.default_rng([seed, 5]))
     footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", campaign.title]
     page = posterior_page(
@@ -259,7 +259,8 @@ def _write(command: _Command, results: _Results) -> None:
         footer=footer,
         full=full_model_sections(results.full),
     )
-    write_text(out / "posterior.html", page)
+    write_page(out / "posterior.html", page)
+    return data
 
 
 def _summary(posterior: Posterior) -> str:

@@ -70,7 +70,7 @@ def data_digest(campaign: Campaign, device: Device | None, configuration: Config
     str
         Sixteen hexadecimal digits of the SHA-256.
     """
-    digest = hashlib.sha256(_code_digest())
+    digest = hashlib.sha256(code_digest())
     digest.update(repr((campaign.device, campaign.parameter_overrides, repr(device), campaign.friction)).encode())
     digest.update(repr(campaign.drives).encode())
     digest.update(repr((configuration.free_joints, configuration.posture)).encode())
@@ -82,7 +82,7 @@ def data_digest(campaign: Campaign, device: Device | None, configuration: Config
 
 
 @cache
-def _code_digest() -> bytes:
+def code_digest() -> bytes:
     """Compute the digest of the source files of the packages in `CODE`."""
     digest = hashlib.sha256()
     for path in sorted(_sources()):

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,10 +42,13 @@ class Row:
         Texts under `HEADER`, one each.
     remarks
         Sentences below the table.
+    facts
+        The same as numbers in SI units, by names with their units.
     """
 
     cells: tuple[str, ...]
     remarks: tuple[str, ...]
+    facts: Mapping[str, str | int | float | None]
 
 
 def unevenness(run: Run) -> float:
@@ -96,7 +100,31 @@ def _row(one: Remarks, column: int) -> Row:
         f"{given}{one.noise[column]:.2g}",
         f"{step_given}{one.resolution[column]:.2g}",
     )
-    return Row(cells=cells, remarks=(*one.by_joint[column], *_own_words(run)))
+    slides = run.prismatic[column]
+    position, torque = ("m", "N") if slides else ("rad", "Nm")
+    facts: dict[str, str | int | float | None] = {
+        "file": run.file,
+        "joint": run.free_joints[column],
+        "use": run.use,
+        "rows": int(run.t.size),
+        "duration_s": float(run.t[-1]),
+        "rate_Hz": float(1 / np.median(np.diff(run.t))),
+        "uneven_share": uneven,
+        f"{'force' if slides else 'torque'}_half_range_{torque}": float(np.ptp(run.u[:, column]) / 2),
+        f"travel_{position}": float(np.ptp(run.y[:, column])),
+        "omega_rad_s": float(cycles.omega) if cycles.omega else None,
+        "cycles": int(cycles.count) if cycles.count > 1 else None,
+        f"noise_{position}": float(one.noise[column]),
+        "noise_stated": bool(np.isfinite(run.noise[column])),
+        f"resolution_{position}": float(one.resolution[column]),
+        "resolution_stated": bool(np.isfinite(run.resolution[column])),
+    }
+    return Row(cells=cells, remarks=(*one.by_joint[column], *_own_words(run)), facts=facts)
+
+
+def row_json(row: Row) -> dict[str, Any]:
+    """Return facts and remarks of a row as a value for JSON."""
+    return {**row.facts, "remarks": list(row.remarks)}
 
 
 def _own_words(run: Run) -> list[str]:

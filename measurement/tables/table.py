@@ -47,10 +47,13 @@ class Table:
         File of the table.
     frame
         Its cells, as numbers or as text.
+    lines_before
+        Number of lines before the header.
     """
 
     path: Path
     frame: pd.DataFrame
+    lines_before: int = 0
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -60,12 +63,14 @@ class Table:
     @property
     def header(self) -> str:
         """Name the header for an error message."""
-        return f"{self.path}, line 1" if self.path.suffix != ".parquet" else f"{self.path}, columns"
+        return (
+            f"{self.path}, line {self.lines_before + 1}" if self.path.suffix != ".parquet" else f"{self.path}, columns"
+        )
 
     def row(self, index: int) -> str:
         """Name a row for an error message: the line of the text file, or the row of a Parquet table, from 1."""
         is_text = self.path.suffix != ".parquet"
-        return f"{self.path}, line {index + 2}" if is_text else f"{self.path}, row {index + 1}"
+        return f"{self.path}, line {self.lines_before + index + 2}" if is_text else f"{self.path}, row {index + 1}"
 
     def numbers(self, column: str) -> Array:
         """Return a column as finite numbers.

@@ -1,4 +1,4 @@
-"""The page of all reports: `Section` values in, self-contained HTML out."""
+"""The page of all reports: `Page` of `Section`s in, self-contained HTML out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import jinja2
-from markupsafe import Markup
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.report.common", ""),
@@ -26,7 +25,7 @@ class Table:
     header
         Texts of the header cells.
     rows
-        Texts of the cells, row by row; cells that are `Markup` are not escaped.
+        Texts of the cells, row by row.
     caption
         Text above the table; none where empty.
     """
@@ -73,16 +72,15 @@ class Section:
 
     title: str
     anchor: str = ""
-    paragraphs: Sequence[str | Markup] = ()
+    paragraphs: Sequence[str] = ()
     pictures: Sequence[Picture] = ()
     tables: Sequence[Table] = ()
     folded: bool = False
 
 
-def render_page(
-    *, title: str, lead: str, sections: Sequence[Section], synthetic: bool | None, footer: Sequence[str] = ()
-) -> str:
-    """Render a self-contained page.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Page:
+    """A self-contained page.
 
     Parameters
     ----------
@@ -96,12 +94,17 @@ def render_page(
         True prints the label SYNTHETIC DATA, False says measured data, None says nothing (no data behind the page).
     footer
         Provenance: command, seed, versions.
-
-    Returns
-    -------
-    str
-        HTML.
     """
-    return _ENVIRONMENT.get_template("page.html.j2").render(
-        title=title, lead=lead, sections=sections, synthetic=synthetic, footer=footer
-    )
+
+    title: str
+    lead: str
+    sections: Sequence[Section]
+    synthetic: bool | None
+    footer: Sequence[str] = ()
+
+    @property
+    def html(self) -> str:
+        """The page as HTML."""
+        return _ENVIRONMENT.get_template("page.html.j2").render(
+            title=self.title, lead=self.lead, sections=self.sections, synthetic=self.synthetic, footer=self.footer
+        )

@@ -1,4 +1,4 @@
-"""The page of a search for missing physics: `Finding` in, HTML out; verdict first, pictures next, statistics last."""
+"""The page of a search for missing physics: `Finding` in, `Page` out; verdict first, pictures next, statistics last."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import round_to_error, with_error
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 from haptid.support.numbers import plain
 
@@ -368,7 +368,7 @@ def _surface(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:
         axis.set_ylabel(_axis(shape.variables[0], prismatic))
 
 
-def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
+def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     """Render the page of one study.
 
     Parameters
@@ -382,8 +382,8 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
 
     Returns
     -------
-    str
-        HTML, without sections that have no content.
+    Page
+        Content of the page, without sections that have no content.
     """
     j = finding.judgement
     named = bool(j.effects) and j.verdict != "nothing_missing"
@@ -415,7 +415,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> str:
         f"{best} of {tried} starts reached the base model's best minimum; "
         f"{finding.search.simulations} runs simulated in the search's fits; {finding.wall_s:.0f} s in all."
     ]
-    return render_page(
+    return Page(
         title=f"{finding.search.study.title}: {title}",
         lead=j.sentence,
         sections=[s for s in sections if s.paragraphs or s.pictures or any(t.rows for t in s.tables)],

@@ -1,4 +1,4 @@
-"""The page of a search for missing physics whose residual is a torque: `TorqueFinding` in, HTML out."""
+"""The page of a search for missing physics whose residual is a torque: `TorqueFinding` in, `Page` out."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
 from haptid.report.discrepancy.page import where_picture, write_share
 
@@ -125,7 +125,7 @@ def _unit(finding: TorqueFinding, unit: str) -> str:
     return unit_for(unit, [finding.search.study.prismatic])
 
 
-def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> str:
+def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> Page:
     """Render the page.
 
     Parameters
@@ -139,8 +139,8 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> st
 
     Returns
     -------
-    str
-        HTML.
+    Page
+        Content of the page.
     """
     found = finding.search
     tried = (
@@ -164,7 +164,7 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> st
         Section(title="What would settle it", anchor="settle", paragraphs=[settle]),
         Section(title="What was tried", anchor="tried", paragraphs=[tried], tables=_rounds(finding)),
     ]
-    return render_page(
+    return Page(
         title=f"Joint {found.study.joint}: {title}",
         lead=finding.sentence,
         sections=[s for s in sections if s.anchor != "what" or found.final.effects],

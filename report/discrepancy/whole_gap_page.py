@@ -1,4 +1,4 @@
-"""The page of the runs with all joints free: `WholeFinding` in, HTML with the residuals before and after out."""
+"""The page of the runs with all joints free: `WholeFinding` in, `Page` with the residuals before and after out."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from haptid.discrepancy.finding.full_model import Missed, WholeFinding
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
 
 
@@ -37,7 +37,7 @@ def missed_picture(finding: WholeFinding) -> Picture:
     return Picture(uri=data_uri(made), caption=caption, alt="what every joint misses before and after")
 
 
-def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
+def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> Page:
     """Render the page.
 
     Parameters
@@ -51,8 +51,8 @@ def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
 
     Returns
     -------
-    str
-        HTML.
+    Page
+        Content of the page.
     """
     rows = [
         (r.file, r.mode.replace("_", " "), f"{r.joint}", *(f"{1e3 * x:.3g}" for x in _numbers(r))) for r in finding.rows
@@ -62,7 +62,7 @@ def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> str:
     header = ("run", "simulated", "joint", *numbers)
     none = "No effect was named in a joint: before and after agree."
     with_names = f"After: with {', '.join(finding.names)}." if finding.names else none
-    return render_page(
+    return Page(
         title=f"All joints: {title}",
         lead=finding.sentence,
         sections=[

@@ -1,4 +1,4 @@
-"""The page of a calibrated FMU: `Calibration` in, HTML out.
+"""The page of a calibrated FMU: `Calibration` in, `Page` out.
 
 It shows the parameters with their status, every run's figures by output, and measured and simulated outputs.
 """
@@ -12,7 +12,7 @@ from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.words import RUNS, attention, run_rows, sentence_of
 from haptid.measurement.values.run import Run
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
 
 METHOD = (
@@ -32,8 +32,8 @@ LEAST_POINTS = 2500
 """Fewest points of a thinned curve [1]."""
 
 
-def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> str:
-    """Render the page of a calibration.
+def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> Page:
+    """Compose the page of a calibration.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> str:
 
     Returns
     -------
-    str
-        HTML.
+    Page
+        Content of the page.
     """
     fit = calibration.fit
     said = tuple(f"{sentence[0].upper()}{sentence[1:]}." for sentence in attention(calibration))
@@ -60,7 +60,7 @@ def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> str:
         Section(title="The FMU", anchor="fmu", paragraphs=(STARTS,), tables=(_minima(calibration),)),
     ]
     sentence = sentence_of(fit.outcome)
-    return render_page(
+    return Page(
         title=calibration.campaign.title,
         lead=f"{calibration.campaign.model.name}: {sentence}.",
         sections=sections,

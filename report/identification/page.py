@@ -1,4 +1,4 @@
-"""The page of ``identification.run``: steps, traces and verification in, HTML out.
+"""The page of ``identification.run``: steps, traces and verification in, `Page` out.
 
 It shows, for each joint, measured and simulated positions, parameters with their status, and remedies.
 """
@@ -19,7 +19,7 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.identification.figures import run_picture, whole_picture
 from haptid.report.identification.plain_section import plain_section
 
@@ -41,7 +41,7 @@ def identification_page(
     predictions: Sequence[Prediction | None],
     data: Mapping[str, Any],
     verification: Verification,
-) -> str:
+) -> Page:
     """Render the page of an identification.
 
     Parameters
@@ -61,8 +61,8 @@ def identification_page(
 
     Returns
     -------
-    str
-        HTML.
+    Page
+        Content of the page.
     """
     sections = [_overview(steps), *_remarks(data.get("remarks", ()))]
     for step, own, prediction in zip(steps, traces, predictions, strict=True):
@@ -78,7 +78,7 @@ def identification_page(
         f"Command: {data['command']}",
         "Software: " + ", ".join(f"{name} {number}" for name, number in data["software"].items()),
     )
-    return render_page(
+    return Page(
         title=title,
         lead=_lead(steps, verification),
         sections=sections,

@@ -1,11 +1,11 @@
-"""The page of a locking plan: summary of `model.plan` in, HTML out.
+"""The page of a locking plan: summary of `model.plan` in, `Page` out.
 
 It shows the locking order, the table of ones, equations, unidentifiable parameters, and proposed runs and postures.
 """
 
 from __future__ import annotations
 
-from haptid.report.common.page import Section, Table, render_page
+from haptid.report.common.page import Page, Section, Table
 from haptid.report.locking_plan.tables import (
     COUNTS_HEADER,
     ERRORS_HEADER,
@@ -22,7 +22,7 @@ from haptid.report.locking_plan.tables import (
 )
 
 
-def plan_page(plan: Data) -> str:
+def plan_page(plan: Data) -> Page:
     """Render the plan as a self-contained page.
 
     Parameters
@@ -32,8 +32,8 @@ def plan_page(plan: Data) -> str:
 
     Returns
     -------
-    str
-        HTML; the sections on the design are left out where the plan has no postures.
+    Page
+        Content of the page; the sections on the design are left out where the plan has no postures.
     """
     base = plan["base_parameters"]
     order = ", ".join(configuration(joints) for joints in plan["locking_order"])
@@ -91,9 +91,7 @@ def plan_page(plan: Data) -> str:
         f"{base['reached_with_locked_joints_anywhere']} over other lock postures."
     )
     footer = [f"{name} {number}" for name, number in plan["software"].items()]
-    return render_page(
-        title=f"Locking plan: {plan['title']}", lead=lead, sections=sections, synthetic=None, footer=footer
-    )
+    return Page(title=f"Locking plan: {plan['title']}", lead=lead, sections=sections, synthetic=None, footer=footer)
 
 
 def _design_sections(plan: Data) -> list[Section]:

@@ -1,11 +1,11 @@
-"""The page of an FMU's posterior: `ForeignPosterior` in, HTML out."""
+"""The page of an FMU's posterior: `ForeignPosterior` in, `Page` out."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from haptid.report.common.numbers import round_to_error
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import BAND, MEASURED, data_uri, figure, style
 from haptid.report.posterior.figures import corner
 from haptid.uq.foreign.infer import Band, ForeignPosterior
@@ -17,8 +17,8 @@ METHOD = (
 )
 
 
-def foreign_posterior_page(posterior: ForeignPosterior, footer: Sequence[str]) -> str:
-    """Render the page of an FMU's posterior.
+def foreign_posterior_page(posterior: ForeignPosterior, footer: Sequence[str]) -> Page:
+    """Compose the page of an FMU's posterior.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def foreign_posterior_page(posterior: ForeignPosterior, footer: Sequence[str]) -
 
     Returns
     -------
-    str
-        HTML.
+    Page
+        Content of the page.
     """
     campaign, drawn = posterior.calibrated.campaign, posterior.sample
     names = variable_names(posterior)
@@ -58,7 +58,7 @@ def foreign_posterior_page(posterior: ForeignPosterior, footer: Sequence[str]) -
     lead = " ".join(p.verdict for p in posterior.parameters[:-1])
     if not posterior.sound:
         lead = f"The chains have not settled: read no final figures from them. {lead}"
-    return render_page(
+    return Page(
         title=f"How well the parameters of {campaign.model.name} are known",
         lead=lead,
         sections=sections,

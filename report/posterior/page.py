@@ -1,4 +1,4 @@
-"""``posterior.html``: posteriors in, HTML with intervals, predictions, noise model and diagnostics out."""
+"""``posterior.html``: posteriors in, `Page` with intervals, predictions, noise model and diagnostics out."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import round_to_error
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import data_uri
 from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
 from haptid.report.posterior.overview import lead, overview, physical, width
@@ -26,7 +26,7 @@ INTERVALS = "Intervals are equal-tailed: as much posterior probability lies belo
 
 def posterior_page(
     posteriors: Sequence[Posterior], *, title: str, synthetic: bool, footer: Sequence[str], full: Sequence[Section] = ()
-) -> str:
+) -> Page:
     """Render the page of all joints.
 
     Parameters
@@ -44,14 +44,12 @@ def posterior_page(
 
     Returns
     -------
-    str
-        HTML.
+    Page
+        Content of the page.
     """
     sections = [overview(posteriors)] if len(posteriors) > 1 else []
     sections += [part for p in posteriors for part in _joint(p)]
-    return render_page(
-        title=title, lead=lead(posteriors), sections=[*sections, *full], synthetic=synthetic, footer=footer
-    )
+    return Page(title=title, lead=lead(posteriors), sections=[*sections, *full], synthetic=synthetic, footer=footer)
 
 
 def _joint(p: Posterior) -> list[Section]:

@@ -168,7 +168,18 @@ def write_json(path: Path, value: dict[str, Any]) -> Path:
     InputError, WritingError
         As `write_bytes`.
     """
-    return write_text(path, json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
+    return write_text(path, json_text(value))
+
+
+def json_text(value: Any) -> str:
+    """Return ``value`` as indented JSON that ends with a newline.
+
+    Raises
+    ------
+    ValueError
+        Where a number is NaN or infinite.
+    """
+    return json.dumps(value, indent=1, ensure_ascii=False, allow_nan=False) + "\n"
 
 
 def read_json(path: Path, wanted: str, schema: tuple[str, str] | None = None) -> dict[str, Any]:

@@ -101,7 +101,7 @@ def test_a_run_that_is_killed_with_partial_results_goes_on_from_them(
     assert content(tmp_path / "out") == content(whole[0])
     walls = [c["wall_s"] for c in json.loads(file.read_text(encoding="utf-8"))["configurations"]]
     assert walls[:finished] == [c["wall_s"] for c in before["configurations"]]  # taken over, not fitted again
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["identification.json", "report.html"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["identification.json", "pages", "report.html"]
 
 
 def test_a_full_disk_leaves_nothing_that_looks_whole(whole: tuple[Path, float], tmp_path: Path):

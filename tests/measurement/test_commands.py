@@ -43,11 +43,12 @@ def test_new_from_flags(tables, tmp_path):
 
 def test_new_asks_where_flags_are_absent(tables, tmp_path, monkeypatch):
     monkeypatch.setattr(new, "_can_ask", lambda: True)
-    answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ntorque_2_Nm\nposition_2_rad*0.0174533\n"
+    answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ntorque_2_Nm\nposition_2_rad*0.0174533\n1e-4\n"
     result = run_new(tables, "--out", tmp_path / "made", answers=answers)
     assert result.exit_code == 0, result.output
     campaign = read_campaign(tmp_path / "made")
     assert (campaign.title, campaign.device, campaign.measured) == ("Asked", "single_joint", True)
+    assert campaign.noise_given
     assert [run.use for run in campaign.runs] == ["fit", "validate"]
 
 

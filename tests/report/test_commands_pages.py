@@ -102,7 +102,7 @@ def test_the_discrepancy_s_page_has_the_numbers_of_its_json(campaign, tmp_path):
     assert TITLE in page.text
     gap = found["gap"]["validate"]
     told = [f"{1e3 * gap[name]:.3g}" for name in ("before", "after", "noise")]
-    assert page.row("runs that no fit saw")[1:4] == told
+    assert page.row("runs that no fit saw, which chose among candidates")[1:4] == told
     assert len(page.pictures) >= 2
 
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from haptid.report.common.numbers import round_to_error, with_error
-from haptid.report.common.page import Picture, Section, Table, render_page
+from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import data_uri, figure, png
 from tests.report.reading import seen
 
@@ -17,7 +17,7 @@ NASTY = "</td><script>x</script> \"quoted\" 'single' & {{ 7*7 }} {% raw %} ]]> *
 def page(synthetic=None):
     made = figure()
     made.subplots().plot([0, 1], [1, 0])
-    return render_page(
+    return Page(
         title=NASTY,
         lead=NASTY,
         synthetic=synthetic,
@@ -31,7 +31,7 @@ def page(synthetic=None):
             )
         ],
         footer=[NASTY],
-    )
+    ).html
 
 
 def test_text_of_every_place_stays_text():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -9,7 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.command_line import COMMANDS, main
+from haptid.discrepancy.commands import STAGES as OFFERED
+from haptid.discrepancy.finding.stages import STAGES
 from haptid.support.installing.environment import ROOT
+from haptid.version import version
 
 
 def test_help_imports_no_package():
@@ -23,7 +27,9 @@ def test_help_imports_no_package():
     done = subprocess.run(
         [sys.executable, "-c", script, "--help"], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    assert "['haptid.command_line']" in done.stdout
+    assert "['haptid.version', 'haptid.command_line']" in done.stdout or (
+        "['haptid.command_line', 'haptid.version']" in done.stdout
+    )
     assert all(name in done.stdout for name in COMMANDS)
 
 
@@ -32,6 +38,34 @@ def test_every_command_is_there(name: str):
     done = CliRunner().invoke(main, [name, "--help"])
     assert done.exit_code == 0
     assert "Usage: " in done.output
+    assert f"haptid {name} " in done.output.split("Examples:")[1]
+    assert "--json" in done.output
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_a_version(name: str):
+    done = CliRunner().invoke(main, [name, "--version"])
+    assert (done.exit_code, done.output) == (0, f"haptid, version {version()}\n")
+
+
+HEAVY = ("numpy", "pandas", "scipy", "sympy", "matplotlib", "cvxpy", "fmpy", "arviz")
+"""Packages that take a second to import and that no help needs."""
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_of_a_command_imports_nothing_heavy(name: str):
+    script = "\n".join((
+        "import sys",
+        "from haptid.command_line import main",
+        f"main([{name!r}, '--help'], standalone_mode=False)",
+        f"print([m for m in {HEAVY} if m in sys.modules])",
+    ))  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.endswith("[]\n")
+
+
+def test_the_stages_offered_are_those_that_the_search_does():
+    assert OFFERED == STAGES
 
 
 def test_an_unknown_command_is_one_line_with_what_it_may_have_meant():
@@ -39,3 +73,13 @@ def test_an_unknown_command_is_one_line_with_what_it_may_have_meant():
     assert done.exit_code == 2
     assert done.output.count("\n") == 1
     assert done.output.endswith("got 'identfy'; did you mean identify?\n")
+
+
+@pytest.mark.parametrize(
+    ("typed", "completed"), [("haptid id", "identify"), ("haptid po", "posterior"), ("haptid identify --js", "--json")]
+)
+def test_the_shell_completes_commands_and_options(typed: str, completed: str):
+    words = {"_HAPTID_COMPLETE": "bash_complete", "COMP_WORDS": typed, "COMP_CWORD": str(len(typed.split()) - 1)}
+    command = [sys.executable, "-m", "haptid"]
+    done = subprocess.run(command, cwd=ROOT, env=os.environ | words, capture_output=True, text=True, check=True)
+    assert done.stdout == f"plain,{completed}\n"

@@ -70,7 +70,7 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
     assert gap["closed"] > 0.9
     assert gap["after"] < 1.1 * gap["noise"]
     json.dumps(data, allow_nan=False)
-    page = discrepancy_page(finding, "test", measured=False)
+    page = discrepancy_page(finding, "test", measured=False).html
     assert "SYNTHETIC" in page
     assert "cubic_spring" in page
     assert "100 %" in page
@@ -115,7 +115,7 @@ def test_a_joint_that_slides_is_told_of_in_metres_and_newtons(tmp_path: Path):
     data = as_json(finding, measured=False, seed=0)
     assert data["verdict"] == "named"
     assert {p["unit"] for e in data["effects"] for p in e["parameters"].values()} == {"N/m^3"}
-    page = discrepancy_page(finding, "test", measured=False)
+    page = discrepancy_page(finding, "test", measured=False).html
     assert "times the sensor" in page
     assert not angles(page)
     result = simulate_fmu(str(tmp_path / "out" / data["fmu"]), stop_time=0.1, output_interval=0.01)
@@ -142,7 +142,7 @@ def test_the_same_equations_under_two_names_are_ambiguous_for_every_run(tmp_path
     assert "nor would any other" in data["sentence"]
     assert data["next_experiment"]["separation_over_noise"] == 0.0
     assert "no run within these limits" in data["next_experiment"]["run"]
-    assert "The run that would tell" not in discrepancy_page(finding, "test", measured=False)
+    assert "The run that would tell" not in discrepancy_page(finding, "test", measured=False).html
 
 
 def test_two_powers_of_the_position_are_a_curve_and_no_names(tmp_path: Path):
@@ -167,4 +167,4 @@ def test_what_the_catalogue_does_not_hold_gets_no_name_but_a_shape(tmp_path: Pat
     assert np.abs(torque - curve).max() < 0.02 * np.ptp(curve)
     assert shape["closed"] > 0.98
     json.dumps(data, allow_nan=False)
-    assert "What is missing, without a name" in discrepancy_page(finding, "test", measured=False)
+    assert "What is missing, without a name" in discrepancy_page(finding, "test", measured=False).html

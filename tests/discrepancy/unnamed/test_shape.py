@@ -56,7 +56,7 @@ def test_friction_that_depends_on_load_is_a_torque_over_two_variables(tmp_path: 
     assert np.array(shape["torque_Nm"]).shape == (len(shape["knots"]), len(shape["second_knots"]))
     assert shape["closed"] > 0.85
     assert shape["over_one_variable"]["closed"] < shape["closed"] - 0.05
-    page = discrepancy_page(finding, "test", measured=False)
+    page = discrepancy_page(finding, "test", measured=False).html
     assert "drive torque" in page
     alone, _ = AXES[shape["over_one_variable"]["variable"]]
     assert f"Over {alone} alone it would close" in page

@@ -1,0 +1,1 @@
+"""Campaigns of several devices in, a comparison of their identified parameters out."""

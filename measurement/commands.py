@@ -1,0 +1,91 @@
+"""The commands ``haptid init`` and ``haptid check``, declared without their work."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from haptid.identification.foreign.options import limit_option
+from haptid.measurement.format.places import allow_outside_option
+from haptid.support.command import exit_codes
+from haptid.support.declaration import call, command, json_option
+
+EXAMPLES_OF_CHECK = """
+haptid check my_campaign
+haptid check my_campaign --json | jq '.runs[] | [.file, .rate_Hz]'
+"""
+EXAMPLES_OF_INIT = """
+haptid init my_tables --out my_campaign
+haptid init my_tables --out my_campaign --measured --validate 'val_*.csv' --noise 1e-4
+haptid init my_tables --out my_campaign --measured --device arm.urdf
+haptid init my_tables --out my_campaign --measured --map 'tau=torque_0_Nm' --json
+"""
+WRITES = {
+    "campaign.toml": "device, runs, and which of them are kept from every fit",
+    "one table per run": "time_s, torque_<j>_Nm, position_<j>_rad (force_<j>_N, position_<j>_m where a joint slides)",
+}
+"""What ``haptid init`` writes."""
+
+
+@command(EXAMPLES_OF_CHECK, writes={})
+@click.argument("campaign", required=False, type=click.Path(path_type=Path))
+@allow_outside_option
+@click.option("--quiet", is_flag=True, help="No progress on stderr.")
+@click.option(
+    "--model",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=None,
+    metavar="ANY.fmu",
+    help="FMU that CAMPAIGN is about, the one that campaign.toml names where left out.",
+)
+@limit_option
+@exit_codes
+@json_option
+def check(**settings: Any) -> Any:
+    """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).
+
+    Prints one row per run and joint, and remarks; exit 0 where the campaign can be used, 2 with one line where not.
+    "~" marks what was estimated from the data. Units: N m and rad (N and m for a joint that slides). Writes nothing.
+    A campaign about an FMU is checked against the FMU's variables, and every run is simulated once.
+    """
+    return call("haptid.measurement.check", "check_campaign", **settings)
+
+
+@command(EXAMPLES_OF_INIT, WRITES)
+@click.argument("folder", type=click.Path(path_type=Path))
+@click.option("--out", required=True, type=click.Path(path_type=Path, file_okay=False), help="New folder to write.")
+@click.option("--title", default=None, help="One line that names the tests.")
+@click.option(
+    "--device",
+    default=None,
+    help="Built-in device, device TOML or URDF (from here or from FOLDER), or single_joint (default).",
+)
+@click.option("--measured/--synthetic", "measured", default=None, help="Where the data come from.")
+@click.option("--hold", type=click.Choice(["zero", "linear"]), default="zero", show_default=True,
+              help="How torque runs between rows.")  # fmt: skip
+@click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
+@click.option("--resolution", type=float, default=None, help="Encoder step [rad]: the angle of one count, too.")
+@click.option(
+    "--validate",
+    multiple=True,
+    metavar="FILE|PATTERN",
+    help="Runs kept from every fit, as in 'val_*.csv'; may be repeated.",
+)
+@click.option("--map", "maps", multiple=True, metavar="COLUMN=NAME[*FACTOR]",
+              help="Rename a column, multiply it, as in 'deg=position_0_rad*0.0174533'; may be repeated.")  # fmt: skip
+@click.option("--free", default=None, metavar="4", help="The joints that move, where the tables hold others too.")
+@exit_codes
+@json_option
+def init(**settings: Any) -> Any:
+    """Make a campaign from the CSV or Parquet tables in FOLDER, one run each.
+
+    FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
+
+    Names such as position_0_deg, Angle (deg), torque (Nmm), time_ms, q1_rad or encoder counts are understood and
+    converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,
+    rpm, %. A name without number is that of joint 0. Joints that do not move in a table are locked there. CSV files may
+    have semicolons or tabs, decimal commas, and lines before the header.
+    """
+    return call("haptid.measurement.new", "make_campaign", **settings)

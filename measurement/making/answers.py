@@ -1,0 +1,110 @@
+"""What the user states of the tables: flags or replies in, checked values out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+from haptid.measurement.format.devices import SUFFIXES, device_names
+from haptid.measurement.making.mapping import Target
+from haptid.support.errors import InputError
+from haptid.support.files.files import is_file
+from haptid.support.suggestion import did_you_mean
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Answers:
+    """Hold the user's statements on the data, from flags or from answers to questions.
+
+    Parameters
+    ----------
+    title
+        One line that names the tests.
+    device
+        Built-in name, device file, or ``single_joint``.
+    measured
+        False for synthetic data.
+    hold
+        Torque between rows, ``zero`` or ``linear``.
+    noise
+        Standard deviation of the white sensor noise [rad] ([m]); None to estimate it.
+    resolution
+        Encoder step [rad] ([m]); None to estimate it.
+    validate
+        Names of the tables that validate.
+    free
+        Joints that move; None for those that do in each table.
+    stated
+        Column of the format by column of the user's tables, as the user states it.
+    """
+
+    title: str
+    device: str
+    measured: bool
+    hold: str
+    noise: float | None
+    resolution: float | None
+    validate: tuple[str, ...]
+    free: tuple[int, ...] | None
+    stated: Mapping[str, Target]
+
+
+def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:
+    """Return the tables that names or patterns such as ``val_*.csv`` select.
+
+    Parameters
+    ----------
+    patterns
+        Values of ``--validate``.
+    names
+        Names of all tables.
+
+    Returns
+    -------
+    tuple of str
+        In the order of ``names``.
+
+    Raises
+    ------
+    InputError
+        Where a pattern selects none.
+    """
+    for pattern in patterns:
+        if not any(_fits(name, pattern) for name in names):
+            raise InputError("--validate", expected=f"one of {', '.join(sorted(names))}", got=pattern)
+    return tuple(name for name in names if any(_fits(name, pattern) for pattern in patterns))
+
+
+def _fits(name: str, pattern: str) -> bool:
+    return name == pattern or fnmatchcase(name, pattern)
+
+
+def find_device(device: str, folder: Path) -> str:
+    """Return a built-in name, or the path of a device file from here or from the folder of the tables.
+
+    Parameters
+    ----------
+    device
+        As the user names it.
+    folder
+        Folder of the tables.
+
+    Raises
+    ------
+    InputError
+        Where there is no such device or file.
+    """
+    if device in device_names():
+        return device
+    if not device.endswith(SUFFIXES):
+        expected, todo = "a built-in device or a file *.toml, *.urdf", did_you_mean(device, device_names())
+        raise InputError("device", expected=expected, got=repr(device), todo=todo)
+    for path in (Path(device), folder / device):
+        if is_file(path):
+            return str(path)
+    if Path(device).stem in device_names():
+        return device
+    got = f"no {device} here and none in {folder}"
+    raise InputError("device", expected=f"a file, or one of {', '.join(device_names())}", got=got)

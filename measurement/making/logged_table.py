@@ -1,0 +1,180 @@
+"""Tables as loggers and spreadsheets write them: a CSV file of another layout in, `Table` out.
+
+The campaign format has commas, decimal points and the header in the first line. Here semicolons, tabs, decimal commas,
+lines before the header, a comment sign in front of it and Windows' encoding are understood as well.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from haptid.measurement.tables.table import Table, read_table
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_content
+
+SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
+NUMBER = re.compile(r"\s*[+-]?((\d+([.,]\d*)?|[.,]\d+)(e[+-]?\d+)?|nan|inf)\s*", re.IGNORECASE)
+DECIMAL_COMMA = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
+MOST_LINES_BEFORE_HEADER = 100
+"""Lines that a logger writes about itself before the header, at most."""
+ROWS_THAT_SHOW_LAYOUT = 3
+"""Rows after a header that have to hold as many cells as it does."""
+FEWEST_COLUMNS = 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Layout:
+    """How a file is laid out.
+
+    Parameters
+    ----------
+    separator
+        Sign between the cells.
+    header
+        Number of the header's line, from 0.
+    decimal_comma
+        Whether numbers have decimal commas.
+    commented
+        Whether a comment sign stands before the header.
+    units
+        Whether the line is one of units, with the names in the line before it.
+    """
+
+    separator: str
+    header: int
+    decimal_comma: bool
+    commented: bool
+    units: bool
+
+    @property
+    def words(self) -> str:
+        """What differs from the campaign format, in words; empty where nothing does."""
+        spare = self.header - self.units
+        before = f"{spare} line{'s' * (spare > 1)} before the header"
+        parts = [
+            SEPARATORS[self.separator] if self.separator != "," else "",
+            "decimal commas" if self.decimal_comma else "",
+            before if spare else "",
+            "a line of units" if self.units else "",
+            "a comment sign before the header" if self.commented else "",
+        ]
+        return ", ".join(part for part in parts if part)
+
+
+def read_logged_table(path: Path) -> tuple[Table, str]:
+    """Read a table of any layout that can be told with certainty.
+
+    Parameters
+    ----------
+    path
+        File that ends in ``.csv``, ``.csv.gz`` or ``.parquet``; only the first may have another layout.
+
+    Returns
+    -------
+    table : Table
+        With its cells as text; errors name the lines of the file.
+    layout : str
+        What of the layout was understood, in words; empty where the file has that of the campaign format.
+
+    Raises
+    ------
+    InputError
+        As `read_table`.
+    """
+    if path.suffix != ".csv":
+        return read_table(path, as_text=True), ""
+    content = read_content(path, "a table of a run")
+    text = _decode(content)
+    lines = text.splitlines()
+    layout = find_layout(lines)
+    if layout is None or (not layout.words and text == content.decode("utf-8-sig", errors="ignore")):
+        return read_table(path, as_text=True), ""
+    rewritten = _rewrite(lines, layout)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / path.name
+        copy.write_text(rewritten, encoding="utf-8")
+        try:
+            table = read_table(copy, as_text=True)
+        except InputError as error:
+            where = error.where.replace(str(copy), str(path))
+            raise InputError(where, expected=error.expected, got=error.got, todo=error.todo) from None
+    return replace(table, path=path, lines_before=layout.header), layout.words
+
+
+def _decode(content: bytes) -> str:
+    """Return the text of a file in UTF-8, or else in the encoding of Windows, in which ° and µ are one byte."""
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("cp1252", errors="replace")
+
+
+def find_layout(lines: Sequence[str]) -> Layout | None:
+    """Find header, separator and decimal sign: a line of names with rows of as many numbers below it.
+
+    Parameters
+    ----------
+    lines
+        Lines of the file.
+
+    Returns
+    -------
+    Layout or None
+        None where no line is certain to be the header.
+    """
+    for header in range(min(len(lines), MOST_LINES_BEFORE_HEADER)):
+        for separator in SEPARATORS:
+            layout = _layout_at(lines, header, separator)
+            if layout is not None:
+                return layout
+    return None
+
+
+def _layout_at(lines: Sequence[str], header: int, separator: str) -> Layout | None:
+    """Return the layout where line ``header`` is the header with this separator."""
+    names = _cells(lines[header].lstrip("#% "), separator)
+    rows = [_cells(line, separator) for line in lines[header + 1 : header + 1 + ROWS_THAT_SHOW_LAYOUT]]
+    if len(names) < FEWEST_COLUMNS or len(rows) < ROWS_THAT_SHOW_LAYOUT or _numbers_in(names):
+        return None
+    if any(len(row) != len(names) or _numbers_in(row) < FEWEST_COLUMNS for row in rows):
+        return None
+    before = _cells(lines[header - 1].lstrip("#% "), separator) if header else []
+    cells = [cell for row in rows for cell in row]
+    return Layout(
+        separator=separator,
+        header=header,
+        decimal_comma=separator != "," and any(DECIMAL_COMMA.fullmatch(cell) for cell in cells),
+        commented=lines[header].lstrip().startswith(("#", "%")),
+        units=len(before) == len(names) and not _numbers_in(before),
+    )
+
+
+def _numbers_in(cells: Sequence[str]) -> int:
+    return sum(NUMBER.fullmatch(cell) is not None for cell in cells)
+
+
+def _cells(line: str, separator: str) -> list[str]:
+    return next(csv.reader([line], delimiter=separator), [])
+
+
+def _rewrite(lines: Sequence[str], layout: Layout) -> str:
+    """Return header and rows with commas and decimal points; a unit stands behind its name."""
+    stream = io.StringIO()
+    writer = csv.writer(stream, lineterminator="\n")
+    names = _cells(lines[layout.header].lstrip("#% "), layout.separator)
+    if layout.units:
+        first = _cells(lines[layout.header - 1].lstrip("#% "), layout.separator)
+        names = [f"{name.strip()} {unit.strip()}".strip() for name, unit in zip(first, names, strict=True)]
+    writer.writerow(names)
+    for line in lines[layout.header + 1 :]:
+        cells = _cells(line, layout.separator)
+        if layout.decimal_comma:
+            cells = [cell.replace(",", ".") if DECIMAL_COMMA.fullmatch(cell) else cell for cell in cells]
+        writer.writerow(cells)
+    return stream.getvalue()

@@ -1,0 +1,146 @@
+"""A table made ready for a campaign: `Table` and `Answers` in, columns of the format, free joints and posture out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.mapping import POSITION, Target, free_joints, map_columns
+from haptid.measurement.making.moving_joints import moving_joints
+from haptid.measurement.making.units_in_names import understand_columns
+from haptid.measurement.tables.table import Table
+from haptid.measurement.values.run import Array
+from haptid.model.device.reader import load_device
+
+DECIMALS_OF_POSTURE = 6
+"""Decimals of a locked position in campaign.toml: a microradian changes no inertia that can be measured."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PreparedTable:
+    """A table in the campaign format.
+
+    Parameters
+    ----------
+    file
+        Name of the table.
+    frame
+        Its columns by their names in the format; others as they are.
+    targets
+        Column of the format by the user's column, where name or unit changed.
+    free
+        Joints that move.
+    held
+        Joints that have a torque and a position, and do not move.
+    posture
+        Positions of the device's joints [rad] ([m]) while they are locked, 0 for the free ones; empty for a single
+        joint.
+    use
+        ``fit`` or ``validate``.
+    t
+        Times [s], shape (n_t,).
+    travels
+        Travel of each free joint [rad] ([m]).
+    """
+
+    file: str
+    frame: pd.DataFrame
+    targets: dict[str, Target]
+    free: tuple[int, ...]
+    held: tuple[int, ...]
+    posture: tuple[float, ...]
+    use: str
+    t: Array
+    travels: tuple[float, ...]
+
+
+def prepare_table(table: Table, answers: Answers) -> PreparedTable:
+    """Bring a table into the campaign format, and see which joints move.
+
+    Parameters
+    ----------
+    table
+        The user's table, its cells as text.
+    answers
+        What the user states.
+
+    Returns
+    -------
+    PreparedTable
+
+    Raises
+    ------
+    InputError
+        Where columns are missing or stand for the same signal, or a cell of time or position holds no number.
+    """
+    targets = understand_columns(table.columns, answers.stated, answers.resolution)
+    frame = map_columns(table, targets)
+    driven = free_joints(list(frame.columns), str(table.path), answers.free)
+    renamed = replace(table, frame=frame)
+    t = renamed.time()
+    names = [name for name in frame.columns if POSITION.fullmatch(str(name))]
+    positions = {name: renamed.numbers(name) for name in names}
+    free = driven if answers.free is not None else moving_joints(t, positions, driven)
+    everything = free_joints(list(frame.columns), str(table.path))
+    return PreparedTable(
+        file=table.path.name,
+        frame=frame,
+        targets=targets,
+        free=free,
+        held=tuple(joint for joint in everything if joint not in free),
+        posture=_posture(answers.device, positions, free),
+        use="validate" if table.path.name in answers.validate else "fit",
+        t=t,
+        travels=tuple(_travel(positions, joint) for joint in free),
+    )
+
+
+def _travel(positions: dict[str, Array], joint: int) -> float:
+    """Return the travel of a joint; one with positions in rad and in m is refused when the campaign is read."""
+    values = next(positions[name] for name in (f"position_{joint}_rad", f"position_{joint}_m") if name in positions)
+    return float(np.ptp(values))
+
+
+def _posture(device: str, positions: dict[str, Array], free: Sequence[int]) -> tuple[float, ...]:
+    """Return the positions at which the joints were locked, as far as the table has them."""
+    if device == SINGLE_JOINT:
+        return ()
+    posture = [0.0] * len(load_device(device).joints)
+    for name, values in positions.items():
+        found = POSITION.fullmatch(name)
+        joint = int(found.group(1)) if found else len(posture)
+        if joint < len(posture) and joint not in free:
+            posture[joint] = round(float(np.median(values)), DECIMALS_OF_POSTURE) + 0.0
+    return tuple(posture)
+
+
+def describe(prepared: Sequence[PreparedTable]) -> list[str]:
+    """Say what was understood of the tables: a line a column, then a line a table.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+    """
+    lines: dict[str, None] = {}  # in order, each once
+    for one in prepared:
+        for column, target in one.targets.items():
+            factor = "" if target.factor == 1 else f", × {target.factor:.6g}"
+            lines[f"  {column} is {target.name}{factor}"] = None
+    return [*(["understood:", *lines] if lines else []), "runs:", *(f"  {_describe_run(one)}" for one in prepared)]
+
+
+def _describe_run(one: PreparedTable) -> str:
+    slides = [f"position_{joint}_m" in one.frame for joint in one.free]
+    moved = ", ".join(
+        f"joint {joint} moves by {travel:.3g} {'m' if metres else 'rad'}"
+        for joint, travel, metres in zip(one.free, one.travels, slides, strict=True)
+    )
+    held = f"; held: {', '.join(map(str, one.held))}" if one.held else ""
+    rate = 1 / float(np.median(np.diff(one.t)))
+    return f"{one.file}: {one.use}, {one.t.size} rows, {np.ptp(one.t):.4g} s at {rate:.4g} Hz; {moved}{held}"

@@ -1,0 +1,222 @@
+"""Understand the names of real tables: ``Angle (deg)`` or ``torque_1_mNm`` in, the campaign format's column out.
+
+A name is understood where all its words are known, with a quantity and a unit among them: a wrong guess would be worse
+than a question. A name without number is that of the only joint.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.making.mapping import Target
+from haptid.support.errors import InputError
+
+DEG = math.pi / 180
+COUNTS = "counts"
+IN_COUNTS = ("position", "reference")
+"""Quantities that may be in encoder counts."""
+UNITS: dict[str, tuple[str, float]] = {
+    "s": ("s", 1.0), "sec": ("s", 1.0), "seconds": ("s", 1.0), "ms": ("s", 1e-3), "us": ("s", 1e-6), "ns": ("s", 1e-9),
+    "rad": ("rad", 1.0), "mrad": ("rad", 1e-3), "deg": ("rad", DEG), "degree": ("rad", DEG), "degrees": ("rad", DEG),
+    "rev": ("rad", 2 * math.pi), "turns": ("rad", 2 * math.pi),
+    "m": ("m", 1.0), "cm": ("m", 1e-2), "mm": ("m", 1e-3), "um": ("m", 1e-6),
+    "counts": (COUNTS, 1.0), "count": (COUNTS, 1.0), "cnt": (COUNTS, 1.0), "ticks": (COUNTS, 1.0),
+    "rad/s": ("rad_s", 1.0), "mrad/s": ("rad_s", 1e-3), "deg/s": ("rad_s", DEG), "rpm": ("rad_s", 2 * math.pi / 60),
+    "m/s": ("m_s", 1.0), "mm/s": ("m_s", 1e-3),
+    "Nm": ("Nm", 1.0), "mNm": ("Nm", 1e-3), "Nmm": ("Nm", 1e-3), "Ncm": ("Nm", 1e-2), "kNm": ("Nm", 1e3),
+    "N": ("N", 1.0), "mN": ("N", 1e-3), "kN": ("N", 1e3),
+    "A": ("A", 1.0), "mA": ("A", 1e-3), "V": ("V", 1.0), "mV": ("V", 1e-3), "C": ("C", 1.0),
+    "%": ("", 1e-2), "percent": ("", 1e-2),
+}  # fmt: skip
+"""Unit of the campaign format, and how many of it one of the user's unit is, by the user's unit."""
+
+QUANTITIES: dict[str, str] = {
+    "time": "time", "t": "time", "timestamp": "time", "stamp": "time",
+    "position": "position", "pos": "position", "angle": "position", "q": "position", "theta": "position",
+    "encoder": "position",
+    "velocity": "velocity", "vel": "velocity", "speed": "velocity", "omega": "velocity", "qd": "velocity",
+    "dq": "velocity",
+    "torque": "torque", "tau": "torque", "effort": "torque", "force": "force", "current": "current",
+    "voltage": "voltage", "duty": "duty", "pwm": "duty", "temperature": "temperature", "temp": "temperature",
+    "supply": "supply", "reference": "reference", "setpoint": "reference", "goal": "reference",
+}  # fmt: skip
+"""Quantity of the campaign format by the user's word."""
+
+FORMS: dict[tuple[str, str], str] = {
+    ("time", "s"): "time_s",
+    ("position", "rad"): "position_{}_rad",
+    ("position", "m"): "position_{}_m",
+    ("reference", "rad"): "reference_{}_rad",
+    ("reference", "m"): "reference_{}_m",
+    ("velocity", "rad_s"): "velocity_{}_rad_s",
+    ("velocity", "m_s"): "velocity_{}_m_s",
+    ("torque", "Nm"): "torque_{}_Nm",
+    ("force", "N"): "force_{}_N",
+    ("current", "A"): "current_{}_A",
+    ("voltage", "V"): "voltage_{}_V",
+    ("duty", ""): "duty_{}",
+    ("temperature", "C"): "temperature_{}_C",
+    ("supply", "V"): "supply_V",
+}
+"""Name in the campaign format, with a place for the joint's number, by quantity and unit."""
+FILLERS = frozenset({"joint", "motor", "axis", "measured", "actual", "command", "commanded", "cmd"})
+"""Words that change nothing of what a column holds."""
+ONLY_JOINT = 0
+"""Number that the only joint of a table without numbers gets."""
+
+_SPELLINGS = (
+    (r"[µμ]", "u"),
+    (r"°\s*C\b", " C "),
+    (r"°", " deg "),
+    (r"(?<=\b[mk]N)[\s*·.]+(?=m\b)|(?<=\bN)[\s*·.]+(?=[cm]?m\b)", ""),  # N·m, N mm, mN*m
+    (r"(?<![A-Za-z])(rad|mrad|deg|degrees|m|mm)(?:\s*/\s*|_per_| per |_)(?:s|sec)(?![A-Za-z])", r"\1/s"),
+)
+"""Patterns of other spellings of units, and the spelling in `UNITS`."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Words:
+    """What the words of a column's name say.
+
+    Parameters
+    ----------
+    quantity
+        Quantity of the campaign format.
+    unit
+        The user's unit.
+    joint
+        Number of the joint; None where the name has none.
+    """
+
+    quantity: str
+    unit: str
+    joint: int | None
+
+
+def understand_column(name: str, step: float) -> Target | None:
+    """Return the column of the campaign format that a name stands for.
+
+    Parameters
+    ----------
+    name
+        Name in the user's table.
+    step
+        Size of one encoder count [rad] or [m].
+
+    Returns
+    -------
+    Target or None
+        Name and factor; None where a word is unknown, or quantity or unit is missing.
+    """
+    words = _words_of(name)
+    if words is None:
+        return None
+    unit, factor = UNITS[words.unit]
+    if unit == COUNTS and words.quantity in IN_COUNTS:
+        unit, factor = "rad", step
+    form = FORMS.get((words.quantity, unit))
+    if form is None:
+        return None
+    joint = ONLY_JOINT if words.joint is None else words.joint
+    return Target(name=form.format(joint), factor=factor)
+
+
+def in_counts(name: str) -> bool:
+    """Whether a name is that of a position in encoder counts."""
+    words = _words_of(name)
+    return words is not None and words.quantity in IN_COUNTS and UNITS[words.unit][0] == COUNTS
+
+
+def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], step: float | None) -> dict[str, Target]:
+    """Return what the columns of a table stand for.
+
+    Parameters
+    ----------
+    columns
+        Names in the user's table.
+    stated
+        What the user says of columns; it overrules their names.
+    step
+        Size of one encoder count [rad] or [m]; None where it is not stated.
+
+    Returns
+    -------
+    dict
+        Column of the format by the user's column, the stated ones included. Columns that have a name of the format
+        already, or whose place another one has under that name, are left out.
+
+    Raises
+    ------
+    InputError
+        Where two names stand for the same column, or a position in counts has no step.
+    """
+    targets = dict(stated)
+    taken = {target.name for target in stated.values()} | {name for name in columns if KNOWN.fullmatch(name)}
+    by_name: dict[str, str] = {}
+    for column in columns:
+        if column in stated or KNOWN.fullmatch(column):
+            continue
+        target = understand_column(column, 1.0 if step is None else step)
+        if target is None or target.name in taken:
+            continue
+        if step is None and in_counts(column):
+            where, todo = "column " + repr(column), "state it by --resolution: 2π/4096 = 0.00153398 for 4096 a turn"
+            raise InputError(where, expected="the angle of one count [rad]", got="none", todo=todo)
+        if target.name in by_name:
+            got = f"{by_name[target.name]!r} and {column!r}"
+            todo = f"choose one by --map, as in --map '{column}={target.name}*{target.factor:.6g}'"
+            raise InputError("columns", expected=f"one that stands for {target.name}", got=got, todo=todo)
+        by_name[target.name] = column
+        targets[column] = target
+    return targets
+
+
+def _words_of(name: str) -> Words | None:
+    """Take a name apart; None where a word is unknown or a part is missing."""
+    text = re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", name)  # q1, torque0Nm
+    for pattern, spelling in _SPELLINGS:
+        text = re.sub(pattern, spelling, text)
+    found: dict[str, list[str]] = {"quantity": [], "unit": [], "joint": [], "filler": [], "unknown": []}
+    for word in re.findall(r"[A-Za-z]+/s|[A-Za-z]+|\d+|%", text):
+        kind, spelling = _kind_of(word, follows=bool(found["quantity"]))
+        found[kind].append(spelling)
+    quantity = _one_quantity(found["quantity"])
+    if found["unknown"] or quantity is None or len(found["unit"]) != 1 or len(found["joint"]) > 1:
+        return None
+    joint = int(found["joint"][0]) if found["joint"] else None
+    return Words(quantity=quantity, unit=found["unit"][0], joint=joint)
+
+
+def _kind_of(word: str, *, follows: bool) -> tuple[str, str]:
+    """Return what a word is, and how this module spells it.
+
+    A unit follows its quantity: a word that may be either is a quantity where none came before.
+    """
+    quantity, unit = QUANTITIES.get(word.lower()), _unit_of(word)
+    if word.isdigit():
+        return "joint", word
+    if quantity is not None and (unit is None or not follows):
+        return "quantity", quantity
+    if unit is not None:
+        return "unit", unit
+    return ("filler" if word.lower() in FILLERS else "unknown"), word
+
+
+def _one_quantity(found: list[str]) -> str | None:
+    """Return the quantity of a name; an encoder position is one, an angle setpoint a reference."""
+    kinds = set(found)
+    if kinds == {"position", "reference"}:
+        return "reference"
+    return kinds.pop() if len(kinds) == 1 else None
+
+
+def _unit_of(word: str) -> str | None:
+    """Return the unit as `UNITS` spells it; large and small letters count only where they tell units apart."""
+    if word in UNITS:
+        return word
+    near = [unit for unit in UNITS if unit.lower() == word.lower()]
+    return near[0] if len(near) == 1 else None

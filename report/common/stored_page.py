@@ -1,0 +1,107 @@
+"""Pages on disk: HTML, and beside it the content from which the HTML can be written again without any computation.
+
+The content of ``report.html`` is ``pages/report.json.gz`` in the same folder: titles, sentences, tables and pictures.
+"""
+
+from __future__ import annotations
+
+import gzip
+import io
+import json
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from haptid.report.common.page import Page, Picture, Section, Table
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_content, write_bytes, write_text
+
+FOLDER, SUFFIX = "pages", ".json.gz"
+SCHEMA = "page/1"
+WANTED = "the content of a page that haptid wrote"
+LARGEST_CONTENT = 500_000_000
+"""Most bytes of an unpacked content; the page of a campaign of 500 runs has a tenth of them."""
+
+
+def write_page(path: Path, page: Page) -> Path:
+    """Write a page and its content.
+
+    Parameters
+    ----------
+    path
+        The HTML file; its content goes into the folder ``pages`` beside it.
+    page
+        Page to write.
+
+    Returns
+    -------
+    Path
+        ``path``.
+    """
+    text = json.dumps({"schema": SCHEMA, **asdict(page)}, default=list, ensure_ascii=False)
+    # The page first: on a disk that is full, the user hears of the page.
+    write_text(path, page.html)
+    # Without the date of writing, the same page gives the same bytes.
+    write_bytes(content_of(path), gzip.compress(text.encode(errors="replace"), mtime=0))
+    return path
+
+
+def content_of(path: Path) -> Path:
+    """Return the file with the content of the page at ``path``."""
+    return path.parent / FOLDER / f"{path.stem}{SUFFIX}"
+
+
+def read_page(path: Path) -> Page:
+    """Read the content of a page.
+
+    Parameters
+    ----------
+    path
+        The HTML file, which need not exist.
+
+    Returns
+    -------
+    Page
+        The page as it was written.
+
+    Raises
+    ------
+    InputError
+        Where its content cannot be read, or is none that `write_page` wrote.
+    """
+    source = content_of(path)
+    packed = read_content(source, WANTED)
+    try:
+        with gzip.GzipFile(fileobj=io.BytesIO(packed)) as stream:
+            return _page_from(json.loads(stream.read(LARGEST_CONTENT)))
+    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise InputError(str(source), expected=WANTED, got=f"{type(error).__name__}: {error}") from None
+
+
+def _page_from(data: dict[str, Any]) -> Page:
+    if data["schema"] != SCHEMA:
+        msg = f"schema {data['schema']!r}"
+        raise ValueError(msg)
+    return Page(
+        title=data["title"],
+        lead=data["lead"],
+        sections=[_section_from(section) for section in data["sections"]],
+        synthetic=data["synthetic"],
+        footer=data["footer"],
+    )
+
+
+def _section_from(data: dict[str, Any]) -> Section:
+    pictures = [Picture(**picture) for picture in data["pictures"]]
+    for picture in pictures:
+        if not picture.uri.startswith("data:image/"):  # a page needs nothing from elsewhere
+            msg = "a picture that is not part of the page"
+            raise ValueError(msg)
+    return Section(
+        title=data["title"],
+        anchor=data["anchor"],
+        paragraphs=data["paragraphs"],
+        pictures=pictures,
+        tables=[Table(**table) for table in data["tables"]],
+        folded=data["folded"],
+    )

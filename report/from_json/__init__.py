@@ -1,0 +1,1 @@
+"""Results that have no stored page in, a plain page of their tables out."""

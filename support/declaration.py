@@ -1,0 +1,131 @@
+"""Commands declared apart from their work, so that help comes without importing it, and ``--json`` for their results.
+
+A module ``commands`` of a package holds the declarations; the work is imported when a command is called.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from contextlib import redirect_stdout
+from typing import Any, ParamSpec
+
+import click
+
+from haptid.support.errors import HaptidError
+from haptid.support.files.files import json_text
+from haptid.version import version
+
+P = ParamSpec("P")
+
+
+class IncompleteError(HaptidError):
+    """A command did what it could, and has told what failed: exit code 1, with the result under ``--json``.
+
+    Parameters
+    ----------
+    sentence
+        What failed, in one line.
+    result
+        Result as a value for JSON.
+    """
+
+    def __init__(self, sentence: str, result: Any) -> None:
+        super().__init__(sentence)
+        self.result = result
+
+
+def _tell_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    if value and not context.resilient_parsing:
+        click.echo(f"haptid, version {version()}")
+        context.exit()
+
+
+def command(examples: str, writes: Mapping[str, str]) -> Callable[[Callable[..., Any]], click.Command]:
+    """Decorate a function that becomes a command whose help ends with examples, with the option ``--version``.
+
+    Parameters
+    ----------
+    examples
+        Command lines, one a line, as a user types them.
+    writes
+        What each file holds that the command writes, by its name below ``--out``.
+
+    Returns
+    -------
+    callable
+        Decorator that returns the click command.
+    """
+    # The control character keeps click from wrapping the lines that follow.
+    shown = "\b\nExamples:" + "".join(f"\n  {line.strip()}" for line in examples.strip().splitlines())
+    width = max(map(len, writes), default=0)
+    files = "".join(f"\n  {name.ljust(width)}  {content}" for name, content in writes.items())
+    settings = {"help_option_names": ["-h", "--help"]}
+
+    def decorate(function: Callable[..., Any]) -> click.Command:
+        told = inspect.cleandoc(function.__doc__ or "") + (f"\n\n\b\nWritten below --out:{files}" if writes else "")
+        with_version = click.option(
+            "--version",
+            is_flag=True,
+            expose_value=False,
+            is_eager=True,
+            callback=_tell_version,
+            help="Show the version and exit.",
+        )(function)
+        return click.command(help=told, epilog=shown, context_settings=settings)(with_version)
+
+    return decorate
+
+
+def call(module: str, function: str, **settings: Any) -> Any:
+    """Import the work of a command and do it.
+
+    Parameters
+    ----------
+    module
+        Module of the work, as in ``haptid.identification.run``.
+    function
+        Function in it.
+    settings
+        Values of the command's arguments and options.
+
+    Returns
+    -------
+    Any
+        What the function returns: the result as a value for JSON.
+    """
+    return getattr(importlib.import_module(module), function)(**settings)
+
+
+def json_option(function: Callable[P, Any]) -> Callable[P, None]:
+    """Add ``--json`` to a command: its result on stdout as one JSON document, everything else on stderr.
+
+    Parameters
+    ----------
+    function
+        Command that returns its result as a value for JSON.
+
+    Returns
+    -------
+    callable
+        Command with the option, that returns nothing.
+    """
+
+    @functools.wraps(function)
+    def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
+        if not kwargs.pop("as_json"):
+            function(*args, **kwargs)
+            return
+        try:
+            with redirect_stdout(sys.stderr):  # the summary is for people, and goes where progress goes
+                result = function(*args, **kwargs)
+        except IncompleteError as error:
+            click.echo(json_text(error.result), nl=False)
+            raise
+        click.echo(json_text(result), nl=False)
+
+    words = "Print the result on stdout as one JSON document; summary and progress go to stderr."
+    return click.option("--json", "as_json", is_flag=True, help=words)(wrapped)

@@ -1,0 +1,70 @@
+"""CSV files as loggers and spreadsheets write them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from haptid.measurement.making.logged_table import find_layout, read_logged_table
+from haptid.support.errors import InputError
+
+ROWS = [(0.01 * k, 1.5 - 0.1 * k, 0.25 * k) for k in range(12)]
+NAMES = ("time_s", "torque_0_Nm", "Angle (°)")
+
+
+def write(path: Path, separator: str, *, comma: bool = False, before: str = "", encoding: str = "utf-8") -> Path:
+    lines = [separator.join(NAMES), *(separator.join(f"{x:.4f}" for x in row) for row in ROWS)]
+    text = "\n".join(lines) + "\n"
+    text = text.replace(".", ",") if comma else text
+    path.write_bytes((before + text).encode(encoding))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("separator", "options", "words"),
+    [
+        (",", {}, ""),
+        (";", {}, "semicolons"),
+        (";", {"comma": True}, "semicolons, decimal commas"),
+        ("\t", {"comma": True}, "tabs, decimal commas"),
+        (",", {"before": "Logger 3\nrate: 100 Hz\n\n"}, "3 lines before the header"),
+        (";", {"before": "Date;2026\n", "comma": True}, "semicolons, decimal commas, 1 line before the header"),
+        (",", {"before": "# "}, "a comment sign before the header"),
+        (",", {"encoding": "cp1252"}, ""),
+    ],
+)
+def test_layouts_are_understood(tmp_path: Path, separator: str, options: dict[str, object], words: str):
+    path = write(tmp_path / "a.csv", separator, **options)
+    table, told = read_logged_table(path)
+    assert told == words
+    assert table.columns == NAMES
+    np.testing.assert_allclose(np.stack([table.numbers(name) for name in NAMES], axis=1), ROWS, atol=1e-12)
+
+
+def test_a_line_of_units_is_read_with_the_names(tmp_path: Path):
+    rows = "\n".join(",".join(map(str, row)) for row in ROWS)
+    (tmp_path / "a.csv").write_text(f"Time,Torque,Angle\n(s),(Nm),(deg)\n{rows}\n", encoding="utf-8")
+    table, told = read_logged_table(tmp_path / "a.csv")
+    assert (table.columns, told) == (("Time (s)", "Torque (Nm)", "Angle (deg)"), "a line of units")
+
+
+def test_a_first_row_without_numbers_is_no_header(tmp_path: Path):
+    (tmp_path / "a.csv").write_text("time_s,torque_0_Nm\nnan,nan\n" + "\n".join(f"{k},{k}" for k in range(9)) + "\n")
+    table, told = read_logged_table(tmp_path / "a.csv")
+    assert (table.columns, told) == (("time_s", "torque_0_Nm"), "")
+
+
+def test_an_error_names_the_line_of_the_file(tmp_path: Path):
+    path = write(tmp_path / "a.csv", ";", comma=True, before="one\ntwo\n")
+    path.write_text(path.read_text(encoding="utf-8").replace("1,4000", "x"), encoding="utf-8")
+    table, _ = read_logged_table(path)
+    assert path.read_text(encoding="utf-8").splitlines()[4 - 1].split(";")[1] != "x"
+    with pytest.raises(InputError, match=r"a.csv, line 5, torque_0_Nm: expected a finite number, got 'x'"):
+        table.numbers("torque_0_Nm")
+
+
+@pytest.mark.parametrize("lines", [[], ["a,b"], ["1,2", "3,4", "5,6", "7,8"], ["a b", "1 2", "3 4", "5 6"]])
+def test_no_header_is_guessed(lines: list[str]):
+    assert find_layout(lines) is None

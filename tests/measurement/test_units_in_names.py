@@ -1,0 +1,72 @@
+"""Names of real tables, and the columns of the format that they stand for."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from haptid.measurement.making.mapping import Target
+from haptid.measurement.making.units_in_names import understand_column, understand_columns
+from haptid.support.errors import InputError
+
+DEG = math.pi / 180
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "factor"),
+    [
+        ("position_0_deg", "position_0_rad", DEG),
+        ("Angle (deg)", "position_0_rad", DEG),
+        ("Joint 2 angle [°]", "position_2_rad", DEG),
+        ("q1_rad", "position_1_rad", 1.0),
+        ("q_3_mrad", "position_3_rad", 1e-3),
+        ("Position (mm)", "position_0_m", 1e-3),
+        ("encoder counts", "position_0_rad", 0.002),
+        ("position_2_counts", "position_2_rad", 0.002),
+        ("position setpoint (deg)", "reference_0_rad", DEG),
+        ("torque (Nmm)", "torque_0_Nm", 1e-3),
+        ("Torque [N mm]", "torque_0_Nm", 1e-3),
+        ("Torque [N·m]", "torque_0_Nm", 1.0),
+        ("tau_1_mNm", "torque_1_Nm", 1e-3),
+        ("commanded torque (Nm)", "torque_0_Nm", 1.0),
+        ("Force (N)", "force_0_N", 1.0),
+        ("motor current (mA)", "current_0_A", 1e-3),
+        ("pwm %", "duty_0", 1e-2),
+        ("Supply (V)", "supply_V", 1.0),
+        ("Motor temperature (°C)", "temperature_0_C", 1.0),
+        ("time_ms", "time_s", 1e-3),
+        ("Time (s)", "time_s", 1.0),
+        ("t_us", "time_s", 1e-6),
+        ("timestamp (µs)", "time_s", 1e-6),
+        ("velocity_0_deg_s", "velocity_0_rad_s", DEG),
+        ("Velocity (deg/s)", "velocity_0_rad_s", DEG),
+        ("speed rpm", "velocity_0_rad_s", 2 * math.pi / 60),
+    ],
+)
+def test_names_are_understood(name: str, known: str, factor: float):
+    target = understand_column(name, step=0.002)
+    assert target is not None
+    assert (target.name, target.factor) == (known, pytest.approx(factor, rel=1e-15))
+
+
+@pytest.mark.parametrize("name", ["tau", "deg", "ms", "M (Nm)", "x (mm)", "time", "torque (deg)", "q1 q2 rad", "", "7"])
+def test_what_is_not_sure_is_left_to_the_user(name: str):
+    assert understand_column(name, step=0.002) is None
+
+
+def test_a_name_of_the_format_and_a_stated_column_come_first():
+    columns = ("time_s", "Angle (deg)", "position_0_rad", "tau (Nm)", "torque (mNm)")
+    stated = {"tau (Nm)": Target(name="torque_0_Nm")}
+    assert understand_columns(columns, stated, None) == stated
+
+
+def test_two_names_of_one_signal_are_refused_with_the_remedy():
+    with pytest.raises(InputError, match="expected one that stands for torque_0_Nm") as refused:
+        understand_columns(("measured torque (Nm)", "commanded torque (Nm)"), {}, None)
+    assert "--map 'commanded torque (Nm)=torque_0_Nm*1'" in str(refused.value)
+
+
+def test_counts_need_their_size():
+    with pytest.raises(InputError, match="expected the angle of one count"):
+        understand_columns(("encoder counts",), {}, None)
