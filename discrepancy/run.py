@@ -193,7 +193,7 @@ def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, c
     """Study a joint that a position controller swept; its torque is scored."""
     bar: Any = progress(total=None, title=f"joint {joint}", quiet=choices["quiet"])
     with bar:
-        carried = read_carried_fit(read, (joint,), equations_for(read, device_of(read), (joint,)), out)
+        carried = read_carried_fit(read, (joint,), equations_for(read, device_of(read), (joint,)), out, springless=True)
         study = torque_study_of(read, joint, carried, threads=choices["workers"])
         finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
     folder = out / "discrepancy"

@@ -14,6 +14,9 @@ class TorqueThresholds:
     """Inner step [s]: the motion is measured, and the bristle's equation is integrated exactly within a step."""
     slow_share_of_fast_speed: float = 0.3
     """Share of the 90 % quantile of the speed up to which rows are slow: noise may turn the sign of their speed [1]."""
+    largest_gain_of_known_drive: float = 2.0
+    """Largest plant gain of a drive whose torque constant and resistance were identified or stated, and the inverse of
+    the smallest one [1]."""
     longest_presliding_over_travel: float = 0.1
     """Longest distance before sliding, Coulomb friction over the stiffness in presliding, over the travel [1]."""
     stretches_per_run: int = 48

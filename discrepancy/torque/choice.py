@@ -67,7 +67,9 @@ def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
     return not quiet(seen, options)
 
 
-def read_carried_fit(campaign: Campaign, free: Sequence[int], base: Equations, out: Path) -> Fit | None:
+def read_carried_fit(
+    campaign: Campaign, free: Sequence[int], base: Equations, out: Path, *, springless: bool = False
+) -> Fit | None:
     """Return the fit that an identification wrote below ``out`` from the same runs.
 
     Parameters
@@ -80,6 +82,8 @@ def read_carried_fit(campaign: Campaign, free: Sequence[int], base: Equations, o
         Equations of the nominal model.
     out
         Folder of the results.
+    springless
+        Whether the fit may have left out the spring of the nominal model.
 
     Returns
     -------
@@ -87,7 +91,9 @@ def read_carried_fit(campaign: Campaign, free: Sequence[int], base: Equations, o
         None where there is none.
     """
     tested = _only_configuration(campaign, free)
-    return None if tested is None else carried_fit(campaign, device_of(campaign), tested, base, out)
+    return (
+        None if tested is None else carried_fit(campaign, device_of(campaign), tested, base, out, springless=springless)
+    )
 
 
 def _only_configuration(campaign: Campaign, free: Sequence[int]) -> Configuration | None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.baseline.driven import with_torque, without_drive
 from haptid.identification.result.fit import Fit
 from haptid.identification.simulators.inverse_dynamics import torque_runs
@@ -94,12 +95,18 @@ class KnownDrive:
         Returns
         -------
         Equations
-            Its plant gain ``Kp`` is free where a parameter of the rigid body is known and not 0.
+            Its plant gain ``Kp`` is free, near 1, where a parameter of the rigid body is known and not 0: a gain far
+            from 1 would make what is known too small to count.
         """
         known = [equations.parameter(id) for id in OF_RIGID_BODY if any(q.id == id for q in equations.parameters)]
+        most = THRESHOLDS.torque.largest_gain_of_known_drive
         scaled = any(q.fixed and q.initial for q in known)
         torque = without_drive(equations, self.drive, prismatic=prismatic)
-        return torque.with_parameters({"Kp": {"fixed": False}}) if scaled else torque
+        return (
+            torque.with_parameters({"Kp": {"fixed": False, "initial": 1.0, "lower": 1.0 / most, "upper": most}})
+            if scaled
+            else torque
+        )
 
 
 def known_drive(equations: Equations, carried: Fit | None = None) -> KnownDrive | None:

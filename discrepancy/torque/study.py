@@ -18,6 +18,7 @@ from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
 from haptid.discrepancy.torque.rows import Mask, alternating, rests
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.result.fit import Fit
+from haptid.identification.sequence.carried_fit import SPRING
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.inverse_dynamics import (
     TorqueSimulator,
@@ -191,6 +192,8 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     base, slides = equations_for(campaign, device_of(campaign), (joint,)), bool(fitted[0].prismatic[0])
     stated = tuple(campaign.parameter_overrides.get(joint, {}))
     drive = known_drive(base, carried)
+    if carried is not None and not SPRING & set(carried.free):
+        base = base.with_parameters({id: {"initial": 0.0, "fixed": True} for id in SPRING if _has(base, id)})
     if drive is not None:
         base = restrain_presliding(drive.rigid(base, prismatic=slides), runs, stated)
     # The masks hold rows out, so the runs themselves are scored from the first row on.
@@ -211,6 +214,10 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         sealed=kept,
         threads=threads,
     )
+
+
+def _has(base: Equations, id: str) -> bool:
+    return any(q.id == id and not q.fixed for q in base.parameters)
 
 
 def restrain_presliding(base: Equations, runs: Sequence[Run], stated: Sequence[str]) -> Equations:

@@ -30,6 +30,9 @@ from haptid.support.errors import InputError
 FILE = "identification.json"
 """Name of the results in the output folder."""
 
+SPRING = {"Ks", "epos"}
+"""Ids of the spring's parameters."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EarlierResidual:
@@ -48,7 +51,13 @@ class EarlierResidual:
 
 
 def carried_fit(
-    campaign: Campaign, device: Device | None, configuration: Configuration, equations: Equations, out: Path
+    campaign: Campaign,
+    device: Device | None,
+    configuration: Configuration,
+    equations: Equations,
+    out: Path,
+    *,
+    springless: bool = False,
 ) -> Fit | None:
     """Read the fit of a configuration from the results of an earlier identification.
 
@@ -64,6 +73,8 @@ def carried_fit(
         Equations of the configuration without the priors that the sequence of fits carries over.
     out
         Folder of the results.
+    springless
+        Whether the fit may have left out the spring of the equations (`statistics.absent.without_absent_spring`).
 
     Returns
     -------
@@ -78,7 +89,8 @@ def carried_fit(
         fit = fit_from_json(entry, equations)
     except (KeyError, TypeError, ValueError, IndexError):  # written by another version, or changed by hand
         return None
-    same = set(fit.free) == {q.id for q in equations.parameters if not q.fixed}
+    missing = {q.id for q in equations.parameters if not q.fixed} ^ set(fit.free)
+    same = not missing or (springless and missing == SPRING and not any(fit.values[id] for id in SPRING))
     return fit if same and np.isfinite(fit.theta).all() else None
 
 
