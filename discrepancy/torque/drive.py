@@ -102,11 +102,10 @@ class KnownDrive:
         most = THRESHOLDS.torque.largest_gain_of_known_drive
         scaled = any(q.fixed and q.initial for q in known)
         torque = without_drive(equations, self.drive, prismatic=prismatic)
-        return (
-            torque.with_parameters({"Kp": {"fixed": False, "initial": 1.0, "lower": 1.0 / most, "upper": most}})
-            if scaled
-            else torque
-        )
+        if not scaled:
+            return torque
+        near_1 = {"fixed": False, "initial": 1.0, "lower": 1.0 / most, "upper": most}
+        return torque.with_parameters({"Kp": near_1})
 
 
 def known_drive(equations: Equations, carried: Fit | None = None) -> KnownDrive | None:
