@@ -220,7 +220,7 @@ def find_torque(
     base, final = found.base, found.final
     energy = _maps(study, found)
     tell("closed loop")
-    nominal_loop, final_loop = (refit_through_controller(model) for model in (base, final))
+    nominal_loop, final_loop = (refit_through_controller(model, starts=starts, seed=seed) for model in (base, final))
     tell("FMU")
     return TorqueFinding(
         search=found,

@@ -28,7 +28,7 @@ class TorqueThresholds:
     """
 
     # How much is tried.
-    most_simulations_of_refit: int = 40
+    most_simulations_of_refit: int = 60
     """Largest number of simulations of all runs in a refit through the controller [1]."""
     least_decrease_of_cost: float = 1e-5
     """Predicted decrease of the cost over the cost below which a descent stops [1]: times the few hundred correlation

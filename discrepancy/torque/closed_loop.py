@@ -1,8 +1,8 @@
 """Refit of a driven joint by simulation through its controller: `TorqueFit` in, `ClosedLoop` out.
 
 The torque fit stands near the minimum of the simulated position, whose other minima a fit from first guesses may end
-in. From there all parameters, those of the drive too, are fitted to the positions of the fitted runs. Errors of the
-position are counted from the measured start.
+in. From there, and from starts around it, all parameters, those of the drive too, are fitted to the positions of the
+fitted runs; the start with the least cost counts. Errors of the position are counted from the measured start.
 """
 
 from __future__ import annotations
@@ -17,10 +17,12 @@ from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, rms
 from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.values.run import Array, Run
 from haptid.model.friction.registry import law_named
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,13 +47,17 @@ class ClosedLoop:
         return {use: {"mean_absolute": self.mean_absolute[use], "rms": self.rms[use]} for use in self.rms}
 
 
-def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
+def refit_through_controller(model: TorqueFit, *, starts: int, seed: int) -> ClosedLoop | None:
     """Fit a model to the positions of the fitted runs, simulated through the controller.
 
     Parameters
     ----------
     model
         Fit to the torque, at which the refit starts.
+    starts
+        Number of starts around it, the further ones by a Sobol sequence.
+    seed
+        Seed of the starts.
 
     Returns
     -------
@@ -72,15 +78,17 @@ def refit_through_controller(model: TorqueFit) -> ClosedLoop | None:
     # Where the torque leaves no Coulomb friction, a descent hardly moves: the second start has that of the first guess.
     roles = law_named(equations.friction[0]).roles
     guessed = {id: study.base.parameter(id).initial for id in {roles.coulomb, roles.stiction}}
-    descents = [
-        minimise(
+    first, second = (np.array([start[q.id] for q in equations.parameters]) for start in (values, values | guessed))
+    descents = map_threads(
+        lambda theta: minimise(
             problem,
-            problem.first(np.array([start[q.id] for q in equations.parameters])),
+            problem.first(theta),
             iterations=THRESHOLDS.torque.most_simulations_of_refit,
             relative=THRESHOLDS.torque.least_decrease_of_cost,
-        )
-        for start in (values, values | guessed)
-    ]
+        ),
+        [*sobol_starts(problem.parametrisation, first, starts, seed), second],
+        threads=study.threads,
+    )
     best = min(descents, key=lambda descent: descent.cost)
     if not np.isfinite(best.cost):
         return None
