@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import secrets
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,11 @@ written: list[Path] = []
 
 class WritingError(HaptidError):
     """A file could not be written (exit code 1): a full disk, a quota, a device that failed."""
+
+
+DRAFT = ".haptid-draft"
+"""End of the name under which a file is written before it takes its own."""
+_NAME_OF_DRAFT = re.compile(rf"\..{{1,40}}\.[0-9a-f]{{12}}{re.escape(DRAFT)}")
 
 
 def is_file(path: Path) -> bool:
@@ -57,7 +63,7 @@ def write_bytes(path: Path, data: bytes) -> Path:
     WritingError
         Where the disk is full or fails (exit code 1).
     """
-    draft = path.parent / f".{path.name[:40]}.{secrets.token_hex(6)}"
+    draft = path.parent / f".{path.name[:40]}.{secrets.token_hex(6)}{DRAFT}"
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         _write_through(draft, data)  # on the disk before the name is: a crash leaves no half file
@@ -71,6 +77,19 @@ def write_bytes(path: Path, data: bytes) -> Path:
         _forget(draft)
         raise
     return path
+
+
+def remove_drafts(folder: Path) -> None:
+    """Remove what killed commands left of `write_bytes` in a folder that no other command writes to.
+
+    Parameters
+    ----------
+    folder
+        Folder of results, locked by the caller.
+    """
+    for draft in folder.glob(f".*{DRAFT}"):
+        if _NAME_OF_DRAFT.fullmatch(draft.name):
+            _forget(draft)
 
 
 def unwritable(path: Path, error: OSError) -> HaptidError:

@@ -14,7 +14,7 @@ from itertools import takewhile
 from pathlib import Path
 
 from haptid.support.errors import InputError
-from haptid.support.files.files import unwritable
+from haptid.support.files.files import remove_drafts, unwritable
 
 NAME = ".haptid.lock"
 """The lock lies in the folder itself: whoever can write there sees it, from any machine and with any TMPDIR."""
@@ -26,7 +26,8 @@ def lock_folder(folder: Path) -> Iterator[None]:
     """Lock ``folder`` against other commands within the block, and make it where it does not exist.
 
     At the end the lock's file is removed, and so are folders made here in which nothing was written: a command that
-    refuses its input leaves nothing behind. A killed command leaves an empty file, which blocks no other command.
+    refuses its input leaves nothing behind. A killed command leaves an empty file, which blocks no other command, and
+    perhaps a draft, which the next command removes.
 
     Parameters
     ----------
@@ -66,6 +67,7 @@ def _lock_file(folder: Path) -> int:
         try:
             _take(descriptor)
             if _is_at(path, descriptor):
+                remove_drafts(folder)
                 return descriptor
         except OSError as error:
             if error.errno in _NO_LOCKS:

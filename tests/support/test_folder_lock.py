@@ -106,3 +106,13 @@ def test_another_user_s_lock_holds_too(mode: int, tmp_path: Path):
     assert done.returncode == 2, done.stderr
     assert "another one is writing there" in done.stderr
     assert done.stderr.count("\n") == 1
+
+
+def test_the_draft_of_a_killed_command_goes_and_no_other_file_does(tmp_path: Path):
+    killed = tmp_path / ".identification.json.0123456789ab.haptid-draft"
+    others = [tmp_path / name for name in (".identification.json.0123456789ab", ".x.haptid-draft", "a.haptid-draft")]
+    for path in (killed, *others):
+        path.write_text("half", encoding="utf-8")
+    with lock_folder(tmp_path):
+        assert not killed.exists()
+        assert all(path.exists() for path in others)

@@ -93,7 +93,7 @@ def test_a_sealed_run_takes_part_in_no_choice_and_its_gap_is_told(tmp_path: Path
     gap = as_json(finding, measured=False, seed=0)["gap"]["sealed"]
     assert gap["before"] > 1.5 * gap["noise"]
     assert gap["closed"] > 0.9
-    assert "sealed runs" in discrepancy_page(finding, "test", measured=False)
+    assert "sealed runs" in discrepancy_page(finding, "test", measured=False).html
     # With other readings in the sealed run everything but its own gap is the same.
     (sealed,) = study.sealed
     other = replace(study, sealed=(sealed.but(y=sealed.y[::-1].copy()),))

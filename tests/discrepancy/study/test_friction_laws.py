@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from haptid.discrepancy.run import main
 from haptid.discrepancy.study.study import study_of
-from haptid.discrepancy.torque.study import readable
+from haptid.discrepancy.torque.readable import readable
 from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.effect import Effect, parameter, v
