@@ -52,7 +52,7 @@ from haptid.model.equations.equations import Equations
 from haptid.report.common.stored_page import write_page
 from haptid.report.identification.foreign_page import calibration_page
 from haptid.report.identification.page import identification_page
-from haptid.support.command import parse_joints, progress
+from haptid.support.command import parse_joints, progress, word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
 
@@ -260,10 +260,13 @@ def _workers(job: Job) -> Iterator[Workers]:
 def _provenance(options: FitOptions) -> dict[str, Any]:
     """Return seed, versions and command."""
     software = {name: _version(name, "not installed") for name in PACKAGES}
+    command = word_command("identify", "identification.run")
+    # Below haptid the command's own name is the first argument.
+    arguments = sys.argv[2:] if command.startswith("haptid") else sys.argv[1:]
     return {
         "seed": options.seed,
         "software": {"haptid": _version("haptid", "from source"), "python": platform.python_version(), **software},
-        "command": "python -m identification.run " + " ".join(sys.argv[1:]),
+        "command": " ".join((command, *arguments)),
     }
 
 

@@ -24,7 +24,7 @@ from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
-from haptid.support.command import parse_joints
+from haptid.support.command import parse_joints, word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file, write_bytes, write_text
 
@@ -68,7 +68,7 @@ def make_campaign(
     kinds = "; ".join("+".join(map(str, joints)) for joints in campaign.configurations)
     about = f"{len(campaign.runs)} runs, free joints {kinds}, {campaign.label} data, device {campaign.device}"
     click.echo(f"wrote {out}: {about}")
-    click.echo(f"next: python -m measurement.check {out}")
+    click.echo(f"next: {word_command('check', 'measurement.check')} {out}")
     understood = {
         column: {"name": target.name, "factor": target.factor}
         for one in prepared
@@ -112,6 +112,10 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
     if flags["measured"] is None:
         where = "--measured or --synthetic"
         raise InputError(where, expected="one of the two flags", got="neither")
+    for name in ("noise", "resolution"):
+        if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
+            where = f"--{name}"
+            raise InputError(where, expected="a number of rad, at least 0", got=f"{flags[name]:g}")
     return Answers(
         title=flags["title"] or folder.resolve().name,
         device=find_device(flags["device"] or SINGLE_JOINT, folder),

@@ -135,6 +135,26 @@ def _wrote_anything() -> str:
     return "what was finished is kept" if own else "nothing was finished yet"
 
 
+def word_command(verb: str, module: str) -> str:
+    """Return a command in the form in which the user called this one.
+
+    Parameters
+    ----------
+    verb
+        Name below ``haptid``, such as ``check``.
+    module
+        The same command as a module of a clone, such as ``measurement.check``.
+
+    Returns
+    -------
+    str
+        ``haptid check`` within a call of ``haptid``, else ``python -m measurement.check``.
+    """
+    context = click.get_current_context(silent=True)
+    by_name = context is not None and context.parent is not None and context.find_root().info_name == "haptid"
+    return f"haptid {verb}" if by_name else f"python -m {module}"
+
+
 def parse_joints(text: str | None, option: str = "--joints") -> tuple[int, ...] | None:
     """Parse the value of ``--joints 4,5,3``.
 

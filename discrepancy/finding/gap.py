@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+LARGEST_SHARE_BESIDE_SCATTER = 1.05
+"""Share of a gap that counts as all of it [1]: noise estimates differ by as much."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gap:
@@ -34,15 +37,22 @@ class Gap:
 
     @property
     def closed_beside_scatter(self) -> float | None:
-        """Same share beside the scatter, (before − after)/(before − 1) of ``beside``; `closed` without scatter."""
+        """Same share beside the scatter, (before − after)/(before − 1) of ``beside``; `closed` without scatter.
+
+        Where the scatter takes more than the noise, whitened residuals fall well below 1 and their share above all of
+        the gap: then `closed` counts as well.
+        """
         if self.beside is None:
             return self.closed
         before, after = self.beside
-        return None if before < 1.05 else (before - after) / (before - 1.0)
+        if before < 1.05:
+            return None
+        share = (before - after) / (before - 1.0)
+        return min(share, 1.0) if share <= LARGEST_SHARE_BESIDE_SCATTER else self.closed
 
     def as_json(self) -> dict[str, float | None]:
         """Return the fields of INTERFACES, and the share beside the scatter."""
         return {
             "before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed,
-            "closed_beside_scatter": self.closed_beside_scatter,
+            "closed_beside_scatter": self.closed_beside_scatter, "floor": None, "black_box": None,
         }  # fmt: skip

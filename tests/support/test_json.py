@@ -34,6 +34,7 @@ def test_identify_and_export_print_what_they_wrote(tmp_path: Path):
     assert done.returncode == 0, done.stderr
     written = tmp_path / "identification.json"
     assert json.loads(done.stdout) == json.loads(written.read_text(encoding="utf-8"))
+    assert json.loads(done.stdout)["command"].startswith("haptid identify --joints 4 ")
     assert "written below" in done.stderr
 
     fmu = tmp_path / "joint4.fmu"

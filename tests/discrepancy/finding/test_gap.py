@@ -1,0 +1,18 @@
+"""Shares of a gap that are told."""
+
+from __future__ import annotations
+
+import pytest
+
+from haptid.discrepancy.finding.gap import Gap
+
+
+@pytest.mark.parametrize(
+    ("beside", "share"),
+    [(None, 0.5), ((3.0, 1.2), 0.9), ((3.0, 0.98), 1.0), ((3.0, 0.2), 0.5), ((1.02, 1.0), None)],
+    ids=["no scatter", "part", "all", "scatter takes more than the noise", "no gap beside the scatter"],
+)
+def test_no_share_beside_the_scatter_is_above_one(beside: tuple[float, float] | None, share: float | None):
+    gap = Gap(before=3.0, after=2.0, noise=1.0, beside=beside)
+    assert gap.closed_beside_scatter == (None if share is None else pytest.approx(share))
+    assert {"floor", "black_box"} <= set(gap.as_json())
