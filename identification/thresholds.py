@@ -69,9 +69,6 @@ class Thresholds:
     # Starts: first guesses, their bounds and initial states.
     least_travel_for_gravity_rad: float = 1.2
     """Range of positions [rad] above which the first guess distinguishes gravity from a spring."""
-    least_speed_of_drive_guess_over_rms: float = 0.05
-    """Speed over the RMS speed [1] below which a row tells the first guess of a drive nothing: at rest friction takes
-    any value up to its level."""
     bounds_over_guess: float = 100.0
     """Factor [1] of a positive parameter's first guess to its bounds on either side."""
     most_widenings_of_bounds: int = 3

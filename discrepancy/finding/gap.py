@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-LARGEST_SHARE_BESIDE_SCATTER = 1.05
-"""Share of a gap that counts as all of it [1]: noise estimates differ by as much."""
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +47,7 @@ class Gap:
         if before < 1.05:
             return None
         share = (before - after) / (before - 1.0)
-        return min(share, 1.0) if share <= LARGEST_SHARE_BESIDE_SCATTER else self.closed
+        return min(share, 1.0) if share <= THRESHOLDS.finding.largest_share_beside_scatter else self.closed
 
     def as_json(self) -> dict[str, float | None]:
         """Return the fields of INTERFACES, and the share beside the scatter."""

@@ -353,7 +353,8 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         ][:3],
         "next_experiment": None,
         "where": [r.as_json() for r in finding.regions],
-        "gap": {
+        "gap": {"sealed": None}
+        | {
             name: {
                 "before": g.before,
                 "after": g.after,
@@ -363,8 +364,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
                 "black_box": finding.black_box if name == "validate" else None,
             }
             for name, g in finding.gaps.items()
-        }
-        | ({} if "sealed" in finding.gaps else {"sealed": None}),
+        },
         "residual": "torque",
         "unnamed_shape": {
             "variable": "position_rad",

@@ -9,6 +9,11 @@ from dataclasses import dataclass
 class FindingThresholds:
     """When a gap counts as explained, and how much of it is listed."""
 
+    # Amplitudes that scatter.
+    largest_share_beside_scatter: float = 1.05
+    """Share of a gap beside the scatter up to which it counts as all of the gap [1]: noise estimates differ by as
+    much."""
+
     # Runs in which all joints move.
     largest_rms_over_expected: float = 3.0
     """RMS over the expected one beyond which a joint has a discrepancy [1]: the parameters' error is one draw for the

@@ -32,11 +32,13 @@ class StudyThresholds:
     145 of 146 names came sooner. What no effect of the catalogue explains took up to 65,000 runs without the limit.
     """
 
-    # Several joints at once.
+    # Held-out runs.
     least_held_out_runs_to_seal: int = 3
     """Number of held-out runs [1] from which some are sealed: two are left that choose."""
     sealed_share_of_held_out: float = 1.0 / 3.0
     """Share of the held-out runs that are sealed [1]."""
+
+    # Several joints at once.
     most_joints: int = 3
     """Largest number of joints that a search takes on: the equations are solved for the accelerations symbolically."""
     most_coupled_effects_begun: int = 16

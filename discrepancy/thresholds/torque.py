@@ -28,21 +28,17 @@ class TorqueThresholds:
     """
 
     # How much is tried.
-    most_simulations_of_refit: int = 60
-    """Largest number of simulations of all runs in a refit through the controller [1]."""
     least_decrease_of_cost: float = 1e-5
     """Predicted decrease of the cost over the cost below which a descent stops [1]: times the few hundred correlation
     lengths of a residual it is a thousandth of a unit of log score."""
     most_simulations_of_start: int = 60
-    """Largest number of simulations of all runs from one start."""
+    """Largest number of simulations of all runs from one start, of the torque or through the controller."""
     most_effects: int = 4
     """Largest number of effects in a model."""
     most_refits_of_scan: int = 4
     """Number of effects of a scan that are refitted."""
 
     # What is accepted.
-    least_repeated_share_of_rows: float = 0.2
-    """Share of the rows in cells with several passes, below which the floor counts as unknown [1]."""
     least_twice_gain: float = 2.0
     """Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows [1]."""
     stretch_in_correlation_lengths: float = 5.0

@@ -47,15 +47,19 @@ def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
     runs = campaign.runs_of((joint,))
     if not campaign.runs_of((joint,), "fit"):
         return False
+    drive = campaign.drives.get(joint)
+    closed = drive is not None and drive.is_closed
+    free = not closed and choose_for(runs).kind == "open_loop"
+    if free and drive is not None:
+        return False
     device = device_of(campaign)
     tested = _only_configuration(campaign, (joint,))
     earlier = None if tested is None else earlier_residual(campaign, device, tested, out)
-    equations = equations_for(campaign, device, (joint,))
-    closed = equations.drive is not None and equations.drive.is_closed
-    if not closed and choose_for(runs).kind == "open_loop":
-        return earlier is not None and earlier.plain and equations.drive is None
+    if free:
+        return earlier is not None and earlier.plain
     if earlier is not None:
         return not earlier.at_noise
+    equations = equations_for(campaign, device, (joint,))
     options = FitOptions(starts=THRESHOLDS.most_starts_of_trial, method="gauss_newton")
     simulator = KernelSimulator.of(equations)
     # The recorded controller holds the simulation near the motion as an observer would.

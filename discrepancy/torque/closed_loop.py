@@ -14,15 +14,12 @@ from typing import Any
 import numpy as np
 
 from haptid.discrepancy.fit.whitened import OPTIONS
-from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.fit import TorqueFit, rms
-from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.discrepancy.torque.fit import TorqueFit, descend_from_all, rms
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.values.run import Array, Run
 from haptid.model.friction.registry import law_named
-from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -79,17 +76,8 @@ def refit_through_controller(model: TorqueFit, *, starts: int, seed: int) -> Clo
     roles = law_named(equations.friction[0]).roles
     guessed = {id: study.base.parameter(id).initial for id in {roles.coulomb, roles.stiction}}
     first, second = (np.array([start[q.id] for q in equations.parameters]) for start in (values, values | guessed))
-    descents = map_threads(
-        lambda theta: minimise(
-            problem,
-            problem.first(theta),
-            iterations=THRESHOLDS.torque.most_simulations_of_refit,
-            relative=THRESHOLDS.torque.least_decrease_of_cost,
-        ),
-        [*sobol_starts(problem.parametrisation, first, starts, seed), second],
-        threads=study.threads,
-    )
-    best = min(descents, key=lambda descent: descent.cost)
+    thetas = [*sobol_starts(problem.parametrisation, first, starts, seed), second]
+    best = min(descend_from_all(problem, thetas, threads=study.threads), key=lambda descent: descent.cost)
     if not np.isfinite(best.cost):
         return None
     theta = problem.theta(best.x)

@@ -12,7 +12,7 @@ from haptid.discrepancy.fit.whitened import OPTIONS
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.identification.baseline.least_squares import correlation_length
-from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.identification.optimise.levenberg_marquardt import Descent, minimise
 from haptid.identification.optimise.starts import sobol_starts
 from haptid.identification.problem.residuals import Problem
 from haptid.measurement.values.run import Array, Run
@@ -95,6 +95,35 @@ class TorqueFit:
         return found | {ids[k]: float(e) for k, e in zip(self.problem.parametrisation.free, errors, strict=True)}
 
 
+def descend_from_all(problem: Problem, thetas: Sequence[Array], *, threads: int) -> list[Descent]:
+    """Follow every start to its minimum.
+
+    Parameters
+    ----------
+    problem
+        Problem to minimise.
+    thetas
+        Parameters of the starts, shape (n_p,) each.
+    threads
+        Number of threads; the results do not depend on it.
+
+    Returns
+    -------
+    list of Descent
+        In the order of the starts.
+    """
+    return map_threads(
+        lambda theta: minimise(
+            problem,
+            problem.first(theta),
+            iterations=THRESHOLDS.torque.most_simulations_of_start,
+            relative=THRESHOLDS.torque.least_decrease_of_cost,
+        ),
+        thetas,
+        threads=threads,
+    )
+
+
 def rms(values: Array) -> float:
     """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
@@ -134,16 +163,8 @@ def fit_model(
     roots = tuple(rows.astype(float) for rows in study.fitted_rows)
     problem = replace(Problem.of(simulator, study.runs, OPTIONS), roots=roots)
     first = start_vector(simulator.equations, start or {})
-    found = map_threads(
-        lambda theta: minimise(
-            problem,
-            problem.first(theta),
-            iterations=THRESHOLDS.torque.most_simulations_of_start,
-            relative=THRESHOLDS.torque.least_decrease_of_cost,
-        ),
-        sobol_starts(problem.parametrisation, first, starts, seed),
-        threads=study.threads if starts > 1 else 1,
-    )
+    thetas = sobol_starts(problem.parametrisation, first, starts, seed)
+    found = descend_from_all(problem, thetas, threads=study.threads if starts > 1 else 1)
     best = min(found, key=lambda d: d.cost)
     if not np.isfinite(best.cost):
         msg = f"joint {study.joint}: no start gave a finite torque; check units, bounds and first guesses"

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import sympy as sp
 
-from haptid.identification.simulators.inverse_dynamics import invertible
+from haptid.identification.simulators.inverse_dynamics import invertible, needed_torque
 from haptid.model.effects import effect as sym
 from haptid.model.effects.effect import Effect
 from haptid.model.equations.equations import Equations, Input
@@ -61,8 +61,7 @@ def with_measured_load(equations: Equations) -> Equations:
     behind = equations.rhs[2:]
     if not any(sp.sympify(f).has(tau) for f in behind):
         return equations
-    acceleration = sp.sympify(equations.rhs[1])
-    needed = (sym.a - acceleration.subs(tau, 0)) / sp.diff(acceleration, tau)
+    needed = needed_torque(equations, sym.a)
     measured = Input(id=sym.a.name, unit=f"{equations.states[0].unit}/s^2", description="acceleration")
     return replace(
         equations,

@@ -18,7 +18,6 @@ from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
 from haptid.discrepancy.torque.rows import Mask, alternating, rests
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.carried_fit import SPRING
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.inverse_dynamics import (
     TorqueSimulator,
@@ -26,6 +25,7 @@ from haptid.identification.simulators.inverse_dynamics import (
     torque_equations,
     torque_runs,
 )
+from haptid.identification.statistics.absent import SPRING
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
@@ -192,7 +192,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     base, slides = equations_for(campaign, device_of(campaign), (joint,)), bool(fitted[0].prismatic[0])
     stated = tuple(campaign.parameter_overrides.get(joint, {}))
     drive = known_drive(base, carried)
-    if carried is not None and not SPRING & set(carried.free):
+    if carried is not None and not set(SPRING) & set(carried.free):
         base = base.with_parameters({id: {"initial": 0.0, "fixed": True} for id in SPRING if _has(base, id)})
     if drive is not None:
         base = restrain_presliding(drive.rigid(base, prismatic=slides), runs, stated)

@@ -112,7 +112,7 @@ def fit_baseline(
     regressor = Regressor.of(device, fitted[0].free_joints, posture, fitted[0].prismatic)
     width = common_width(runs)
     motions = [filter_run(run, width) for run in fitted]
-    moving = [_moving(m)[m.interior] for m in motions]
+    moving = [moving_rows(m)[m.interior] for m in motions]
     columns, torques = [], []
     for m, rows in zip(motions, moving, strict=True):
         columns.append(m.through_filter(regressor.columns(m))[m.interior] * rows[:, :, None])
@@ -124,7 +124,13 @@ def fit_baseline(
     return Baseline(regressor=regressor, estimate=estimate, gain=np.asarray(gain, dtype=np.float64))
 
 
-def _moving(motion: FilteredMotion) -> NDArray[np.bool_]:
-    """Say which rows of which joint move, shape (n, n_joints): at rest friction takes any value up to its level."""
+def moving_rows(motion: FilteredMotion) -> NDArray[np.bool_]:
+    """Say which rows of which joint move, shape (n, n_joints): at rest friction takes any value up to its level.
+
+    Parameters
+    ----------
+    motion
+        Filtered motion of the free joints.
+    """
     rms = np.sqrt(np.mean(motion.v**2, axis=0))
     return np.asarray(np.abs(motion.v) > THRESHOLDS.largest_rest_speed_over_rms_speed * rms)

@@ -113,16 +113,18 @@ def compare(
     figures: dict[tuple[str, str], dict[str, Figures]] = {}
     width = common_width(used)
     motions = [filter_run(run, width) for run in used]
-    for run, motion in zip(used, motions, strict=True):
-        figures[run.file, run.use] = {name: figures_of(model, run, motion) for name, model in models.items()}
+    errors = {name: [torque_residual(model, motion) for motion in motions] for name, model in models.items()}
+    for k, (run, motion) in enumerate(zip(used, motions, strict=True)):
+        figures[run.file, run.use] = {
+            name: figures_of(model, run, motion, errors[name][k]) for name, model in models.items()
+        }
     size = {name: sum(float(np.sum(both[name].torque_rmse ** 2)) for both in figures.values()) for name in models}
-    floor = _floor(models[min(size, key=lambda name: size[name])], motions)
+    floor = _floor(errors[min(size, key=lambda name: size[name])], motions)
     return Compared(baseline=baseline, figures=figures, models=models, floor=floor, runs=tuple(used))
 
 
-def _floor(model: Model, motions: Sequence[FilteredMotion]) -> Array:
+def _floor(residuals: Sequence[Array], motions: Sequence[FilteredMotion]) -> Array:
     """Return the RMS of the residual torque that does not repeat, shape (n_joints,); NaN where it is unknown."""
-    residuals = [torque_residual(model, motion) for motion in motions]
     floor = np.full(motions[0].q.shape[1], np.nan)
     for k in range(floor.size):
         cells = cells_of([m.q[m.interior, k] for m in motions], [m.v[m.interior, k] for m in motions])

@@ -112,7 +112,7 @@ def _plain(values: Array) -> float | list[float | None] | None:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def figures_of(model: Model, run: Run, motion: FilteredMotion) -> Figures:
+def figures_of(model: Model, run: Run, motion: FilteredMotion, error: Array) -> Figures:
     """Compute the figures of a model on a run.
 
     Parameters
@@ -123,12 +123,13 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion) -> Figures:
         Run of any use; only its scored rows count.
     motion
         Its motion, filtered with the width of all runs of the configuration.
+    error
+        `torque_residual` of the model along that motion.
 
     Returns
     -------
     Figures
     """
-    error = torque_residual(model, motion)
     size = np.sqrt(np.mean(motion.through_filter(motion.torque)[motion.interior] ** 2, axis=0))
     torque_rmse = np.sqrt(np.mean(error**2, axis=0))
     driven = run.but(u=run.u - model.offset)

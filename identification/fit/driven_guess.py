@@ -18,9 +18,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from haptid.identification.baseline.baseline import moving_rows
 from haptid.identification.baseline.driven import with_torque
 from haptid.identification.baseline.least_squares import weighted_least_squares
-from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.values.run import Run
 from haptid.model.equations.drive import Drive
@@ -111,7 +111,7 @@ def _shares(drive: Drive, runs: Sequence[Run]) -> dict[str, float]:
         ones = np.ones_like(motion.q)
         table = [motion.a, motion.v, np.sign(motion.v), back_emf, ones, np.cos(motion.q), np.sin(motion.q)]
         raw = np.stack(table, axis=2)
-        moving = np.abs(motion.v) > THRESHOLDS.least_speed_of_drive_guess_over_rms * np.sqrt(np.mean(motion.v**2))
+        moving = moving_rows(motion)
         columns.append((motion.through_filter(raw) * moving[:, :, None])[motion.interior])
         targets.append((motion.through_filter(motion.torque) * moving)[motion.interior])
     if not _lets_go(runs):

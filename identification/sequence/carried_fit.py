@@ -22,6 +22,7 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.resume import data_digest
+from haptid.identification.statistics.absent import SPRING
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
@@ -29,9 +30,6 @@ from haptid.support.errors import InputError
 
 FILE = "identification.json"
 """Name of the results in the output folder."""
-
-SPRING = {"Ks", "epos"}
-"""Ids of the spring's parameters."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -90,7 +88,7 @@ def carried_fit(
     except (KeyError, TypeError, ValueError, IndexError):  # written by another version, or changed by hand
         return None
     missing = {q.id for q in equations.parameters if not q.fixed} ^ set(fit.free)
-    same = not missing or (springless and missing == SPRING and not any(fit.values[id] for id in SPRING))
+    same = not missing or (springless and missing == set(SPRING) and not any(fit.values[id] for id in SPRING))
     return fit if same and np.isfinite(fit.theta).all() else None
 
 

@@ -70,8 +70,7 @@ def torque_equations(equations: Equations, prompt: Equations | None = None) -> E
     recorded = equations.inputs[:1] if prompt else ()
     a = Input(id="a", unit=f"{position.unit}/s^2", description="measured acceleration")
     if prompt is None:
-        free, slope = _acceleration(equations)
-        torque = (a.symbol - free) / slope
+        torque = needed_torque(equations, a.symbol)
     else:
         _, slope = _acceleration(prompt)
         torque = recorded[0].symbol + (a.symbol - sp.sympify(equations.rhs[1])) / slope
@@ -133,6 +132,25 @@ def _acceleration(equations: Equations) -> tuple[sp.Expr, sp.Expr]:
     tau = equations.inputs[0].symbol
     acceleration = sp.sympify(equations.rhs[1])
     return acceleration.subs(tau, 0), sp.diff(acceleration, tau)
+
+
+def needed_torque(equations: Equations, acceleration: sp.Symbol) -> sp.Expr:
+    """Solve the equation of motion of one joint for the torque that an acceleration needs, (q̈ − f₀)/f₁.
+
+    Parameters
+    ----------
+    equations
+        Equations of a single joint, whose acceleration is linear in the torque.
+    acceleration
+        Symbol of q̈.
+
+    Returns
+    -------
+    sympy.Expr
+        Torque [N m], or force [N] of a prismatic joint.
+    """
+    free, slope = _acceleration(equations)
+    return (acceleration - free) / slope
 
 
 def torque_run(run: Run, width: float | None = None) -> Run:

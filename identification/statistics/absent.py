@@ -19,6 +19,9 @@ from haptid.identification.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 
+SPRING = ("Ks", "epos")
+"""Ids of the stiffness and the equilibrium of a single joint's spring."""
+
 
 def with_absent_terms(fit: Fit) -> Fit:
     """Tell spring, gravity and stiction that the data do not need as absent.
@@ -64,7 +67,7 @@ def without_absent_spring(fit: Fit, own: Sequence[str]) -> Equations | None:
     Equations or None
         With the estimates as first guesses and the spring fixed at 0; None where there is none, or where it is seen.
     """
-    if not {"Ks", "epos"} <= set(own) or not _spring(fit, "Ks", "epos")[0]:
+    if not set(SPRING) <= set(own) or not _spring(fit, *SPRING)[0]:
         return None
     kept = {
         q.id: {"initial": fit.values[q.id], "lower": q.lower, "upper": q.upper}
@@ -72,7 +75,7 @@ def without_absent_spring(fit: Fit, own: Sequence[str]) -> Equations | None:
         if q.id in fit.free
     }
     none = {"initial": 0.0, "lower": 0.0, "upper": 1.0, "fixed": True}
-    return fit.equations.with_parameters({**kept, "Ks": none, "epos": none})
+    return fit.equations.with_parameters(kept | dict.fromkeys(SPRING, none))
 
 
 def _open(fit: Fit, ids: Sequence[str]) -> list[str]:
