@@ -36,7 +36,10 @@ from haptid.report.discrepancy.torque_gap_page import torque_gap_page
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from haptid.support.command import parse_joints, progress
 from haptid.support.errors import InputError
-from haptid.support.files.files import read_json, write_json, written
+from haptid.support.files.files import write_json
+
+Findings = dict[str, dict[str, Any]]
+"""Content of findings by the name of their file."""
 
 
 def search_campaign(
@@ -91,30 +94,27 @@ def search_campaign(
     tell_remarks(read)
     if choices["scheduler"]:
         click.echo("note: --scheduler is not used, the search runs here on --workers threads", err=True)
-    _alone(read, chosen, entries, out, choices)
+    findings = _alone(read, chosen, entries, out, choices)
     for free_joints in several:
-        _together(read, free_joints, entries, out, choices, asked=together is not None)
-    findings = {path.stem: read_json(path, "a finding") for path in written if _is_finding(path, out)}
+        findings |= _together(read, free_joints, entries, out, choices, asked=together is not None)
     return findings.popitem()[1] if joint is not None and len(findings) == 1 else findings
-
-
-def _is_finding(path: Path, out: Path) -> bool:
-    return path.suffix == ".json" and path.parent == out / "discrepancy"
 
 
 def _alone(
     read: Campaign, chosen: tuple[int, ...], entries: dict[str, Effect], out: Path, choices: dict[str, Any]
-) -> None:
-    """Study joints, each in the runs in which it moves alone."""
+) -> Findings:
+    """Study joints, each in the runs in which it moves alone; return what was written."""
+    findings: Findings = {}
     swept = [j for j in chosen if is_searched_by_torque(read, j, out)]
     if swept and choices["stage"] != "all":
         where = f"--stage {choices['stage']}"
         raise InputError(where, expected="a joint that torque drives", got=f"joint {swept[0]}, swept by position")
     for j in swept:
-        _torque(read, j, entries, out, choices)
+        findings |= _torque(read, j, entries, out, choices)
     # All studies are built before the first search begins, so that input is refused before any long work.
     for study in [study_of(read, j, entries, threads=choices["workers"]) for j in chosen if j not in swept]:
-        _study(study, read, out, choices)
+        findings |= _study(study, read, out, choices)
+    return findings
 
 
 def _together(
@@ -125,8 +125,8 @@ def _together(
     choices: dict[str, Any],
     *,
     asked: bool,
-) -> None:
-    """Study the runs in which several joints move.
+) -> Findings:
+    """Study the runs in which several joints move; return what was written.
 
     A search is run where some of these runs are to be fitted and the joints are few; otherwise the identified model is
     simulated in them.
@@ -135,31 +135,33 @@ def _together(
     # Where nobody asked for these joints, more of them than a search takes on are only simulated, and not refused.
     if read.runs_of(joints, "fit") and (asked or len(joints) <= THRESHOLDS.study.most_joints):
         known = by_joint(findings)
-        _study(coupled_study_of(read, joints, entries, known, threads=choices["workers"]), read, out, choices)
-        return
+        study = coupled_study_of(read, joints, entries, known, threads=choices["workers"])
+        return _study(study, read, out, choices)
     if choices["stage"] != "all":
         if asked:
             where, got = f"--stage {choices['stage']}", f"--free {','.join(map(str, joints))} without runs to fit"
             raise InputError(where, expected="joints with runs to fit", got=got)
-        return
+        return {}
     runs, device, source = read.runs_of(joints, "validate"), device_of(read), out / "identification.json"
     if device is None or not runs or len(joints) < len(device.joints):
         if asked:
             where = f"--free {','.join(map(str, joints))}"
             raise InputError(where, expected="runs in which these joints move together", got="none that tells")
-        return
+        return {}
     if not source.exists():
         note = f"runs with all joints free need {source}: python -m identification.run makes it"
         if asked:
             raise InputError("--free", expected=f"an identified model, {source}", got="no such file", todo=note)
         click.echo(f"note: {note}", err=True)
-        return
+        return {}
     identification = read_identification(source)
     finding = whole_finding(read, device, runs, identification, findings)
-    write_json(out / "discrepancy" / "whole.json", finding.as_json(measured=read.measured))
+    data = finding.as_json(measured=read.measured)
+    write_json(out / "discrepancy" / "whole.json", data)
     write_page(out / "discrepancy" / "whole.html", whole_gap_page(finding, read.title, measured=read.measured))
     click.echo(f"all joints: {finding.verdict}. {finding.sentence}")
     click.echo(f"  written below {out}: discrepancy/whole.json, .html")
+    return {"whole": data}
 
 
 def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFinding | None:
@@ -171,7 +173,7 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
     return finding_of(data, str(path), entries) if data["verdict"] in VERDICTS else None
 
 
-def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> None:
+def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> Findings:
     carried = read_carried_fit(read, study.fitted[0].free_joints, study.base, out)
     study = replace(study, effort=choices["effort"], carried=carried)
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
@@ -180,31 +182,34 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
             options = {"seed": choices["seed"], "starts": choices["starts"]}
             done = run_stages(study, choices["stage"], **options, tell=bar.set_description)
         name = f"{study.name}_{done.stage}"
-        write_json(out / "discrepancy" / f"{name}.json", done.as_json(measured=read.measured))
+        data = done.as_json(measured=read.measured)
+        write_json(out / "discrepancy" / f"{name}.json", data)
         save(stage_picture(done), out / "discrepancy" / f"{name}.png")
         click.echo(f"{study.title.lower()}: {done.sentence}\n  written below {out}: discrepancy/{name}.json, .png")
-        return
+        return {name: data}
     with bar:
         finding = find(study, out, **_options(choices), tell=bar.set_description)
-    _write_finding(finding, read, out, choices["seed"])
+    return {study.name: _write_finding(finding, read, out, choices["seed"])}
 
 
-def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> None:
+def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, choices: dict[str, Any]) -> Findings:
     """Study a joint that a position controller swept; its torque is scored."""
     bar: Any = progress(total=None, title=f"joint {joint}", quiet=choices["quiet"])
     with bar:
         carried = read_carried_fit(read, (joint,), equations_for(read, device_of(read), (joint,)), out, springless=True)
         study = torque_study_of(read, joint, carried, threads=choices["workers"])
         finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
-    folder = out / "discrepancy"
-    write_json(folder / f"joint{joint}.json", torque_json(finding, measured=read.measured, seed=choices["seed"]))
-    write_page(folder / f"joint{joint}.html", torque_gap_page(finding, read.title, measured=read.measured))
+    folder, name = out / "discrepancy", f"joint{joint}"
+    data = torque_json(finding, measured=read.measured, seed=choices["seed"])
+    write_json(folder / f"{name}.json", data)
+    write_page(folder / f"{name}.html", torque_gap_page(finding, read.title, measured=read.measured))
     gap = finding.gaps["validate"]
     click.echo(f"joint {joint}: {finding.verdict}. {finding.sentence}")
     unit = unit_for("N m", [study.prismatic])
     click.echo(
         f"  held-out torque: RMS {gap.before:.3g} {unit} before, {gap.after:.3g} after, white noise {gap.noise:.3g}"
     )
+    return {name: data}
 
 
 def _options(choices: dict[str, Any]) -> dict[str, Any]:
@@ -212,7 +217,7 @@ def _options(choices: dict[str, Any]) -> dict[str, Any]:
     return {"kind": kind, "seed": choices["seed"], "starts": choices["starts"]}
 
 
-def _write_finding(finding: Finding, campaign: Campaign, out: Path, seed: int) -> None:
+def _write_finding(finding: Finding, campaign: Campaign, out: Path, seed: int) -> dict[str, Any]:
     data, study = as_json(finding, measured=campaign.measured, seed=seed), finding.search.study
     folder = out / "discrepancy"
     write_json(folder / f"{study.name}.json", data)
@@ -225,6 +230,7 @@ def _write_finding(finding: Finding, campaign: Campaign, out: Path, seed: int) -
         click.echo(f"  {name}: RMS {gap.before:.3g} before, {gap.after:.3g} after, noise {gap.noise:.3g}{closed}")
     made = f", {data['fmu']}" if data["fmu"] else ""
     click.echo(f"  written below {out}: discrepancy/{study.name}.json, .html{made}")
+    return data
 
 
 if __name__ == "__main__":

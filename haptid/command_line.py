@@ -7,7 +7,7 @@ from difflib import get_close_matches
 
 import click
 
-from haptid.version import version
+from haptid.version import version_option
 
 COMMANDS = {
     "init": ("measurement.commands", "Make a campaign from a folder of tables."),
@@ -84,6 +84,6 @@ def _need(extra: str, command: str, ctx: click.Context) -> None:
 
 
 @click.command(cls=Commands, epilog=EXAMPLES, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(version(), prog_name="haptid")
+@version_option
 def main() -> None:
     """Turn measurements of a robot or haptic device into identified FMUs with honest uncertainty."""

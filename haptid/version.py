@@ -3,7 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 
 def version() -> str:
@@ -16,3 +22,21 @@ def version() -> str:
         project = (Path(__file__).resolve().parents[1] / "pyproject.toml").read_text(encoding="utf-8")
         stated = re.search(r'^version = "(.+)"$', project, re.MULTILINE)
         return f"{stated[1] if stated else 'unknown'}, in a clone"
+
+
+def version_option(function: F) -> F:
+    """Add ``--version`` to a command; the version is looked up when it is asked for."""
+    return click.option(
+        "--version",
+        is_flag=True,
+        expose_value=False,
+        is_eager=True,
+        callback=_tell_version,
+        help="Show the version and exit.",
+    )(function)
+
+
+def _tell_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
+    if value and not context.resilient_parsing:
+        click.echo(f"haptid, version {version()}")
+        context.exit()

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
 
-from haptid.identification.foreign.options import limit_option
+from haptid.identification.foreign.options import limit_option, model_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
 from haptid.support.declaration import call, command, json_option
@@ -45,13 +44,7 @@ WRITES = {
 @click.option("--profile", is_flag=True, help="Follow profile likelihoods to the ends of their 95 % intervals.")
 @click.option("--free-velocity", is_flag=True, help="Fit the initial velocity of every run.")
 @click.option("--no-export", is_flag=True, help="Leave out the FMUs of the whole device.")
-@click.option(
-    "--model",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default=None,
-    metavar="ANY.fmu",
-    help="Calibrate this FMU; CAMPAIGN is about its variables. The one that campaign.toml names where left out.",
-)
+@model_option("Calibrate this FMU; CAMPAIGN is about its variables.")
 @limit_option
 @allow_outside_option
 @exit_codes

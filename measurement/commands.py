@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from haptid.identification.foreign.options import limit_option
+from haptid.identification.foreign.options import limit_option, model_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import exit_codes
 from haptid.support.declaration import call, command, json_option
@@ -33,13 +33,7 @@ WRITES = {
 @click.argument("campaign", required=False, type=click.Path(path_type=Path))
 @allow_outside_option
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
-@click.option(
-    "--model",
-    type=click.Path(path_type=Path, dir_okay=False),
-    default=None,
-    metavar="ANY.fmu",
-    help="FMU that CAMPAIGN is about, the one that campaign.toml names where left out.",
-)
+@model_option("FMU that CAMPAIGN is about.")
 @limit_option
 @exit_codes
 @json_option

@@ -17,7 +17,7 @@ import click
 
 from haptid.support.errors import HaptidError
 from haptid.support.files.files import json_text
-from haptid.version import version
+from haptid.version import version_option
 
 P = ParamSpec("P")
 
@@ -36,12 +36,6 @@ class IncompleteError(HaptidError):
     def __init__(self, sentence: str, result: Any) -> None:
         super().__init__(sentence)
         self.result = result
-
-
-def _tell_version(context: click.Context, _parameter: click.Parameter, value: bool) -> None:
-    if value and not context.resilient_parsing:
-        click.echo(f"haptid, version {version()}")
-        context.exit()
 
 
 def command(examples: str, writes: Mapping[str, str]) -> Callable[[Callable[..., Any]], click.Command]:
@@ -67,15 +61,7 @@ def command(examples: str, writes: Mapping[str, str]) -> Callable[[Callable[...,
 
     def decorate(function: Callable[..., Any]) -> click.Command:
         told = inspect.cleandoc(function.__doc__ or "") + (f"\n\n\b\nWritten below --out:{files}" if writes else "")
-        with_version = click.option(
-            "--version",
-            is_flag=True,
-            expose_value=False,
-            is_eager=True,
-            callback=_tell_version,
-            help="Show the version and exit.",
-        )(function)
-        return click.command(help=told, epilog=shown, context_settings=settings)(with_version)
+        return click.command(help=told, epilog=shown, context_settings=settings)(version_option(function))
 
     return decorate
 

@@ -8,11 +8,13 @@ and handle outliers (1993). How large a robust z equal devices reach is simulate
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
 import numpy as np
+
+from haptid.identification.thresholds import THRESHOLDS
 
 FEWEST_DEVICES = 4
 """Devices below which a median absolute deviation says nothing of the one that deviates."""
@@ -20,8 +22,6 @@ CHANCE = 0.05
 """Probability that a fleet of equal devices has any parameter told as deviating [1]."""
 DRAWS = 40_000
 STD_PER_MAD = 1.4826
-HALF_WIDTH_95 = 1.96
-"""Half width of a 95 % interval of a normal value, in standard deviations."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -134,8 +134,9 @@ def _configuration(entry: Mapping[str, Any]) -> str:
 def _member(device: str, parameter: Mapping[str, Any]) -> Member:
     value, std = float(parameter["value"]), float(parameter["std"] or 0.0)
     ends = parameter.get("profile_95") or [None, None]
-    lower = value - HALF_WIDTH_95 * std if ends[0] is None else ends[0]
-    upper = value + HALF_WIDTH_95 * std if ends[1] is None else ends[1]
+    reach = THRESHOLDS.standard_errors_of_interval * std
+    lower = value - reach if ends[0] is None else ends[0]
+    upper = value + reach if ends[1] is None else ends[1]
     return Member(device=device, value=value, std=std, lower=lower, upper=upper, status=parameter["status"])
 
 
@@ -166,7 +167,4 @@ def _with_z(member: Member, median: float, spread: float, limit: float) -> Membe
     if member.status != "identified" or scale == 0.0:
         return member
     z = (member.value - median) / scale
-    return Member(
-        device=member.device, value=member.value, std=member.std, lower=member.lower, upper=member.upper,
-        status=member.status, z=z, deviates=abs(z) > limit,
-    )  # fmt: skip
+    return replace(member, z=z, deviates=abs(z) > limit)

@@ -1,4 +1,4 @@
-"""Minima of a calibration and the fit at the best of them: `Problem` and workers in, `Minima` and `Fit` out."""
+"""Minima of a calibration: `Problem` and workers in, `Minima` out."""
 
 from __future__ import annotations
 
@@ -8,17 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from haptid.identification.calibration.simulator import ForeignSimulator
-from haptid.identification.fit.multistart import Minima, descend_from, find_minima
+from haptid.identification.fit.minima import Minima, descend_from, find_minima
 from haptid.identification.optimise.basins import sort_into_basins
 from haptid.identification.optimise.levenberg_marquardt import Descent, cost_of
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.residuals import Problem
-from haptid.identification.result.fit import Fit
-from haptid.identification.result.outcome import Outcome
 from haptid.identification.statistics.covariance import curvature
-from haptid.identification.statistics.identifiability import combinations, statuses
 from haptid.identification.thresholds import THRESHOLDS
-from haptid.support.linear_algebra import profile_out
 
 
 def reach_minima(problem: Problem, workers: Workers, report: Callable[[int], None]) -> Minima:
@@ -96,52 +92,3 @@ def search_around(problem: Problem, start: Descent) -> Descent:
         found = costs[lowest] < best.cost
         best = replace(best, x=points[lowest], cost=costs[lowest], calls=calls) if found else replace(best, calls=calls)
     return best
-
-
-def fit_at(problem: Problem, minima: Minima) -> Fit:
-    """Compute covariance, statuses and combinations at the best minimum.
-
-    Parameters
-    ----------
-    problem
-        Problem whose difference steps were chosen at the best minimum.
-    minima
-        Minima that the starts reached.
-
-    Returns
-    -------
-    Fit
-        Without scores, outcome and duration, which take all runs.
-    """
-    best, parametrisation, n = minima.best, problem.parametrisation, problem.n_parameters
-    theta = problem.theta(best.x)
-    covariance, data, tau, status = np.zeros((0, 0)), np.zeros((0, 0)), 1.0, _fixed(problem)
-    felt = np.full(n, np.nan)
-    slope = parametrisation.slope(theta)
-    if n:
-        bent = curvature(problem, best.x)
-        covariance, tau = bent.covariance, bent.correlation_time
-        data = profile_out(bent.data, range(n)) / (max(best.cost / problem.weight, 1.0) * max(tau, 1.0))
-        status = statuses(parametrisation, best.x, np.sqrt(np.diag(covariance)), felt)
-    return Fit(
-        equations=parametrisation.equations,
-        theta=theta,
-        free=parametrisation.ids,
-        covariance=covariance * np.outer(slope, slope),
-        information=data / np.outer(slope, slope),
-        cost=best.cost / problem.weight,
-        outcome=Outcome.FIXED,
-        basins=minima.basins,
-        starts=len(minima.descents),
-        x0={run.file: np.zeros(0) for run in problem.runs},
-        sigma={run.file: run.sensor_std for run in problem.runs},
-        correlation_time=tau,
-        simulations=sum(d.calls for d in minima.descents) * len(problem.runs) * (1 + 2 * n),
-        wall_s=0.0,
-        statuses=status,
-        combinations=combinations(parametrisation, best.x, data, status, felt) if n else (),
-    )
-
-
-def _fixed(problem: Problem) -> dict[str, str]:
-    return {q.id: "fixed" for q in problem.parametrisation.equations.parameters}

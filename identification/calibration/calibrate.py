@@ -15,16 +15,17 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from haptid.identification.calibration.best_minimum import fit_at, polish, reach_minima
+from haptid.identification.calibration.best_minimum import polish, reach_minima
 from haptid.identification.calibration.difference_steps import with_chosen_steps
 from haptid.identification.calibration.simulator import ForeignSimulator, equations_of
+from haptid.identification.fit.multistart import fit_at
 from haptid.identification.foreign.binding import quantities_of
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.fit import Fit
-from haptid.identification.result.outcome import outcome_of
+from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.score import score_of
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
@@ -156,22 +157,20 @@ def calibrate(
     there = with_chosen_steps(simulator, problem.theta(minima.best.x), fitted)
     problem = replace(problem, simulator=there)
     minima = single_threaded(polish, problem, minima)
-    fit = single_threaded(fit_at, problem, minima)
-    simulated = {run.file: simulator.outputs_at(fit.theta, run) for run in campaign.runs if run.use != "excluded"}
+    best = minima.best
+    theta = problem.theta(best.x)
+    simulated = {run.file: simulator.outputs_at(theta, run) for run in campaign.runs if run.use != "excluded"}
     scores = tuple(
         score_of(run, run.y - simulated[run.file], np.zeros(0)) for run in campaign.runs if run.file in simulated
     )
-    outcome = outcome_of(
-        len(minima.basins[0].starts),
-        minima.basins[0].over_noise,
-        options.tolerance,
-        unseen=max((one.over_noise for one in scores if one.use == "validate"), default=0.0),
-        rows=sum(run.y.size for run in fitted),
-        parameters=problem.n_parameters,
-    )
+    bent = single_threaded(curvature, problem, best.x) if problem.n_parameters else None
+    # An FMU's parameters have no gravity and no spring, whose sizes would be known.
+    fit = fit_at(problem, minima, bent, scores, felt=np.full(problem.n_parameters, np.nan))
+    # Each evaluation takes two more simulations for every slope.
+    simulations = fit.simulations * (1 + 2 * problem.n_parameters)
     return Calibration(
         campaign=campaign,
-        fit=fit.but(runs=scores, outcome=outcome, wall_s=time.perf_counter() - begun),
+        fit=fit.but(simulations=simulations, wall_s=time.perf_counter() - begun),
         simulated=simulated,
         units=tuple(fmu.variables[name].unit for name in campaign.outputs),
         simulation_s=took,

@@ -12,9 +12,8 @@ import numpy as np
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.words import sentence_of
 from haptid.identification.result.fit import RunScore
-from haptid.identification.sequence.result_json import SCHEMA, finite
+from haptid.identification.sequence.result_json import SCHEMA, finite, parameter_json
 from haptid.measurement.values.run import Array, Run
-from haptid.model.equations.quantity import Quantity
 
 CAMPAIGN, MODEL = "campaign_folder", "model_file"
 """Keys that hold the campaign and the FMU as paths from the folder of the results."""
@@ -67,7 +66,7 @@ def _configuration(calibration: Calibration) -> dict[str, Any]:
     names = [q.structured for q in fit.equations.parameters]
     return {
         "parameters": {
-            q.structured: _parameter(q, value, std, fit.statuses[q.id])
+            q.structured: parameter_json(q, value, std, fit.statuses[q.id])
             for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
         },
         "outputs": {
@@ -101,18 +100,6 @@ def _configuration(calibration: Calibration) -> dict[str, Any]:
         "residual_correlation_rows": float(fit.correlation_time),
         "free": [fit.equations.parameter(id).structured for id in fit.free],
         "covariance": fit.covariance.tolist(),
-    }
-
-
-def _parameter(q: Quantity, value: float, std: float, status: str) -> dict[str, Any]:
-    return {
-        "value": float(value),
-        "std": float(std),
-        "unit": q.unit,
-        "status": status,
-        "description": q.description,
-        "lower": finite(q.lower),
-        "upper": finite(q.upper),
     }
 
 

@@ -14,6 +14,7 @@ from haptid.identification.result.fit import Basin, Combination, Fit, Interval, 
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.step import Step
 from haptid.model.equations.equations import Equations
+from haptid.model.equations.quantity import Quantity
 
 SCHEMA = "identification/1"
 
@@ -34,16 +35,7 @@ def step_json(step: Step) -> dict[str, Any]:
     fit = step.fit
     std = fit.std
     parameters = {
-        q.id: {
-            "value": float(v),
-            "std": float(s),
-            "unit": q.unit,
-            "status": fit.statuses[q.id],
-            "description": q.description,
-            "lower": finite(q.lower),
-            "upper": finite(q.upper),
-            **_profile_json(fit.profiles.get(q.id)),
-        }
+        q.id: parameter_json(q, v, s, fit.statuses[q.id]) | _profile_json(fit.profiles.get(q.id))
         for q, v, s in zip(fit.equations.parameters, fit.theta, std, strict=True)
     }
     sigma = np.mean(np.concatenate([np.atleast_1d(s) for s in fit.sigma.values()]))
@@ -99,6 +91,34 @@ def _replaced_json(step: Step) -> dict[str, dict[str, float]]:
         return {}
     ids = [q.id for q in step.fit.equations.parameters]
     return {"replaced": dict(zip(ids, step.compared.models["model"].theta.tolist(), strict=True))}
+
+
+def parameter_json(quantity: Quantity, value: float, std: float, status: str) -> dict[str, Any]:
+    """Convert an estimate to its entry of ``parameters``.
+
+    Parameters
+    ----------
+    quantity
+        Parameter with unit, description and range.
+    value, std
+        Estimate and its standard deviation, in the parameter's unit.
+    status
+        Status that the fit gives it.
+
+    Returns
+    -------
+    dict
+        JSON data; bounds that are not finite are None.
+    """
+    return {
+        "value": float(value),
+        "std": float(std),
+        "unit": quantity.unit,
+        "status": status,
+        "description": quantity.description,
+        "lower": finite(quantity.lower),
+        "upper": finite(quantity.upper),
+    }
 
 
 def _profile_json(interval: Interval | None) -> dict[str, list[float | None]]:

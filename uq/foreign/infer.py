@@ -84,10 +84,14 @@ class ForeignPosterior:
     wall_s: float
 
     @property
+    def worst_rhat(self) -> float:
+        """Largest R̂ of all coordinates."""
+        return max(p.diagnostics.rhat for p in self.parameters)
+
+    @property
     def sound(self) -> bool:
         """Whether the ensembles agree and their autocorrelation time is known."""
-        worst = max(p.diagnostics.rhat for p in self.parameters)
-        return self.sample.reached and worst < THRESHOLDS.least_rhat_of_disagreement and self.modes == 1
+        return self.sample.reached and self.worst_rhat < THRESHOLDS.least_rhat_of_disagreement and self.modes == 1
 
     def values(self) -> Array:
         """Return all draws of the untransformed values, shape (n_ensembles, n_draws, n)."""

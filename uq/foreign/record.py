@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from haptid.support.files.files import write_text
 from haptid.uq.foreign.infer import ForeignPosterior
 from haptid.uq.result.arviz_door import write_netcdf
-from haptid.uq.result.record import SCHEMA, parameter_json
+from haptid.uq.result.record import SCHEMA, parameter_json, write_draws
 
 
 def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
@@ -46,7 +43,7 @@ def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
             "tau_known": drawn.reached,
             "effective": float(drawn.effective.min()),
             "acceptance": [float(a) for a in drawn.acceptance],
-            "worst_rhat": max(p.diagnostics.rhat for p in posterior.parameters),
+            "worst_rhat": posterior.worst_rhat,
             "modes": posterior.modes,
             "correlation_time_rows": float(posterior.calibrated.correlation_time),
         },
@@ -84,12 +81,8 @@ def save_draws(posterior: ForeignPosterior, path: Path, seed: int, size: int = 5
     """
     flat = posterior.sample.flat()
     chosen = flat[np.random.default_rng([seed, 5]).integers(0, len(flat), size)]
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["draw", *(q.structured for q in posterior.coordinates.equations.parameters)])
-    for k, theta in enumerate(posterior.coordinates.thetas(chosen)):
-        writer.writerow([k, *(repr(float(value)) for value in theta)])
-    return write_text(path, stream.getvalue())
+    names = [q.structured for q in posterior.coordinates.equations.parameters]
+    return write_draws(path, names, posterior.coordinates.thetas(chosen))
 
 
 def save_chains(posterior: ForeignPosterior, path: Path) -> Path:
@@ -117,9 +110,9 @@ def summary_text(posterior: ForeignPosterior) -> str:
     """Write the command's summary: a sentence for each parameter, and one on the sampler."""
     drawn = posterior.sample
     known = "settled" if drawn.reached else "the chain is too short to settle it: final figures without --quick"
-    worst = max(p.diagnostics.rhat for p in posterior.parameters)
     least = min(p.diagnostics.ess_bulk for p in posterior.parameters)
-    sampler = f"τ {drawn.tau.max():.1f} steps ({known}), R̂ {worst:.3f}, ESS {least:.0f}, {posterior.wall_s:.0f} s"
+    agreement = f"R̂ {posterior.worst_rhat:.3f}, ESS {least:.0f}"
+    sampler = f"τ {drawn.tau.max():.1f} steps ({known}), {agreement}, {posterior.wall_s:.0f} s"
     lines = [posterior.calibrated.campaign.model.name, *(f"  {p.verdict}" for p in posterior.parameters)]
     for band in posterior.bands:
         lines.append(f"  {band.run.file} ({band.run.use}): {band.covered[0.95]:.0%} of the readings in the 95 % band")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from haptid.fmu_build.description.variables import structured_name
+from haptid.measurement.values.run import Array
 from haptid.support.files.files import write_text
 from haptid.uq.prediction.predict import Bands
 from haptid.uq.result.arviz_door import write_netcdf
@@ -85,18 +86,38 @@ def save_draws(posteriors: Sequence[Posterior], path: Path, rng: np.random.Gener
     InputError, WritingError
         As `write_bytes`.
     """
-    header, columns = ["draw"], []
+    names, columns = [], []
     for posterior in posteriors:
         coordinates = posterior.mode.density.coordinates
         flat = posterior.draws.reshape(-1, posterior.draws.shape[-1])
         thetas = coordinates.thetas(flat[rng.integers(0, len(flat), size)])
         for i, quantity in enumerate(coordinates.equations.parameters):
-            header.append(structured_name(coordinates.equations, quantity.id, quantity.structured))
+            names.append(structured_name(coordinates.equations, quantity.id, quantity.structured))
             columns.append(thetas[:, i])
+    return write_draws(path, names, np.array(columns).T)
+
+
+def write_draws(path: Path, names: Sequence[str], draws: Array) -> Path:
+    """Write draws as CSV, a row a draw with its number.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    names
+        Names of the columns.
+    draws
+        Parameters in their units, shape (n_draws, n_names).
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
+    """
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(header)
-    for k, row in enumerate(np.array(columns).T):
+    writer.writerow(["draw", *names])
+    for k, row in enumerate(draws):
         writer.writerow([k, *(repr(float(x)) for x in row)])
     return write_text(path, stream.getvalue())
 

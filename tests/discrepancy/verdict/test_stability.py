@@ -9,17 +9,7 @@ from haptid.discrepancy.verdict.stability import Stretches, stability_of
 from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
 
-UNIT = Scales(
-    torque=1.0,
-    position=1.0,
-    centre=0.0,
-    speed=1.0,
-    inertia=1.0,
-    friction=1.0,
-    viscous=1.0,
-    duration=1.0,
-    prismatic=False,
-)
+UNIT = Scales()
 STRETCHES, ROWS = 16, 200
 
 

@@ -16,17 +16,7 @@ TRUTH = {
     "inertia": 0.17, "gravity_cos": 0.0, "gravity_sin": 3.3, "Kp": 1.0, "Ks": 0.0, "epos": 0.0, "sigma0": 300.0,
     "sigma1": 1.0, "sigma2": 0.02, "vs": 0.05, "Fs": 0.17, "Fc": 0.16,
 }  # fmt: skip
-UNIT = Scales(
-    torque=1.0,
-    position=1.0,
-    centre=0.0,
-    speed=1.0,
-    inertia=1.0,
-    friction=1.0,
-    viscous=1.0,
-    duration=1.0,
-    prismatic=False,
-)
+UNIT = Scales()
 T = np.arange(0.0, 8.0, 0.002)
 
 
