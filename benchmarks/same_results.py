@@ -2,7 +2,7 @@
 
 What a move of modules must not change: the locking plan, the FMU of a locked joint, fits, a posterior and a verdict,
 each with a fixed seed. Dates, durations, versions and the command line are left out of JSON; the rest must agree to
-the last bit. Pages (HTML) show dates and durations and are not compared.
+the last bit. Pages (HTML, and their stored content) show dates and durations and are not compared.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from typing import Any
 
 import click
 
+from haptid.report.common.stored_page import FOLDER
 from haptid.support.files.files import write_json
 from haptid.support.installing.environment import ROOT
 
@@ -72,7 +73,7 @@ def compare(before: Path, after: Path) -> dict[str, str]:
         path.relative_to(side).as_posix()
         for side in (before, after)
         for path in side.rglob("*")
-        if path.is_file() and path.suffix != ".html"
+        if path.is_file() and path.suffix != ".html" and path.parent.name != FOLDER
     }
     outcome = {}
     for name in sorted(names):
