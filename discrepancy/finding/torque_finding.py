@@ -248,7 +248,7 @@ def _sealed_gap(base: TorqueFit, final: TorqueFit, noise: float) -> dict[str, Ga
     runs = base.study.sealed
     if not runs:
         return {}
-    before, after = (rms(np.concatenate([model.missed(run) for run in runs])) for model in (base, final))
+    before, after = (rms(np.concatenate([model.compute_missed(run) for run in runs])) for model in (base, final))
     return {"sealed": Gap(before=before, after=after, noise=noise)}
 
 

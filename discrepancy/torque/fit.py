@@ -72,7 +72,7 @@ class TorqueFit:
         """Residual torque of all held-out rows [N m]."""
         return np.concatenate([r[rows] for r, rows in zip(self.residual, self.study.unseen_rows, strict=True)])
 
-    def missed(self, run: Run) -> Array:
+    def compute_missed(self, run: Run) -> Array:
         """Return measured minus modelled torque of a run of no fit [N m], shape (n_t,)."""
         return np.asarray(run.y[:, 0] - self.problem.simulator.simulate(self.theta, run).y[:, 0])
 

@@ -133,7 +133,7 @@ def stability_of(stretches: Stretches, effects: Sequence[Effect], *, seed: int =
     draws = np.random.default_rng(seed).multinomial(count, np.full(count, 1.0 / count), THRESHOLDS.verdict.bags)
     prior = _moments(stretches.prior, stretches.prior_jacobian)
     energy = sum(part.square for part in moments) / stretches.independent
-    bags = [_Moments.weighted([*moments, prior], np.append(weights, 1)) for weights in draws]
+    bags = [_Moments.sum_weighted([*moments, prior], np.append(weights, 1)) for weights in draws]
     shares = {}
     for effect in effects:
         amplitudes = {q.id for q in effect.parameters[: effect.amplitudes]}
@@ -158,7 +158,7 @@ class _Moments:
     square: float
 
     @classmethod
-    def weighted(cls, parts: Sequence[_Moments], weights: Array) -> _Moments:
+    def sum_weighted(cls, parts: Sequence[_Moments], weights: Array) -> _Moments:
         """Sum the moments of stretches."""
         pairs = [(part, float(weight)) for part, weight in zip(parts, weights, strict=True) if weight]
         return cls(
@@ -173,7 +173,7 @@ class _Moments:
         slope = self.slope[list(free)]
         return self.square - float(slope @ inverse(normal) @ slope)
 
-    def moved(self, columns: Sequence[int], step: Array) -> _Moments:
+    def move_to(self, columns: Sequence[int], step: Array) -> _Moments:
         """Return the cost about a point that lies ``step`` along some parameters away."""
         slope = self.slope + self.normal[:, list(columns)] @ step
         along = self.normal[np.ix_(columns, columns)]
@@ -191,5 +191,5 @@ def _gain(bag: _Moments, own: Sequence[int], moved: Sequence[int], step: Array, 
     others = [k for k in every if k not in own]
     tiny = np.finfo(float).tiny
     with_effect = max(bag.least(every, damping), tiny)
-    without = max(bag.moved(moved, step).least(others, damping), tiny)
+    without = max(bag.move_to(moved, step).least(others, damping), tiny)
     return float(n * np.log(without / with_effect))

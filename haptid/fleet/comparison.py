@@ -119,7 +119,7 @@ def compare(results: Mapping[str, Mapping[str, Any]]) -> tuple[Comparison, ...]:
             for id, parameter in entry["parameters"].items():
                 key = (_configuration(entry), id, parameter.get("unit", ""))
                 rows.setdefault(key, []).append(_member(device, parameter))
-    judged = sum(len(_identified(members)) >= FEWEST_DEVICES for members in rows.values())
+    judged = sum(len(_keep_identified(members)) >= FEWEST_DEVICES for members in rows.values())
     return tuple(_judge(key, members, judged) for key, members in rows.items())
 
 
@@ -140,13 +140,13 @@ def _member(device: str, parameter: Mapping[str, Any]) -> Member:
     return Member(device=device, value=value, std=std, lower=lower, upper=upper, status=parameter["status"])
 
 
-def _identified(members: Sequence[Member]) -> list[Member]:
+def _keep_identified(members: Sequence[Member]) -> list[Member]:
     return [member for member in members if member.status == "identified"]
 
 
 def _judge(key: tuple[str, str, str], members: Sequence[Member], judged: int) -> Comparison:
     configuration, parameter, unit = key
-    known = _identified(members)
+    known = _keep_identified(members)
     if len(known) < FEWEST_DEVICES:
         return Comparison(
             configuration=configuration, parameter=parameter, unit=unit, median=None, spread=None, limit=None,

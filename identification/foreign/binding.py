@@ -51,18 +51,18 @@ def quantities_of(campaign: ForeignCampaign, fmu: ForeignFmu) -> tuple[Quantity,
 
 def _check_signals(campaign: ForeignCampaign, fmu: ForeignFmu) -> None:
     for name in campaign.inputs:
-        variable = _known(fmu, name, campaign.place("inputs", name), "input")
+        variable = _find_variable(fmu, name, campaign.place("inputs", name), "input")
         if variable.causality != "input" or not variable.scalar:
             _refuse(fmu, variable, campaign.place("inputs", name), "an input that holds a number", "input")
     for name in campaign.outputs:
-        variable = _known(fmu, name, campaign.place("outputs", name), "output")
+        variable = _find_variable(fmu, name, campaign.place("outputs", name), "output")
         if not variable.scalar:
             _refuse(fmu, variable, campaign.place("outputs", name), "a variable that holds a number", "output")
 
 
 def _parameter(campaign: ForeignCampaign, fmu: ForeignFmu, name: str) -> Quantity:
     where, entry = campaign.place("parameters", name), campaign.parameters[name]
-    variable = _known(fmu, name, where, "parameter")
+    variable = _find_variable(fmu, name, where, "parameter")
     if not (variable.is_settable and variable.scalar):
         _refuse(fmu, variable, where, "a variable that can be set before initialisation", "parameter")
     if variable.type not in REAL and "fixed" not in entry:
@@ -76,7 +76,7 @@ def _check_starts(campaign: ForeignCampaign, fmu: ForeignFmu) -> None:
     for file, start in campaign.starts.items():
         where = campaign.place("runs", file)
         for name in start:
-            variable = _known(fmu, name, where, "parameter")
+            variable = _find_variable(fmu, name, where, "parameter")
             if not (variable.is_settable and variable.scalar):
                 _refuse(fmu, variable, where, "a variable that can be set before initialisation", "parameter")
             if name in campaign.parameters:
@@ -84,20 +84,20 @@ def _check_starts(campaign: ForeignCampaign, fmu: ForeignFmu) -> None:
                 raise InputError(where, expected="start values that are no parameters", got=got)
 
 
-def _known(fmu: ForeignFmu, name: str, where: str, part: str) -> Variable:
+def _find_variable(fmu: ForeignFmu, name: str, where: str, part: str) -> Variable:
     if name in fmu.variables:
         return fmu.variables[name]
     todo = did_you_mean(name, fmu.variables)
-    todo = todo if todo.startswith("did") else _listed(fmu, part)
+    todo = todo if todo.startswith("did") else _list_variables(fmu, part)
     raise InputError(where, expected=f"a variable of {fmu.path.name}", got=repr(name), todo=todo)
 
 
 def _refuse(fmu: ForeignFmu, variable: Variable, where: str, expected: str, part: str) -> None:
     got = f"{variable.name}, {variable.kind}" if variable.scalar else f"{variable.name}, which is no single number"
-    raise InputError(where, expected=expected, got=got, todo=_listed(fmu, part))
+    raise InputError(where, expected=expected, got=got, todo=_list_variables(fmu, part))
 
 
-def _listed(fmu: ForeignFmu, part: str) -> str:
+def _list_variables(fmu: ForeignFmu, part: str) -> str:
     """Say which variables can play a part: ``input``, ``output`` or ``parameter``."""
     fits = [v.name for v in fmu.variables.values() if v.scalar and _can_be(v, part)]
     shown = ", ".join(fits[:MOST_LISTED]) + (", …" if len(fits) > MOST_LISTED else "")
@@ -116,7 +116,7 @@ def _quantity(variable: Variable, entry: Mapping[str, Any], where: str) -> Quant
         value = float(entry["fixed"])
         if not lower <= value <= upper:
             raise InputError(where, expected=f"a value in [{lower:g}, {upper:g}], as the FMU says", got=f"{value:g}")
-        return _named(variable, initial=value, fixed=True)
+        return _make_quantity(variable, initial=value, fixed=True)
     prior = Normal(**{k: float(v) for k, v in entry["prior"].items()}) if "prior" in entry else None
     stated = entry.get("initial", prior.mean if prior else variable.start)
     if stated is None:
@@ -128,7 +128,7 @@ def _quantity(variable: Variable, entry: Mapping[str, Any], where: str) -> Quant
         expected, todo = f"a first guess in [{lower:g}, {upper:g}]", "write { initial = … }, or widen the bounds"
         raise InputError(where, expected=expected, got=f"{whose} {initial:g}", todo=todo)
     logarithmic = lower > 0 and upper >= THRESHOLDS.least_logarithmic_range * lower
-    return _named(
+    return _make_quantity(
         variable,
         initial=initial,
         lower=lower,
@@ -151,7 +151,7 @@ def _range(variable: Variable, entry: Mapping[str, Any], where: str) -> tuple[fl
     return lower, upper
 
 
-def _named(variable: Variable, **numbers: Any) -> Quantity:
+def _make_quantity(variable: Variable, **numbers: Any) -> Quantity:
     """Return a variable's quantity with its numbers."""
     # In equations t is the time.
     id = "parameter t" if variable.name == "t" else variable.name

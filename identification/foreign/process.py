@@ -69,7 +69,7 @@ class ForeignFmu:
 
     def __reduce__(self) -> tuple[object, ...]:
         """Cross process boundaries as the unpacked files."""
-        return (_shared, (self._unpacked, self.limit_s))
+        return (_adopt, (self._unpacked, self.limit_s))
 
     @property
     def description(self) -> Any:
@@ -142,13 +142,13 @@ class ForeignFmu:
             self._child.join()
             self._fail(f"its own code ended the process ({_how(self._child.exitcode)})")
         if isinstance(answer, str):
-            raise ReportedError(self._told(answer))
+            raise ReportedError(self._message_of(answer))
         y = np.asarray(answer)
         broken = np.argwhere(~np.isfinite(y))
         if broken.size:
             row, column = broken[0]
             at = f"at t = {request.t[row]:g} s (row {row + 1})"
-            raise ReportedError(self._told(f"its output {outputs[column]} is {y[row, column]} {at}"))
+            raise ReportedError(self._message_of(f"its output {outputs[column]} is {y[row, column]} {at}"))
         return y
 
     def close(self) -> None:
@@ -182,9 +182,9 @@ class ForeignFmu:
 
     def _fail(self, reason: str) -> NoReturn:
         self._stop()
-        raise NumericalError(self._told(reason))
+        raise NumericalError(self._message_of(reason))
 
-    def _told(self, reason: str) -> str:
+    def _message_of(self, reason: str) -> str:
         return f"{self.path.name}: {reason}"
 
     def _stop(self) -> None:
@@ -195,7 +195,7 @@ class ForeignFmu:
         self._connection = None
 
 
-def _shared(unpacked: Unpacked, limit_s: float) -> ForeignFmu:
+def _adopt(unpacked: Unpacked, limit_s: float) -> ForeignFmu:
     """Return the FMU of this process with these files; its process and not this one removes them."""
     found = _of_this_process.get(unpacked.folder)
     if found is None:

@@ -53,11 +53,11 @@ def read_foreign_campaign(folder: Path | str, model: Path | None = None) -> Fore
     source = open_source(folder, TABLES)
     head = schema.check_table(source, source.data.get("campaign"), schema.FOREIGN_CAMPAIGN, "campaign")
     archive = _model(source, head, model)
-    inputs = _named(source, "inputs", schema.INPUT)
-    outputs = _named(source, "outputs", schema.OUTPUT)
+    inputs = _check_tables(source, "inputs", schema.INPUT)
+    outputs = _check_tables(source, "outputs", schema.OUTPUT)
     if not outputs:
         raise InputError(source.where("outputs"), expected="at least one output under [outputs]", got="none")
-    parameters = _named(source, "parameters", schema.PARAMETER)
+    parameters = _check_tables(source, "parameters", schema.PARAMETER)
     for name, entry in parameters.items():
         _check_parameter(entry, source.where("parameters", name))
     held = [run.but(hold=head.get("hold", "zero")) for run in _read_runs(source, inputs, outputs)]
@@ -92,7 +92,7 @@ def _model(source: TomlSource, head: Mapping[str, Any], model: Path | None) -> P
     return path
 
 
-def _named(source: TomlSource, section: str, keys: Mapping[str, schema.Key]) -> dict[str, dict[str, Any]]:
+def _check_tables(source: TomlSource, section: str, keys: Mapping[str, schema.Key]) -> dict[str, dict[str, Any]]:
     """Return a table of tables by variable, each checked."""
     table = source.data.get(section, {})
     if not isinstance(table, dict):
@@ -191,15 +191,15 @@ def _with_noise(runs: list[Run], outputs: Mapping[str, Mapping[str, Any]]) -> li
         noise = [estimate_noise(run.t, run.y[:, k], step) for run, step in zip(runs, steps, strict=True)]
         runs = [
             run.but(
-                noise=_replaced(run.noise, k, float(np.median(noise))),
-                resolution=_replaced(run.resolution, k, float(np.median(steps))),
+                noise=_replace_one(run.noise, k, float(np.median(noise))),
+                resolution=_replace_one(run.resolution, k, float(np.median(steps))),
             )
             for run in runs
         ]
     return runs
 
 
-def _replaced(values: Array, place: int, value: float) -> Array:
+def _replace_one(values: Array, place: int, value: float) -> Array:
     changed = values.copy()
     changed[place] = value
     return changed

@@ -111,11 +111,11 @@ def _number_or_none(reply: str) -> float | None:
 def _ask(question: str, default: str, read: Callable[[str], T]) -> T:
     """Ask until ``read`` accepts the reply."""
 
-    def checked(reply: str) -> T:
+    def check_reply(reply: str) -> T:
         try:
             return read(reply.strip())
         except InputError as error:
             raise click.UsageError(str(error)) from None  # click shows it and asks again
 
-    answer: T = click.prompt(question, default=default, value_proc=checked)
+    answer: T = click.prompt(question, default=default, value_proc=check_reply)
     return answer

@@ -54,7 +54,7 @@ def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> Page:
         Section(
             title="Runs",
             anchor="runs",
-            pictures=[_picture(calibration, run) for run in _drawn(calibration)],
+            pictures=[_picture(calibration, run) for run in _choose_drawn(calibration)],
             tables=(Table(header=RUNS, rows=run_rows(calibration)),),
         ),
         Section(title="The FMU", anchor="fmu", paragraphs=(STARTS,), tables=(_minima(calibration),)),
@@ -110,7 +110,7 @@ def _minima(calibration: Calibration) -> Table:
     return Table(header=header, rows=rows, caption="Minima that the starts reached")
 
 
-def _drawn(calibration: Calibration) -> list[Run]:
+def _choose_drawn(calibration: Calibration) -> list[Run]:
     runs = [run for run in calibration.campaign.runs if run.file in calibration.simulated]
     return sorted(runs, key=lambda run: run.use != "validate")[:MOST_PICTURES]
 

@@ -128,7 +128,7 @@ def infer(
         Where the FMU crashes or hangs, or hardly any point near the fit has a finite density.
     """
     begun = time.perf_counter()
-    simulator = _bounded(simulator_of(calibrated.campaign, fmu), calibrated)
+    simulator = _bound_parameters(simulator_of(calibrated.campaign, fmu), calibrated)
     equations = simulator.equations
     theta = np.array([calibrated.values[q.structured] for q in equations.parameters])
     mode = normal_approximation(
@@ -157,7 +157,7 @@ def infer(
     )
 
 
-def _bounded(simulator: ForeignSimulator, calibrated: Calibrated) -> ForeignSimulator:
+def _bound_parameters(simulator: ForeignSimulator, calibrated: Calibrated) -> ForeignSimulator:
     equations = simulator.equations
     free = [q.structured for q in equations.parameters if not q.fixed]
     if not free:
