@@ -8,6 +8,7 @@ from __future__ import annotations
 import gzip
 import io
 import json
+import zlib
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -74,7 +75,7 @@ def read_page(path: Path) -> Page:
     try:
         with gzip.GzipFile(fileobj=io.BytesIO(packed)) as stream:
             return _page_from(json.loads(stream.read(LARGEST_CONTENT)))
-    except (OSError, EOFError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(str(source), expected=WANTED, got=f"{type(error).__name__}: {error}") from None
 
 
