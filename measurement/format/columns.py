@@ -14,10 +14,12 @@ from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
 
+JOINT = r"\d{1,3}"
+"""Pattern of a joint's number in a name: no device has a thousand joints, and longer digits are no number."""
 KNOWN = re.compile(
-    r"time_s|(torque|torque_command|torque_measured)_\d+_Nm|(force|force_command|force_measured)_\d+_N|current_\d+_A"
-    r"|voltage_\d+_V|duty_\d+|supply_V|enabled_\d+|temperature_\d+_C"
-    r"|(position|reference)_\d+_(rad|m)|(velocity|reference_velocity)_\d+_(rad_s|m_s)"
+    rf"time_s|(torque|torque_command|torque_measured)_{JOINT}_Nm|(force|force_command|force_measured)_{JOINT}_N"
+    rf"|current_{JOINT}_A|voltage_{JOINT}_V|duty_{JOINT}|supply_V|enabled_{JOINT}|temperature_{JOINT}_C"
+    rf"|(position|reference)_{JOINT}_(rad|m)|(velocity|reference_velocity)_{JOINT}_(rad_s|m_s)"
 )
 """Names of all columns that the campaign format has; others are kept with a warning."""
 

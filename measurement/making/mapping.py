@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
-TORQUE = re.compile(r"(?:torque_(\d+)_Nm|force_(\d+)_N|current_(\d+)_A)")
+TORQUE = re.compile(rf"(?:torque_({JOINT})_Nm|force_({JOINT})_N|current_({JOINT})_A)")
 """Columns that drive a joint; one of the groups is its number."""
 FLAG = "--map"
-POSITION = re.compile(r"position_(\d+)_(?:rad|m)")
+POSITION = re.compile(rf"position_({JOINT})_(?:rad|m)")
 """Columns with the position of a joint; the group is its number."""
 
 

@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from haptid.measurement.format.columns import KNOWN
+from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.making.mapping import Target
 from haptid.support.errors import InputError
 
@@ -197,7 +197,7 @@ def _kind_of(word: str, *, follows: bool) -> tuple[str, str]:
     A unit follows its quantity: a word that may be either is a quantity where none came before.
     """
     quantity, unit = QUANTITIES.get(word.lower()), _unit_of(word)
-    if word.isdigit():
+    if re.fullmatch(JOINT, word):
         return "joint", word
     if quantity is not None and (unit is None or not follows):
         return "quantity", quantity

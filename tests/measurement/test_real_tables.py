@@ -134,3 +134,15 @@ def test_counts_and_unnamed_columns_are_asked_for(tmp_path: Path, monkeypatch: p
     run = read_campaign(tmp_path / "made").runs[0]
     np.testing.assert_allclose(run.y[:, 0], 0.0015 * columns["encoder counts"])
     np.testing.assert_allclose(run.t, 0.002 * ROWS)
+
+
+@pytest.mark.parametrize("header", ["time_s,torque_{n}_Nm,position_{n}_rad", "time_s,tau{n} Nm,angle deg"])
+def test_a_number_of_thousands_of_digits_is_no_joint(header: str, tmp_path: Path):
+    rows = "".join(f"{0.1 * k:.1f},{k % 3},{k % 4}\n" for k in range(20))
+    (tmp_path / "tables").mkdir()
+    (tmp_path / "tables" / "a.csv").write_text(f"{header.format(n='9' * 5000)}\n{rows}", encoding="utf-8")
+    done = CliRunner().invoke(new.main, [str(tmp_path / "tables"), "--out", str(tmp_path / "out"), "--measured"])
+    assert done.exit_code == 2
+    assert len(done.stderr.splitlines()) == 1
+    assert len(done.stderr) <= 310
+    assert not (tmp_path / "out").exists()
