@@ -34,7 +34,7 @@ from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import save, stage_picture, write_pictures
 from haptid.report.discrepancy.torque_gap_page import torque_gap_page
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
-from haptid.support.command import parse_joints, progress
+from haptid.support.command import parse_joints, progress, word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
 
@@ -149,7 +149,8 @@ def _together(
             raise InputError(where, expected="runs in which these joints move together", got="none that tells")
         return {}
     if not source.exists():
-        note = f"runs with all joints free need {source}: python -m identification.run makes it"
+        making = word_command("identify", "identification.run")
+        note = f"runs with all joints free need {source}: {making} makes it"
         if asked:
             raise InputError("--free", expected=f"an identified model, {source}", got="no such file", todo=note)
         click.echo(f"note: {note}", err=True)

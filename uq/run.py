@@ -36,7 +36,7 @@ from haptid.report.common.stored_page import write_page
 from haptid.report.discrepancy.full_model_section import full_model_sections
 from haptid.report.posterior.foreign_page import foreign_posterior_page
 from haptid.report.posterior.page import posterior_page
-from haptid.support.command import parse_joints, progress
+from haptid.support.command import parse_joints, progress, word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
 from haptid.support.processes.threads import single_threaded
@@ -149,8 +149,8 @@ def _infer_foreign(campaign: Path | None, **settings: Any) -> dict[str, Any]:
     write_json(out / "posterior.json", data)
     save_foreign_draws(posterior, out / "parameters_posterior.csv", seed)
     save_foreign_chains(posterior, out / "posterior" / "model.nc")
-    footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", calibrated.campaign.title]
-    write_page(out / "posterior.html", foreign_posterior_page(posterior, footer))
+    made_by = f"{word_command('posterior', 'uq.run')}, seed {seed}, {time.strftime('%Y-%m-%d')}"
+    write_page(out / "posterior.html", foreign_posterior_page(posterior, [made_by, calibrated.campaign.title]))
     click.echo(summary_of_foreign(posterior))
     return data
 
@@ -251,7 +251,7 @@ def _write(command: _Command, results: _Results) -> dict[str, Any]:
     data = with_null({**head, "joints": joints, "full_model": results.full.as_json()})
     write_json(out / "posterior.json", data)
     save_draws(posteriors, out / "parameters_posterior.csv", np.random.default_rng([seed, 5]))
-    footer = [f"python -m uq.run, seed {seed}, {time.strftime('%Y-%m-%d')}", campaign.title]
+    footer = [f"{word_command('posterior', 'uq.run')}, seed {seed}, {time.strftime('%Y-%m-%d')}", campaign.title]
     page = posterior_page(
         posteriors,
         title="How well the parameters are known",

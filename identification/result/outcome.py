@@ -18,7 +18,7 @@ class Outcome(Enum):
     CONVERGED = "converged: several starts agree on the best minimum, and what is left is the sensor's noise"
     ABOVE_NOISE = (
         "several starts agree on the best minimum, but the residual stays above the sensor's noise: "
-        "the model lacks something; try python -m discrepancy.run"
+        "the model lacks something; try haptid missing (python -m discrepancy.run in a clone)"
     )
     SINGLE_START = (
         "only one start reached the best minimum, which leaves the sensor's noise; "
@@ -30,7 +30,8 @@ class Outcome(Enum):
     )
     UNEXPLAINED = (
         "the model explains hardly anything of the motion: look whether the columns of torque and position, their "
-        "units and their signs are right (python -m measurement.check), then what it lacks (python -m discrepancy.run)"
+        "units and their signs are right (haptid check, or python -m measurement.check in a clone), then what it lacks "
+        "(haptid missing, or python -m discrepancy.run)"
     )
     UNEXCITED = (
         "the torque never changes in the fitted runs, so that they do not tell how the joint answers to it: "
@@ -39,7 +40,8 @@ class Outcome(Enum):
     FIXED = "every parameter is fixed, so that nothing was fitted: the scores are those of the model as it is stated"
     UNSEEN = (
         "the fitted runs are at the sensor's noise, but runs that no fit saw are not: "
-        "look whether their columns and units are those of the fitted runs, or try python -m discrepancy.run"
+        "look whether their columns and units are those of the fitted runs, or try haptid missing "
+        "(python -m discrepancy.run in a clone)"
     )
     TOO_FEW_ROWS = (
         "the fitted runs hold too few rows for so many parameters, so that a small residual says nothing: "

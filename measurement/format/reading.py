@@ -29,6 +29,7 @@ from haptid.measurement.format.run_entries import read_runs
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warn
+from haptid.support.command import word_command
 from haptid.support.errors import InputError, one_line
 from haptid.support.suggestion import did_you_mean
 
@@ -66,7 +67,8 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
     """
     folder = embedded_campaign() if folder is None else Path(folder)
     if is_foreign(folder):
-        where, todo = str(folder / "campaign.toml"), "python -m identification.run and python -m uq.run take it"
+        where, takers = str(folder / "campaign.toml"), (("identify", "identification.run"), ("posterior", "uq.run"))
+        todo = f"{' and '.join(word_command(*taker) for taker in takers)} take it"
         raise InputError(where, expected="a campaign about joints", got="one about an FMU", todo=todo)
     source = open_source(folder, TABLES)
     schema.check_table(source, source.data.get("sensor", {}), schema.SENSOR, "sensor")
@@ -123,7 +125,7 @@ def open_source(folder: Path, tables: Sequence[str]) -> TomlSource:
         raise InputError(str(folder), expected="the folder of a campaign", got=got)
     path = folder / "campaign.toml"
     if not path.is_file():
-        todo = f"make it with python -m measurement.new {folder} --out NEW_FOLDER"
+        todo = f"make it with {word_command('init', 'measurement.new')} {folder} --out NEW_FOLDER"
         raise InputError(str(path), expected="the file that describes the campaign", got="no such file", todo=todo)
     source = TomlSource.parse(path)
     for name in source.data:

@@ -118,7 +118,7 @@ def _whole_sentence(verification: Verification) -> str:
     if not excess > LARGEST_RESIDUAL_OVER_EXPECTED:
         return (
             f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): tests in the "
-            "lock postures that python -m model.plan proposes would close it."
+            "lock postures that haptid plan (python -m model.plan in a clone) proposes would close it."
         )
     return f"{said}, {excess:.3g} × what noise and the spread of the parameters explain: something is missing in it."
 

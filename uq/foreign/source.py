@@ -15,6 +15,7 @@ from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
 from haptid.measurement.values.run import Array
 from haptid.model.equations.quantity import Quantity
+from haptid.support.command import word_command
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json
 from haptid.uq.thresholds import THRESHOLDS
@@ -68,7 +69,7 @@ def read_calibrated(folder: Path) -> Calibrated:
     InputError
         Where there are no such results, campaign or FMU are no longer where they were, or another FMU lies there.
     """
-    path, todo = folder / FILE, "repeat python -m identification.run"
+    path, todo = folder / FILE, f"repeat {word_command('identify', 'identification.run')}"
     data = read_json(path, "an identification.json")
     try:
         (one,) = data["configurations"]
