@@ -50,6 +50,7 @@ from haptid.uq.foreign.record import save_chains as save_foreign_chains
 from haptid.uq.foreign.record import save_draws as save_foreign_draws
 from haptid.uq.foreign.record import summary_text as summary_of_foreign
 from haptid.uq.foreign.source import holds_calibration, read_calibrated
+from haptid.uq.result.agreement import word_disagreement
 from haptid.uq.result.finite import check_finite, early_word, with_null
 from haptid.uq.result.full_model import as_fit, full_model_bands
 from haptid.uq.result.infer import QUICK, InferOptions, infer
@@ -226,6 +227,10 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
             through_simulator=command.kind is not None,
         )
     notes = (*found.notes, *found.warnings, f"The fit it starts from, {source}: {found.outcome.value}.")
+    contradiction = word_disagreement(found, posterior.parameters)
+    if contradiction:
+        click.echo(f"warning: joint {joint}: {contradiction}", err=True)
+        notes = (contradiction, *notes)
     return found, check_finite(replace(posterior, notes=(early, *notes) if early else notes))
 
 

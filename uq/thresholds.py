@@ -52,6 +52,11 @@ class Thresholds:
     least_rhat_of_disagreement: float = 1.01
     """R̂ [1] from which ensembles disagree, so that the posterior is not sound."""
 
+    # The fit that the chains start from.
+    largest_distance_from_fit_in_std: float = 4.0
+    """Distance of a posterior mean from the fit's estimate [standard deviations of both together] from which they
+    contradict each other. Both see the same data, so that chance alone puts them far closer."""
+
     # Statements: intervals, and in which words a parameter is told.
     probability_contents: tuple[float, ...] = (0.5, 0.8, 0.95)
     """Probability contents of intervals and of predictive bands [1]."""

@@ -1,0 +1,50 @@
+"""Compare a posterior with the fit it starts from: `Fit` and summaries in, a sentence for the reader out.
+
+Fit and chains see the same runs, so that their values of an identified parameter lie within a few standard deviations.
+Where they do not, one of the two is in another minimum or has not come to rest, and neither interval can be trusted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from haptid.identification.result.fit import Fit
+from haptid.uq.result.summary import ParameterSummary
+from haptid.uq.thresholds import THRESHOLDS
+
+
+def word_disagreement(fit: Fit, parameters: Sequence[ParameterSummary]) -> str:
+    """Name the parameters that the fit calls identified and in which the posterior contradicts it.
+
+    Parameters
+    ----------
+    fit
+        Fit that the chains start from.
+    parameters
+        Summaries of the posterior.
+
+    Returns
+    -------
+    str
+        One sentence; empty where |mean − estimate|/√(std² + std_fit²) is at most
+        `THRESHOLDS.largest_distance_from_fit_in_std` for every identified parameter.
+    """
+    values, std = fit.values, fit.std
+    found = []
+    for one in parameters:
+        # A fit that was made for the chains alone has no statuses.
+        if one.id not in fit.free or fit.statuses.get(one.id, "identified") != "identified":
+            continue
+        value, error = values[one.id], float(std[fit.index(one.id)])
+        if abs(one.mean - value) > THRESHOLDS.largest_distance_from_fit_in_std * float(np.hypot(one.std, error)):
+            unit = "" if one.unit == "1" else f" {one.unit}"
+            here, there = f"{one.mean:.3g} ± {one.std:.2g}{unit}", f"{value:.3g} ± {error:.2g}"
+            found.append(f"{one.id} is {here} here and {there} there")
+    if not found:
+        return ""
+    return (
+        f"Posterior and fit contradict each other: {'; '.join(found)}. One of them is in another minimum, or the "
+        "chains are too short: fit with more --starts, and sample without --quick, before either is trusted."
+    )
