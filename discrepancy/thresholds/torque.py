@@ -38,6 +38,18 @@ class TorqueThresholds:
     most_refits_of_scan: int = 4
     """Number of effects of a scan that are refitted."""
 
+    # Waves over position beyond the grids of the catalogue.
+    rows_per_position_bin: int = 4
+    """Number of fitted rows for each bin over which the residual is averaged, on average."""
+    degree_of_power_over_wave_number: int = 3
+    """Degree of the polynomial of ln n that stands for the power of noise."""
+    wave_p_value: float = 1e-3
+    """Probability with which noise alone shows a wave anywhere [1]."""
+    most_waves_beyond_grid: int = 3
+    """Number of waves that are offered to the effects."""
+    bound_over_highest_wave: float = 1.2
+    """Upper bound of a wave number over the highest wave that was found [1], as for the grids."""
+
     # What is accepted.
     least_twice_gain: float = 2.0
     """Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows [1]."""

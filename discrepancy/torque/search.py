@@ -21,6 +21,7 @@ import numpy as np
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model, rms
 from haptid.discrepancy.torque.readable import delays_torque
+from haptid.discrepancy.torque.ripple import with_ripple
 from haptid.discrepancy.torque.scan import Promise, promises
 from haptid.discrepancy.torque.stretches import gain_of
 from haptid.discrepancy.torque.study import TorqueStudy
@@ -202,7 +203,8 @@ def _step(
 ) -> TorqueStep:
     tell("scan of the catalogue")
     taken = {e.id for e in current.effects}
-    found = promises(study, current, {key: e for key, e in entries.items() if e.id not in taken})
+    free = {key: e for key, e in entries.items() if e.id not in taken}
+    found = promises(study, current, with_ripple(current, free))
     best = _choose_refits(found)
     tell(f"refit with {', '.join(promise.effect.key for promise in best)}")
     models = map_threads(lambda promise: refit_candidate(study, current, promise), best, threads=study.threads)
