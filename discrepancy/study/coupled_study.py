@@ -224,7 +224,9 @@ def coupled_study_of(
     study = CoupledStudy(
         joint=joints[0], joints=joints, device=device, posture=posture, fitted=fitted,
         unseen=unseen, sealed=sealed, base=base, known=known,
-        entries={key: e for key, e in entries.items() if e.random or not of_the_test_alone(e)},
+        entries={
+            key: e for key, e in entries.items() if e.random or not (of_the_test_alone(e) or e.torque_only)
+        },
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
     return replace(study, base=study.equations())

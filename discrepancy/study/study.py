@@ -218,7 +218,7 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
 
 
 def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]:
-    """Keep the effects whose slots the friction law offers.
+    """Keep the effects that a position can show and whose slots the friction law offers.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]
     for key, effect in entries.items():
         if key not in catalogue():
             check_slots(effect, law)
-    return {key: e for key, e in entries.items() if e.friction_slots <= law.slots}
+    return {key: e for key, e in entries.items() if e.friction_slots <= law.slots and not e.torque_only}
 
 
 def within_reach(base: Equations, runs: Sequence[Run]) -> Equations:

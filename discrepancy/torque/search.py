@@ -212,7 +212,21 @@ def _step(
     candidates = [compare_candidates(key, current, model) for key, model in refitted]
     ranked = tuple(sorted(candidates, key=lambda c: -(c.bic + c.evidence)))
     winner = next((c for c in ranked if c.acceptable), None)
-    return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner)
+    return TorqueStep(promises=tuple(found), candidates=ranked, taken=winner and _simplest_form(winner, ranked))
+
+
+def _simplest_form(winner: TorqueCandidate, ranked: Sequence[TorqueCandidate]) -> TorqueCandidate:
+    """Return the form of the winning effect with the fewest parameters over which the winner gains nothing.
+
+    Gains over the model before are counted in correlation lengths of each form's own residual, so that they do not
+    compare two forms; a family of harmonics has to gain over the single wave itself.
+    """
+    id, size = winner.key.partition(":")[0], winner.model.problem.n_parameters
+    smaller = [c for c in ranked if c.key.partition(":")[0] == id and c.model.problem.n_parameters < size]
+    for form in sorted(smaller, key=lambda c: c.model.problem.n_parameters):
+        if form.acceptable and not compare_candidates(winner.key, form.model, winner.model).acceptable:
+            return form
+    return winner
 
 
 def _choose_refits(found: Sequence[Promise]) -> list[Promise]:

@@ -108,6 +108,9 @@ class Effect:
         amplifier come before those of the motor.
     edge, edges
         Id of a fixed parameter that rounds off a discontinuity, and the smaller values that a fit gives it one by one.
+    torque_only
+        Whether the effect is searched for in torques only: a family of many amplitudes needs a residual in which they
+        are linear.
     joint
         The joint that has the effect, where several joints move together.
     """
@@ -141,6 +144,7 @@ class Effect:
     place: int = LAST
     edge: str = ""
     edges: tuple[float, ...] = ()
+    torque_only: bool = False
     joint: int | None = None
 
     def __post_init__(self) -> None:

@@ -1,24 +1,43 @@
-"""Torque that the motor's magnets add at fixed positions."""
+"""Torque that the motor's magnets, or the teeth of its gear, add at fixed positions: one wave, or its harmonics too."""
+
+from functools import partial
 
 from haptid.model.effects.effect import Effect, parameter
-from haptid.model.effects.parts.waves import COARSE, size, wave, wave_number
+from haptid.model.effects.parts.waves import COARSE, series, series_amplitudes, size, wave, wave_number
 from haptid.model.effects.scales import POSITION, TORQUE
 
-EFFECT = Effect(
+HARMONICS = 3
+FAMILY = series_amplitudes("cogging", "N m", "cogging torque", 0.01, 1.0, HARMONICS)
+_effect = partial(
+    Effect,
     id="cogging",
     title="cogging torque at fixed positions",
-    formula="−a_s·sin(n·q) − a_c·cos(n·q)",
     lives_in="position",
     side="torque",
-    parameters=(
-        parameter("cogging_sin", "N m", "cogging torque, sine part", 0.01, -1.0, 1.0),
-        parameter("cogging_cos", "N m", "cogging torque, cosine part", 0.01, -1.0, 1.0),
-        wave_number("cogging_number", COARSE),
-    ),
-    amplitudes=2,
-    relative={"cogging_sin": TORQUE, "cogging_cos": TORQUE, "cogging_number": 1 / POSITION},
     shapes=(("cogging_number", COARSE),),
-    derived=size("cogging", "N m"),
     rivals=("position_dependent_friction", "torque_ripple"),
-    torque=-wave("cogging"),
+)
+
+EFFECTS = (
+    _effect(
+        formula="−a_s·sin(n·q) − a_c·cos(n·q)",
+        parameters=(
+            parameter("cogging_sin", "N m", "cogging torque, sine part", 0.01, -1.0, 1.0),
+            parameter("cogging_cos", "N m", "cogging torque, cosine part", 0.01, -1.0, 1.0),
+            wave_number("cogging_number", COARSE),
+        ),
+        amplitudes=2,
+        relative={"cogging_sin": TORQUE, "cogging_cos": TORQUE, "cogging_number": 1 / POSITION},
+        derived=size("cogging", "N m"),
+        torque=-wave("cogging"),
+    ),
+    _effect(
+        variant="harmonics",
+        formula="−Σ a_s,h·sin(h·n·q) + a_c,h·cos(h·n·q), h = 1 … 3",
+        parameters=(*FAMILY, wave_number("cogging_number", COARSE)),
+        amplitudes=len(FAMILY),
+        relative={x.id: TORQUE for x in FAMILY} | {"cogging_number": 1 / POSITION},
+        torque=-series("cogging", HARMONICS),
+        torque_only=True,
+    ),
 )

@@ -1,13 +1,19 @@
-"""Dry friction that changes with position: in waves, or steadily."""
+"""Dry friction that changes with position: in waves, with their harmonics too, or steadily."""
 
 from functools import partial
 
 import sympy as sp
 
 from haptid.model.effects.effect import Effect, parameter, q
-from haptid.model.effects.parts.waves import COARSE, wave, wave_number
+from haptid.model.effects.parts.waves import COARSE, series, series_amplitudes, wave, wave_number
 from haptid.model.effects.scales import CENTRE, POSITION
 
+HARMONICS = 3
+LARGEST_HARMONIC = 0.23
+"""Bound of an amplitude of the series [1]: with all of them at their bounds dry friction stays above 0."""
+FAMILY = series_amplitudes(
+    "friction_wave", "1", "relative wave of dry friction", 0.02, LARGEST_HARMONIC, HARMONICS
+)  # fmt: skip
 slope = sp.Symbol("friction_slope", real=True)
 _effect = partial(
     Effect,
@@ -31,6 +37,16 @@ EFFECTS = (
         relative={"friction_wave_number": 1 / POSITION},
         shapes=(("friction_wave_number", COARSE),),
         coulomb_level=1 + wave("friction_wave"),
+    ),
+    _effect(
+        variant="harmonics",
+        formula="Fc, Fs times (1 + Σ a_s,h·sin(h·n·q) + a_c,h·cos(h·n·q)), h = 1 … 3",
+        parameters=(*FAMILY, wave_number("friction_wave_number", COARSE)),
+        amplitudes=len(FAMILY),
+        relative={"friction_wave_number": 1 / POSITION},
+        shapes=(("friction_wave_number", COARSE),),
+        coulomb_level=1 + series("friction_wave", HARMONICS),
+        torque_only=True,
     ),
     _effect(
         variant="slope",

@@ -1,4 +1,7 @@
-"""Waves over position, a_s·sin(n·q) + a_c·cos(n·q), which the effects periodic in position share."""
+"""Waves over position, a_s·sin(n·q) + a_c·cos(n·q), alone or as a series, which the effects periodic in position share.
+
+A series is a family of effects under one name: h harmonics of one fundamental, one block of 2·h amplitudes.
+"""
 
 from __future__ import annotations
 
@@ -36,6 +39,59 @@ def wave(name: str, over: sp.Expr = _q) -> sp.Expr:
     """
     s, c, n = sp.symbols(f"{name}_sin {name}_cos {name}_number", real=True)
     return s * sp.sin(n * over) + c * sp.cos(n * over)
+
+
+def series(name: str, harmonics: int) -> sp.Expr:
+    """Write a series of harmonics in the parameters of an effect.
+
+    Parameters
+    ----------
+    name
+        Start of the ids ``<name>_sin_<h>``, ``<name>_cos_<h>`` (amplitudes) and ``<name>_number`` (fundamental n).
+    harmonics
+        Number of harmonics.
+
+    Returns
+    -------
+    sympy.Expr
+        Σ_h ``<name>_sin_<h>``·sin(h·n·q) + ``<name>_cos_<h>``·cos(h·n·q).
+    """
+    n = sp.Symbol(f"{name}_number", real=True)
+    terms = []
+    for h in range(1, harmonics + 1):
+        s, c = sp.symbols(f"{name}_sin_{h} {name}_cos_{h}", real=True)
+        terms.append(s * sp.sin(h * n * _q) + c * sp.cos(h * n * _q))
+    return sp.Add(*terms)
+
+
+def series_amplitudes(
+    name: str, unit: str, words: str, size: float, largest: float, harmonics: int
+) -> tuple[Quantity, ...]:
+    """Make the amplitudes of a series.
+
+    Parameters
+    ----------
+    name
+        Start of the ids, as for `series`.
+    unit
+        Unit of the amplitudes.
+    words
+        What makes waves, for the descriptions.
+    size, largest
+        Typical size of an amplitude, and its bound on either side.
+    harmonics
+        Number of harmonics.
+
+    Returns
+    -------
+    tuple of Quantity
+        Sine and cosine part of the first harmonic, then those of the second, and so on.
+    """
+    return tuple(
+        parameter(f"{name}_{part}_{h}", unit, f"{words}, {word} part of harmonic {h}", size, -largest, largest)
+        for h in range(1, harmonics + 1)
+        for part, word in (("sin", "sine"), ("cos", "cosine"))
+    )
 
 
 def wave_number(id: str, grid: tuple[float, ...]) -> Quantity:

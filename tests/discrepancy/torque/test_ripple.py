@@ -3,13 +3,22 @@
 import numpy as np
 import pytest
 
+from haptid.discrepancy.study.study import usable
 from haptid.discrepancy.torque.fit import fit_model, rms
 from haptid.discrepancy.torque.ripple import find_waves
 from haptid.discrepancy.torque.search import search_torque
 from haptid.model.effects.registry import catalogue
+from haptid.model.friction.registry import law_named
 from tests.discrepancy.torque.test_torque import sweep
 
-KEYS = ("cogging", "cubic_spring", "position_dependent_friction:wave", "quadratic_drag")
+KEYS = (
+    "cogging",
+    "cogging:harmonics",
+    "position_dependent_friction:harmonics",
+    "cubic_spring",
+    "position_dependent_friction:wave",
+    "quadratic_drag",
+)
 
 
 def positions(rng: np.random.Generator) -> np.ndarray:
@@ -43,3 +52,20 @@ def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name():
         if named:
             assert found.final.values["cogging_number"] == pytest.approx(151.0, abs=0.5)
             assert rms(found.final.unseen) < 0.6 * rms(fit_model(found.study).unseen)
+
+
+def test_the_harmonics_of_a_ripple_are_one_name():
+    entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
+    study = sweep(0.01, 9.0, (1.0, 0.6, 0.5))
+    found = search_torque(study, entries, starts=1, seed=0, tell=lambda _: None)
+    assert [effect.key for effect in found.final.effects] == ["cogging:harmonics"]
+    values = found.final.values
+    assert values["cogging_number"] == pytest.approx(9.0, abs=0.05)
+    sizes = [np.hypot(values[f"cogging_sin_{h}"], values[f"cogging_cos_{h}"]) for h in (1, 2, 3)]
+    assert sizes == pytest.approx([0.01, 0.006, 0.005], rel=0.1)
+
+
+def test_a_family_is_no_entry_of_a_search_in_positions():
+    families = [key for key, effect in catalogue().items() if effect.torque_only]
+    assert families == ["cogging:harmonics", "position_dependent_friction:harmonics"]
+    assert not set(families) & set(usable(catalogue(), law_named("lugre")))

@@ -52,14 +52,18 @@ def test_what_acts_on_torque_or_reading_cannot_be_read_back():
     assert not ids & {"encoder_ripple", "backlash", "clock_error", "amplitude_scatter"}
 
 
-def sweep(left: float, waves: float = 9.0) -> TorqueStudy:
+def cogging(phase: np.ndarray, harmonics: tuple[float, ...]) -> np.ndarray:
+    return sum(size * np.sin(h * phase + 0.6) for h, size in enumerate(harmonics, 1))
+
+
+def sweep(left: float, waves: float = 9.0, harmonics: tuple[float, ...] = (1.0,)) -> TorqueStudy:
     """A triangle sweep there and back, twice, with cogging of so many waves a radian and white noise in the torque."""
     t = np.arange(0.0, 20.0, 0.01)
     q = 1.0 - np.abs((t / 5.0) % 2.0 - 1.0)
     q = np.convolve(np.pad(q, 20, mode="edge"), np.ones(41) / 41, mode="valid")
     rng = np.random.default_rng(5)
     v = np.gradient(q, t)
-    tau = 0.04 * (q - 0.3) + 0.03 * np.tanh(v / 0.005) + 0.02 * v + left * np.sin(waves * q + 0.6)
+    tau = 0.04 * (q - 0.3) + 0.03 * np.tanh(v / 0.005) + 0.02 * v + left * cogging(waves * q, harmonics)
     y = tau + 1e-3 * rng.standard_normal(t.size)
     run = torque_run(
         Run(
