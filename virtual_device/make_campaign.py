@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,10 @@ from haptid.support.command import exit_codes, parse_joints, progress
 from haptid.support.errors import InputError
 from haptid.virtual_device.machine.arm import JOINTS, Arm
 from haptid.virtual_device.machine.effects import parse_effects
-from haptid.virtual_device.machine.joint import LAWS
+from haptid.virtual_device.machine.friction import LAWS, parse_friction
 from haptid.virtual_device.machine.truth import read_truth
 from haptid.virtual_device.machine.variation import vary
-from haptid.virtual_device.recording.campaign import header, joint_runs, law_number
+from haptid.virtual_device.recording.campaign import header, joint_runs
 from haptid.virtual_device.recording.inputs import COUPLED, rich, table3
 from haptid.virtual_device.recording.planned import planned_runs, read_planned
 from haptid.virtual_device.recording.sensor import Sensor
@@ -31,11 +32,10 @@ TITLE = (
 SMALL_SCATTER = 1e-4
 """Amplitude scatter of the tendon joints in the embedded campaign: about a sixth of the sensor's noise."""
 TENDON = (3, 4, 5)
-ATTRACTION = 40.0
-"""Attraction C of Maxwell-slip friction over Fc [1/s]: its level follows the speed within some 25 ms."""
+FRICTION = f"Friction law of all joints, or of some, the others having {LAWS[0]}: {', '.join(LAWS)}."
 
 
-def joint_tests(  # noqa: PLR0913 - what a test bench sets, by keyword
+def joint_tests(
     arm: Arm,
     joint: int,
     effects: Mapping[str, float],
@@ -44,15 +44,13 @@ def joint_tests(  # noqa: PLR0913 - what a test bench sets, by keyword
     sensor: Sensor,
     inputs: str,
     seed: int,
-    friction: str = LAWS[0],
 ) -> tuple[RunTable, ...]:
     """Simulate the locked-joint tests of ``joint`` with the others at home."""
     hidden: dict[str, float | Mapping[str, float]] = dict(effects)
     if joint in TENDON and scatter > 0 and "amplitude_scatter" not in hidden:
         hidden["amplitude_scatter"] = {"scatter": scatter}
     cosines = table3(joint) if inputs == "table3" else rich(joint)
-    parameters = arm.locked_joint(joint, np.zeros(JOINTS)) | law_number(friction)
-    parameters["C"] = ATTRACTION * parameters["Fc"]
+    parameters = arm.locked_joint(joint, np.zeros(JOINTS))
     return joint_runs(joint, parameters, cosines, effects=hidden, sensor=sensor, seed=seed)
 
 
@@ -79,7 +77,7 @@ def _controlled(arm: Arm, number: int, sensor: Sensor, seed: int) -> tuple[RunTa
 @click.option("--coloured-noise", default=0.0, show_default=True, help="Added noise correlated over 0.1 s [rad].")
 @click.option("--joints", default=None, metavar="4,5,3", help="Only these joints, each alone.")
 @click.option("--inputs", type=click.Choice(["table3", "rich"]), default="table3", show_default=True)
-@click.option("--friction", type=click.Choice(LAWS), default=LAWS[0], help="Law of the --joints, each alone.")
+@click.option("--friction", default=LAWS[0], metavar="LAW or J=LAW,...", show_default=True, help=FRICTION)
 @click.option("--device-variation", default=0.0, show_default=True, help="Another machine, drawn within ± this share.")
 @click.option("--plan", type=click.Path(path_type=Path), help="locking_plan.json: its postures are tested too.")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
@@ -98,18 +96,16 @@ def main(
     for joint in chosen or ():
         if joint not in range(JOINTS):
             raise InputError(where="--joints", expected="joints 0 to 5", got=str(joint))
-    friction = settings["friction"]
-    if friction != LAWS[0] and chosen is None:
-        raise InputError(where="--friction", expected="--joints with it: the arm as a whole has LuGre", got=friction)
-    truth = read_truth()
+    friction = parse_friction(settings["friction"], chosen or range(JOINTS))
+    truth = replace(read_truth(), friction=friction)
     arm = Arm(vary(truth, width, np.random.default_rng([seed, 300])) if width > 0 else truth)
     sensor = Sensor(noise=settings["noise"], resolution=settings["resolution"], coloured=settings["coloured_noise"])
-    known = {"scatter": settings["scatter"], "inputs": settings["inputs"], "friction": friction}
+    known = {"scatter": settings["scatter"], "inputs": settings["inputs"]}
     test = partial(joint_tests, arm, sensor=sensor, seed=seed, **known)
     jobs = [partial(test, joint, parse_effects(effects)) for joint in chosen or range(JOINTS)]
     head = header(TITLE, "freedom6s", sensor)
-    if friction != LAWS[0]:
-        head["joint"] = {str(joint): {"friction": friction} for joint in chosen or ()}
+    if friction:
+        head["joint"] = {str(joint): {"friction": law} for joint, law in friction.items()}
     if chosen is None:
         jobs += [partial(_coupled, arm, number, sensor, seed) for number in range(len(COUPLED))]
         tests = enumerate(read_planned(plan) if plan else ())

@@ -31,8 +31,7 @@ def controlled_joint(
     """
     arm, t = Arm(read_truth()), np.round(np.arange(0.0, seconds, STEP), 6)
     rng, wanted = np.random.default_rng([joint, seed]), reference(t)
-    state = np.zeros(3 * JOINTS)
-    state[joint] = wanted[0]
+    state = arm.start(np.where(np.arange(JOINTS) == joint, wanted[0], 0.0))
     torque, read, velocity = np.zeros((t.size, JOINTS)), np.zeros(t.size), 0.0
     for k in range(t.size):
         read[k] = float(SENSOR.read(t[:2], state[None, :JOINTS].repeat(2, 0), rng)[0, joint])

@@ -97,7 +97,7 @@ def test_energy_is_conserved_without_friction(truth: Truth) -> None:
     for key in ("sigma0", "sigma1", "sigma2"):
         drives[:, DRIVE.index(key)] = 0.0
     arm, joints = Arm(replace(truth, drives=drives)), tuple(range(6))
-    state = np.concatenate([[0.3, -0.4, 0.5, 0.6, -0.7, 0.4], [0.5, 1.0, -1.0, 2.0, 3.0, -2.0], np.zeros(6)])
+    state = arm.start(np.array([0.3, -0.4, 0.5, 0.6, -0.7, 0.4]), np.array([0.5, 1.0, -1.0, 2.0, 3.0, -2.0]))
 
     def energy() -> float:
         q, v = state[:6], state[6:12]
@@ -118,7 +118,7 @@ def test_arm_with_one_joint_free_is_the_single_joint(arm: Arm, joint: int) -> No
     t = np.arange(401) * 0.005
     torque = AMPLITUDE[joint] * np.cos(2.0 * t)
     start = arm.rest((joint,), posture)
-    state = np.concatenate([start, np.zeros(12)])
+    state = arm.start(start)
     moved = [start[joint]]
     for u in torque[:-1]:
         arm.advance((joint,), state, np.where(np.arange(6) == joint, u, 0.0), 0.005)

@@ -12,10 +12,12 @@ from scipy.integrate import solve_ivp
 
 from haptid.measurement.format.reading import read_campaign
 from haptid.support.errors import InputError
+from haptid.virtual_device import make_campaign
+from haptid.virtual_device.machine.friction import parse_friction
 from haptid.virtual_device.machine.joint import integrate, rest_position
 from haptid.virtual_device.make_campaign import main
 from haptid.virtual_device.recording.campaign import make_joint_campaign
-from haptid.virtual_device.recording.inputs import Cosine
+from haptid.virtual_device.recording.inputs import Cosine, table3
 
 P = {
     "inertia": 1.2e-4, "gravity_cos": -2e-3, "gravity_sin": 1e-3, "Kp": 1.0, "Ks": 0.02, "epos": -0.05,
@@ -112,13 +114,39 @@ def test_a_campaign_names_its_law(friction: str, tmp_path: Path):
     assert read_campaign(tmp_path).friction == {4: friction}
 
 
-def test_the_command_takes_a_law_for_single_joints_alone(tmp_path: Path):
+def test_the_command_takes_a_law_for_single_joints(tmp_path: Path):
     arguments = ["--out", str(tmp_path), "--quiet", "--friction", "dahl"]
-    refused = CliRunner().invoke(main, arguments)
-    assert refused.exit_code == 2
-    assert "--joints with it" in refused.output
     assert CliRunner().invoke(main, [*arguments, "--joints", "4"]).exit_code == 0
     assert read_campaign(tmp_path).friction == {4: "dahl"}
+
+
+def test_the_command_takes_a_law_per_joint_of_the_whole_device(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Against the embedded campaign, which has the same seed, only runs change that move joints of other laws."""
+    monkeypatch.setattr(make_campaign, "table3", lambda joint: table3(joint)[:1])
+    monkeypatch.setattr(make_campaign, "COUPLED", make_campaign.COUPLED[:1])
+    done = CliRunner().invoke(main, ["--out", str(tmp_path), "--quiet", "--friction", "2=dahl,4=maxwell_slip"])
+    assert done.exit_code == 0, done.output
+    mixed, plain = read_campaign(tmp_path), {run.file: run for run in read_campaign(make_campaign.EMBEDDED).runs}
+    assert mixed.friction == {2: "dahl", 4: "maxwell_slip"}
+    assert {run.free_joints for run in mixed.runs} == {*((j,) for j in range(6)), (0, 1), tuple(range(6))}
+    for run in mixed.runs:
+        distance = np.abs(run.y - plain[run.file].y).max()
+        assert (distance > 1e-3) == run.file.startswith(("joint2", "joint4", "all_joints")), run.file
+
+
+@pytest.mark.parametrize(
+    "friction", ["coulomb", "6=dahl", "4", "4=dahl,4=lugre", "x=dahl", "2=dahl,", "4=dahl,2=coulomb"]
+)
+def test_the_command_refuses_what_is_no_law_of_a_joint(friction: str, tmp_path: Path):
+    done = CliRunner().invoke(main, ["--out", str(tmp_path), "--quiet", "--friction", friction])
+    assert done.exit_code == 2
+    assert done.output.startswith("error: --friction: expected one of lugre, dahl, maxwell_slip, or")
+
+
+def test_a_law_of_a_joint_that_is_not_tested_is_refused():
+    with pytest.raises(InputError, match=r"joints among 4, 5, got '2=dahl'"):
+        parse_friction("4=dahl,2=dahl", (4, 5))
+    assert parse_friction("4=dahl,5=lugre", (4, 5)) == {4: "dahl"}
 
 
 def test_an_unknown_law_is_refused(tmp_path: Path):

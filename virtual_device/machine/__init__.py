@@ -1,1 +1,1 @@
-"""The machine: arm, joint and disturbances in C, its true numbers."""
+"""The machine: arm, joint, friction and disturbances in C, its true numbers."""

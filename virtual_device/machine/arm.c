@@ -6,19 +6,25 @@
  *
  *   M a + h = tau,   M = sum m Jv'Jv + Jw' I Jw,   h = sum m Jv'(a0 - g) + Jw'(I alpha + w x I w),
  *
- * to which each joint adds its spring and LuGre friction. Base X right, Y away from the user, Z up. SI units.
+ * to which each joint adds its spring, and friction after its own law of friction.h. Base X right, Y away from the user,
+ * Z up. SI units.
  */
 #include <math.h>
 #include <string.h>
 
-enum { NQ = 6, NF = 6, NL = 7, NS = 18 };
+#include "friction.h"
+
+/* The state x is q (6,), v (6,), and the friction states of each joint (6, ELEMENTS); NS of them are integrated. Behind
+ * them stands where the elements slip (6, ELEMENTS). */
+enum { NQ = 6, NF = 6, NL = 7, INNER = 2 * NQ, NS = INNER + NQ * ELEMENTS, NX = NS + NQ * ELEMENTS };
 
 typedef struct {
   double mass, centroid[3], inertia[6]; /* xx yy zz xy xz yz about the centroid, axes of the link */
 } Link;
 
 typedef struct {
-  double Kp, Ks, epos, sigma0, sigma1, sigma2, vs, Fs, Fc;
+  double Kp, Ks, epos;
+  Friction friction;
 } Drive;
 
 /* What may be hidden in a joint: torques of position and speed, and a gain that falls with the torque squared. */
@@ -33,6 +39,7 @@ typedef struct {
 } Arm;
 
 int arm_parameter_count(void) { return (int)(sizeof(Arm) / sizeof(double)); }
+int arm_state_count(void) { return NX; }
 
 /* Frame f turns about its own axis AXIS[f] by joint JOINT[f], on the frame before it. */
 static const int JOINT[NF] = {0, 1, 2, 3, 5, 4}, AXIS[NF] = {2, 0, 0, 2, 0, 1};
@@ -190,24 +197,36 @@ static double hidden_torque(const Hidden *d, double epos, double q, double v) {
   return d->cubic * x * x * x + d->cog * sin(d->cog_number * q + d->cog_phase) + slope * v + d->drag_square * fabs(v) * v;
 }
 
-/* x = (q, v, z), each (6,). */
+/* Dry and viscous friction torque of a joint, and the rates of its states. */
+static double friction_torque(const Friction *f, double v, const double *x, const double *slip, double *dx) {
+  return dry_friction(f, friction_level(f, f->Fc, v), v, x, slip, dx) + f->sigma2 * v;
+}
+
+/* The rates of the first NS states. */
 static void derivative(const Arm *arm, const Hidden *hidden, const int *is_free, const double *torque, const double *x,
-                       double *dx) {
+                       const double *slip, double *dx) {
   double M[NQ][NQ], h[NQ], a[NQ];
-  const double *q = x, *v = x + NQ, *z = x + 2 * NQ;
+  const double *q = x, *v = x + NQ;
   arm_dynamics((const double *)arm, q, v, &M[0][0], h);
   for (int j = 0; j < NQ; j++) {
     const Drive *d = &arm->drive[j];
-    double g = d->Fc + (d->Fs - d->Fc) * exp(-(v[j] / d->vs) * (v[j] / d->vs));
-    double dz = v[j] - d->sigma0 * fabs(v[j]) / g * z[j];
-    double friction = d->sigma0 * z[j] + d->sigma1 * dz + d->sigma2 * v[j];
+    int own = INNER + j * ELEMENTS;
+    double friction = friction_torque(&d->friction, v[j], x + own, slip + j * ELEMENTS, dx + own);
     double sent = torque[j] * (1 - hidden[j].gain_fall * torque[j] * torque[j]);
     a[j] = d->Kp * sent - h[j] - d->Ks * (q[j] - d->epos) - friction - hidden_torque(&hidden[j], d->epos, q[j], v[j]);
     dx[j] = v[j];
-    dx[2 * NQ + j] = dz;
   }
   solve(is_free, M, a);
   memcpy(dx + NQ, a, sizeof a);
+}
+
+/* After a step: which elements of which joint slip. */
+static void decide(const Arm *arm, double *x) {
+  for (int j = 0; j < NQ; j++) {
+    const Friction *f = &arm->drive[j].friction;
+    double v = x[NQ + j];
+    decide_slip(f, friction_level(f, f->Fc, v), v, x + INNER + j * ELEMENTS, x + NS + j * ELEMENTS);
+  }
 }
 
 /* Advance the state by `steps` Runge-Kutta steps over `duration`; the torque runs linearly from u0 to u1. Locked joints
@@ -222,10 +241,11 @@ int arm_advance(const double *parameters, const double *disturbances, const int 
     for (int s = 0; s < 4; s++) {
       for (int i = 0; i < NQ; i++) u[i] = u0[i] + (u1[i] - u0[i]) * (n + node[s]) / steps;
       for (int i = 0; i < NS; i++) y[i] = x[i] + (s ? h * node[s] * k[s - 1][i] : 0);
-      derivative(arm, hidden, is_free, u, y, k[s]);
+      derivative(arm, hidden, is_free, u, y, x + NS, k[s]);
     }
     for (int i = 0; i < NS; i++)
       for (int s = 0; s < 4; s++) x[i] += h * weight[s] * k[s][i];
+    decide(arm, x);
   }
   for (int i = 0; i < NS; i++)
     if (!isfinite(x[i])) return 1;

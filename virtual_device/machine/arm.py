@@ -15,6 +15,10 @@ from haptid.virtual_device.machine.truth import DRIVE, Truth
 JOINTS = 6
 HIDDEN = ("cubic", "cog", "cog_number", "cog_phase", "drag_up", "drag_down", "drag_square", "gain_fall")
 """What may be hidden in a joint, as `arm.c` names it."""
+ELEMENTS = 4
+"""Most states that friction of one joint has, as `friction.h` has it."""
+STATES = 2 * JOINTS + 2 * JOINTS * ELEMENTS
+"""Length of a state: positions, velocities, `ELEMENTS` friction states a joint, and where each element slips."""
 MAX_STEP = 1e-4
 """Longest Runge–Kutta step [s]."""
 
@@ -51,8 +55,9 @@ class Arm:
             msg = f"an arm hides {', '.join(HIDDEN)}, got {', '.join(sorted(unknown))}"
             raise ValueError(msg)
         self._hidden = np.array([[float(one.get(name, 0.0)) for name in HIDDEN] for one in given])
-        if _functions().arm_parameter_count() != self._packed.size:
-            msg = f"the arm has {_functions().arm_parameter_count()} parameters, got {self._packed.size}"
+        sizes = _functions().arm_parameter_count(), _functions().arm_state_count()
+        if sizes != (self._packed.size, STATES):
+            msg = f"the arm has {sizes[0]} parameters and {sizes[1]} states, got {self._packed.size} and {STATES}"
             raise NumericalError(msg)
 
     def dynamics(self, q: Array, v: Array) -> tuple[Array, Array]:
@@ -107,14 +112,41 @@ class Arm:
             M, h = self.dynamics(q, still)
             torque.append(float(h[joint]))
         base = {"inertia": float(M[joint, joint]), "gravity_cos": torque[0], "gravity_sin": torque[1]}
-        return base | dict(zip(DRIVE, map(float, self.truth.drives[joint]), strict=True))
+        own = self.truth.law_parameters(joint) if joint in self.truth.friction else {}
+        return base | dict(zip(DRIVE, map(float, self.truth.drives[joint]), strict=True)) | own
+
+    def start(self, q: Array, v: Array | None = None) -> Array:
+        """Return the state (`STATES`,) at positions ``q`` and velocities ``v`` (6,), 0 where None, friction relaxed."""
+        state = np.zeros(STATES)
+        state[:JOINTS] = q
+        if v is not None:
+            state[JOINTS : 2 * JOINTS] = v
+        return state
 
     def advance(
-        self, free: tuple[int, ...], state: Array, torque: Array, duration: float, end: Array | None = None
+        self,
+        free: tuple[int, ...],
+        state: Array,
+        torque: Array,
+        duration: float,
+        end: Array | None = None,
+        *,
+        max_step: float = MAX_STEP,
     ) -> None:
-        """Move ``state`` (q, v, z; shape (18,)) on in place under ``torque`` (6,), running linearly to ``end``."""
+        """Move ``state``, as `start` makes it, on in place under ``torque`` (6,), running linearly to ``end``.
+
+        Raises
+        ------
+        ValueError
+            Where the state has another length.
+        NumericalError
+            Where the motion stops being finite.
+        """
+        if state.shape != (STATES,):
+            msg = f"a state of the arm has shape {(STATES,)}, got {state.shape}"
+            raise ValueError(msg)
         flags = (ctypes.c_int * JOINTS)(*[int(j in free) for j in range(JOINTS)])
-        steps = max(1, int(np.ceil(duration / MAX_STEP - 1e-9)))
+        steps = max(1, int(np.ceil(duration / max_step - 1e-9)))
         u0 = np.ascontiguousarray(torque, dtype=float)
         u1 = u0 if end is None else np.ascontiguousarray(end, dtype=float)
         machine = doubles(self._packed), doubles(self._hidden)

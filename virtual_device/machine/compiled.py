@@ -8,6 +8,7 @@ import hashlib
 import shutil
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -25,23 +26,29 @@ FLAGS = ("-std=c99", "-O3", "-mcpu=baseline", "-ffp-contract=off", "-shared", "-
 
 @functools.cache
 def library(name: str) -> ctypes.CDLL:
-    """Compile ``<name>.c`` of this package (unless the cache has it) and load it."""
-    source = Path(__file__).with_name(f"{name}.c")
-    digest = hashlib.sha256(source.read_bytes() + repr(FLAGS).encode() + sys.platform.encode()).hexdigest()[:16]
+    """Compile ``<name>.c`` of this package with its headers (unless the cache has it) and load it."""
+    folder = Path(__file__).parent
+    sources = [folder / f"{name}.c", *sorted(folder.glob("*.h"))]
+    content = b"".join(path.read_bytes() for path in sources)
+    digest = hashlib.sha256(content + repr(FLAGS).encode() + sys.platform.encode()).hexdigest()[:16]
     target = cache_folder("virtual_device") / f"{name}_{digest}{SUFFIX}"
     if not is_sealed(target):
-        _compile(source, target)
+        _compile(sources, target)
         seal(target)
     return ctypes.CDLL(str(target))
 
 
-def _compile(source: Path, target: Path) -> None:
-    """Compile into a temporary folder beside ``target`` and move it there at once, so that races are harmless."""
+def _compile(sources: Sequence[Path], target: Path) -> None:
+    """Compile the first of ``sources``, which includes the others, into a temporary folder beside ``target``.
+
+    The library moves to ``target`` at once, so that races are harmless.
+    """
     with writing_to_cache(), tempfile.TemporaryDirectory(dir=target.parent) as name:
         folder = Path(name)
-        shutil.copyfile(source, folder / source.name)
+        for source in sources:
+            shutil.copyfile(source, folder / source.name)
         made = folder / target.name
-        run_c_compiler([*FLAGS, source.name, "-o", made.name], folder)
+        run_c_compiler([*FLAGS, sources[0].name, "-o", made.name], folder)
         made.chmod(0o700)
         made.replace(target)
 

@@ -1,13 +1,6 @@
-/* One locked joint with friction after one of three laws, and everything that can disturb it.
+/* One locked joint with friction after one of the laws of friction.h, and everything that can disturb it.
  *
  *   Kp w = M(q) a + M'(q) v^2/2 + g_c cos q + g_s sin q + Ks (q - epos) + friction + (disturbing torques)
- *
- * law 0, LuGre:        friction = s0 z + s1 z' + s2 v,  z' = v - s0 |v| / g(v) z,  g(v) = Fc + (Fs - Fc) exp(-(v/vs)^2)
- * law 1, Dahl:         friction = s0 z + s2 v,          z' = v - s0 |v| / Fc z
- * law 2, Maxwell-slip: friction = sum F_i + s2 v over ELEMENTS springs that each stick or slip (Al-Bender, Lampaert,
- *                      Swevers 2005): F_i' = k_i v until |F_i| = g(v)/ELEMENTS, then F_i' = sgn(v) C (1/ELEMENTS - |F_i|/g(v))
- *                      until the speed changes its sign. k_i falls from one element to the next by the factor `spread`
- *                      and sums up to s0.
  *
  * Fixed-step classical Runge-Kutta between breaks: rows of the torque table, their delayed images, and sampling times.
  * All parameters but those of the undisturbed joint are neutral by default. SI units, angles in rad.
@@ -15,9 +8,11 @@
 #include <math.h>
 #include <stddef.h>
 
+#include "friction.h"
+
 #define PARAMETERS(X)                                                                                                  \
   X(inertia, 1.0) X(gravity_cos, 0) X(gravity_sin, 0) X(Kp, 1.0) X(Ks, 0) X(epos, 0)                                   \
-  X(sigma0, 1.0) X(sigma1, 0) X(sigma2, 0) X(vs, 1.0) X(Fs, 1.0) X(Fc, 1.0)                                            \
+  FRICTION_PARAMETERS(X)                                                                                               \
   X(spring_quadratic, 0) X(spring_cubic, 0) X(payload_cos, 0) X(payload_sin, 0)                                        \
   X(inertia_linear, 0) X(inertia_quadratic, 0)                                                                         \
   X(coulomb_asymmetry, 0) X(viscous_asymmetry, 0)                                                                      \
@@ -35,8 +30,7 @@
   X(disturbance, 0) X(disturbance_frequency, 1.0) X(disturbance_phase, 0)                                              \
   X(patch_damping, 0) X(patch_centre, 0) X(patch_width, 1.0) X(detent, 0) X(detent_centre, 0) X(detent_width, 1.0)     \
   X(relaxation_stiffness, 0) X(relaxation_time, 1.0) X(heat_gain, 0) X(heat_reference, 1.0) X(heat_time, 1.0)          \
-  X(sticky, 0) X(sticky_centre, 0) X(sticky_width, 1.0)                                                                \
-  X(law, 0) X(C, 1.0) X(spread, 2.0)
+  X(sticky, 0) X(sticky_centre, 0) X(sticky_width, 1.0)
 
 typedef struct {
 #define X(name, value) double name;
@@ -59,15 +53,17 @@ int joint_parameter_count(void) { return (int)(sizeof(Joint) / sizeof(double)); 
 const char *joint_parameter_name(int i) { return NAMES[i]; }
 double joint_parameter_default(int i) { return DEFAULTS[i]; }
 
-enum { POSITION, VELOCITY, BRISTLE, DRIVE, STRIBECK, SLIP, ROTOR, ROTOR_VELOCITY, LOCK, LOCK_VELOCITY, RELAXED, HEAT, SPRING };
-enum { LUGRE, DAHL, MAXWELL_SLIP, ELEMENTS = 4, NX = SPRING + ELEMENTS };
+enum { POSITION, VELOCITY, DRIVE, STRIBECK, SLIP, ROTOR, ROTOR_VELOCITY, LOCK, LOCK_VELOCITY, RELAXED, HEAT, FRICTION };
+enum { NX = FRICTION + ELEMENTS };
 
-/* Which elements of the Maxwell-slip law slip, and in which direction; fixed within a step. */
-typedef struct {
-  double direction[ELEMENTS]; /* 0: sticks */
-} Slip;
+static Friction friction_of(const Joint *j) {
+  Friction f;
+#define X(name, value) f.name = j->name;
+  FRICTION_PARAMETERS(X)
+#undef X
+  return f;
+}
 
-static double sign(double x) { return (x > 0) - (x < 0); }
 static double bell(double x, double centre, double width) { return exp(-(x - centre) * (x - centre) / (width * width)); }
 
 /* Torque that the amplifier is asked for, before its lag. */
@@ -81,7 +77,7 @@ static double amplifier(const Joint *j, double t, double command) {
 }
 
 /* g(v), the steady sliding friction, with what modulates it. */
-static double friction_level(const Joint *j, double t, const double *x, double w) {
+static double modulated_level(const Joint *j, const Friction *f, double t, const double *x, double w) {
   double q = x[POSITION], v = x[VELOCITY], s = j->stribeck_lag > 0 ? x[STRIBECK] : v;
   double coulomb = j->Fc, scale = 1;
   if (j->coulomb_warmup != 0) coulomb *= 1 + j->coulomb_warmup * exp(-t / j->coulomb_warmup_time);
@@ -90,43 +86,18 @@ static double friction_level(const Joint *j, double t, const double *x, double w
   if (j->friction_slope != 0) scale *= 1 + j->friction_slope * q;
   if (j->load_friction != 0) scale *= 1 + j->load_friction * fabs(w) / j->load_reference;
   if (j->sticky != 0) scale *= 1 + j->sticky * bell(q, j->sticky_centre, j->sticky_width);
-  if (j->law == DAHL) return scale * coulomb;
-  return scale * (coulomb + (j->Fs - coulomb) * exp(-(s / j->vs) * (s / j->vs)));
-}
-
-static double element_stiffness(const Joint *j, int i) {
-  double total = 0;
-  for (int n = 0; n < ELEMENTS; n++) total += pow(j->spread, -n);
-  return j->sigma0 * pow(j->spread, -i) / total;
+  return scale * friction_level(f, coulomb, s);
 }
 
 /* Dry friction torque, and the rates of its states. */
-static double dry(const Joint *j, double t, const double *x, const Slip *slip, double w, double *dx) {
-  double v = x[VELOCITY], level = friction_level(j, t, x, w), sum = 0;
-  if (j->law == MAXWELL_SLIP) {
-    for (int i = 0; i < ELEMENTS; i++) {
-      double F = x[SPRING + i], way = slip->direction[i];
-      dx[SPRING + i] = way == 0 ? element_stiffness(j, i) * v : way * j->C * (1.0 / ELEMENTS - fabs(F) / level);
-      sum += F;
-    }
-    return sum;
-  }
-  dx[BRISTLE] = v - j->sigma0 * fabs(v) / level * x[BRISTLE];
-  return j->sigma0 * x[BRISTLE] + (j->law == DAHL ? 0 : j->sigma1 * dx[BRISTLE]);
+static double dry(const Joint *j, double t, const double *x, const double *slip, double w, double *dx) {
+  Friction f = friction_of(j);
+  return dry_friction(&f, modulated_level(j, &f, t, x, w), x[VELOCITY], &x[FRICTION], slip, &dx[FRICTION]);
 }
 
-/* After a step: an element slips once its spring is at the limit, and sticks again when the speed has changed its sign. */
-static void decide(const Joint *j, double t, double *x, Slip *slip) {
-  if (j->law != MAXWELL_SLIP) return;
-  double v = x[VELOCITY], limit = friction_level(j, t, x, 0) / ELEMENTS;
-  for (int i = 0; i < ELEMENTS; i++) {
-    double *F = &x[SPRING + i], *way = &slip->direction[i];
-    if (*way != 0 && v * *way < 0) *way = 0;
-    if (*way == 0 && *F * sign(v) > limit) {
-      *way = sign(v);
-      *F = *way * limit;
-    }
-  }
+static void decide(const Joint *j, double t, double *x, double *slip) {
+  Friction f = friction_of(j);
+  decide_slip(&f, modulated_level(j, &f, t, x, 0), x[VELOCITY], &x[FRICTION], slip);
 }
 
 static double viscous(const Joint *j, double t, double q, double v) {
@@ -169,7 +140,7 @@ static double transmitted(const Joint *j, const double *x, double drive, double 
   return pull;
 }
 
-static void derivative(const Joint *j, double t, double command, const double *x, const Slip *slip, double *dx) {
+static void derivative(const Joint *j, double t, double command, const double *x, const double *slip, double *dx) {
   double q = x[POSITION], v = x[VELOCITY];
   double asked = amplifier(j, t, command), w = j->amplifier_lag > 0 ? x[DRIVE] : asked;
   for (int i = 0; i < NX; i++) dx[i] = 0;
@@ -222,7 +193,7 @@ typedef struct {
   double t0, start, slope; /* command = start + slope (t - t0) */
 } Line;
 
-static void runge_kutta(const Joint *j, double t, double h, const Line *u, const Slip *slip, double *x) {
+static void runge_kutta(const Joint *j, double t, double h, const Line *u, const double *slip, double *x) {
   double k1[NX], k2[NX], k3[NX], k4[NX], y[NX];
   double a = u->start + u->slope * (t - u->t0), b = a + 0.5 * h * u->slope, c = a + h * u->slope;
   derivative(j, t, a, x, slip, k1);
@@ -242,7 +213,7 @@ static double follow(const Joint *j, double play, double q) {
 
 #define RUNAWAY 1e6 /* a speed [rad/s] from which on the motion counts as not finite */
 
-static void advance(const Joint *j, double t, double end, const Line *u, double max_step, double *x, Slip *slip,
+static void advance(const Joint *j, double t, double end, const Line *u, double max_step, double *x, double *slip,
                     double *play) {
   double constant = fastest(j);
   while (end - t > 1e-12) {
@@ -283,8 +254,7 @@ static Line command(int n, const double *t, const double *u, int linear, double 
 int joint_simulate(const double *p, int n, const double *t, const double *torque, int linear, double q0, double v0,
                    double max_step, double *position, double *velocity, double *encoder) {
   const Joint *j = (const Joint *)p;
-  double x[NX] = {0}, play = q0, now = t[0];
-  Slip slip = {{0}};
+  double x[NX] = {0}, slip[ELEMENTS] = {0}, play = q0, now = t[0];
   int row = -1;
   x[POSITION] = x[ROTOR] = q0;
   x[VELOCITY] = x[ROTOR_VELOCITY] = x[STRIBECK] = v0;
@@ -295,7 +265,7 @@ int joint_simulate(const double *p, int n, const double *t, const double *torque
       if (sample - now <= 1e-12) break;
       Line u = command(n, t, torque, linear, j->delay, row);
       double end = row + 1 < n ? fmin(sample, t[row + 1] + j->delay) : sample;
-      advance(j, now, end, &u, max_step, x, &slip, &play);
+      advance(j, now, end, &u, max_step, x, slip, &play);
       now = end;
     }
     if (!isfinite(x[POSITION])) return k + 1;

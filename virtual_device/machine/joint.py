@@ -14,10 +14,6 @@ from haptid.virtual_device.machine.compiled import Array, Doubles, doubles, libr
 
 BASE = ("inertia", "gravity_cos", "gravity_sin", "Kp", "Ks", "epos", "sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
 """The twelve parameters of the undisturbed joint with LuGre friction, as users name them."""
-LAWS = ("lugre", "dahl", "maxwell_slip")
-"""Friction laws, in the order of their numbers in ``joint.c``."""
-OF_LAWS = {"law": 0.0, "C": 1.0, "spread": 2.0}
-"""The law's number, and the parameters of the undisturbed joint that Maxwell-slip friction has beside the twelve."""
 MAX_STEP = 5e-5
 """Longest Runge–Kutta step [s]; the integrator takes shorter ones where the bristle asks for it."""
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from haptid.support.errors import NumericalError
@@ -25,7 +27,7 @@ def vary(truth: Truth, width: float, rng: np.random.Generator) -> Truth:
     """
     for _ in range(10_000):
         links = np.array([_vary_link(row, width, rng) for row in truth.links])
-        drawn = Truth(geometry=truth.geometry, links=links, drives=_vary_drives(truth.drives, width, rng))
+        drawn = replace(truth, links=links, drives=_vary_drives(truth.drives, width, rng))
         if is_usable(drawn):
             return drawn
     msg = f"no balanced machine found within ±{100 * width:g} % of the given one"

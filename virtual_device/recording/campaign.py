@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from haptid.support.errors import InputError
 from haptid.virtual_device.machine.effects import Shape, resolve
-from haptid.virtual_device.machine.joint import LAWS, neutral, rest_position
+from haptid.virtual_device.machine.friction import LAWS, law_number
+from haptid.virtual_device.machine.joint import neutral, rest_position
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.recording.simulate import complete, scales_of, simulate_joint
@@ -19,13 +19,6 @@ from haptid.virtual_device.recording.tables import RunTable, joint_columns, writ
 Effects = Mapping[str, float | Mapping[str, float]]
 START_SPREAD = 0.4
 """A joint comes to rest within this share of the band in which Coulomb friction holds it against its spring."""
-
-
-def law_number(friction: str) -> dict[str, float]:
-    """Return the parameter of ``joint.c`` that chooses a friction law by name."""
-    if friction not in LAWS:
-        raise InputError(where="friction", expected=f"one of {', '.join(LAWS)}", got=repr(friction))
-    return {"law": float(LAWS.index(friction))}
 
 
 def joint_parameters(parameters: Mapping[str, float], runs: Sequence[Cosine], effects: Effects) -> dict[str, Any]:
@@ -102,7 +95,7 @@ def make_joint_campaign(  # noqa: PLR0913 - what a test bench sets, by keyword
     known
         What campaign.toml tells about the parameters, e.g. ``{"Ks": {"initial": 0.1}}``.
     friction
-        Law of the joint, one of `joint.LAWS`; campaign.toml names it where it is not LuGre.
+        Law of the joint, one of `friction.LAWS`; campaign.toml names it where it is not LuGre.
 
     Returns
     -------

@@ -9,7 +9,8 @@ import numpy as np
 from haptid.support.errors import InputError
 from haptid.virtual_device.machine.compiled import Array
 from haptid.virtual_device.machine.effects import Scales, resolve
-from haptid.virtual_device.machine.joint import BASE, OF_LAWS, integrate, neutral, rest_position
+from haptid.virtual_device.machine.friction import OF_LAWS
+from haptid.virtual_device.machine.joint import BASE, integrate, neutral, rest_position
 from haptid.virtual_device.recording.sensor import Sensor, cycle_factors
 
 EXACT = Sensor(noise=0.0, resolution=0.0)
@@ -51,7 +52,7 @@ def simulate_joint(  # noqa: PLR0913 - what a user of a test bench sets, by keyw
     Parameters
     ----------
     parameters
-        Some of the base parameters by name (see `joint.BASE`, `joint.OF_LAWS`); ``q0`` [rad] and ``v0`` [rad/s]
+        Some of the base parameters by name (see `joint.BASE`, `friction.OF_LAWS`); ``q0`` [rad] and ``v0`` [rad/s]
         set the start, which otherwise is at rest where spring and gravity balance.
     t, torque
         Rows of the table [s], [N m], shape (n,).

@@ -42,7 +42,7 @@ def coupled_run(  # noqa: PLR0913 - what a user of a test bench sets, by keyword
             factors[:, joint] = cycle_factors(t, cosine.period, scatters[joint][0], own)
     on_torque = np.array([scatters.get(joint, (0.0, False))[1] for joint in range(JOINTS)])
     driven, rest = torque * np.where(on_torque, factors, 1.0), arm.rest(joints, np.array(posture))
-    state = np.concatenate([rest, np.zeros(2 * JOINTS)])
+    state = arm.start(rest)
     positions = np.empty((t.size, JOINTS))
     for k, step in enumerate([*np.diff(t), 0.0]):
         positions[k] = state[:JOINTS]
@@ -111,7 +111,7 @@ def controlled_run(
     """Move all six joints along ``reference`` for 10 s; the recorded torque is what the controller commanded."""
     t, joints = np.round(np.arange(2001) * 0.005, 6), tuple(range(JOINTS))
     rng, rest = np.random.default_rng(list(seed)), arm.rest(joints, np.zeros(JOINTS))
-    wanted, state = reference.at(t, rest), np.concatenate([rest, np.zeros(2 * JOINTS)])
+    wanted, state = reference.at(t, rest), arm.start(rest)
     Kp, Kd = np.array(controller.proportional), np.array(controller.derivative)
     torque, read, velocity = np.empty((t.size, JOINTS)), np.empty((t.size, JOINTS)), np.zeros(JOINTS)
     for k in range(t.size):

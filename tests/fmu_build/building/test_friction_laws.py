@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import zipfile
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,12 +13,16 @@ import pytest
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.native.platforms import this_platform
+from haptid.model.device.reader import load_device
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.coupled_joints import configuration_equations
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.compiled import CompiledKernel
+from haptid.virtual_device.machine.arm import Arm
+from haptid.virtual_device.machine.truth import read_truth
 from tests.fmu_build.fmu_cases import FOLDER, KINDS, Client, initial, torques
+from tests.identification.verification.test_verification import true_values
 from tests.model.friction.test_friction_laws import mixed
 from tests.model.friction_cases import AMPLITUDE, JOINT, radau
 
@@ -72,6 +77,24 @@ def test_the_whole_device_with_several_laws_builds_and_simulates(kind: Kind, tmp
     assert "LuGre friction of joints 0, 1, 2, 3: σ0·z + σ1·ż + σ2·v" in page
     assert "Dahl friction of joint 4: σ0·z + σ2·v" in page
     assert "Generalised Maxwell-slip friction of joint 5" in page
+
+
+@pytest.mark.parametrize(("law", "most"), [("dahl", LAWS["dahl"]), ("maxwell_slip", 5e-5)])
+def test_the_whole_device_with_several_laws_moves_as_the_independent_arm(law: str, most: float, tmp_path: Path):
+    """Elements of the arm jump from stick to slip, those of the FMU do not: a quarter of a sensor's noise apart."""
+    laws = {2: "dahl", 4: law}
+    true = replace(read_truth(), friction=laws)
+    values, e = true_values(true), full_equations(load_device("freedom6s").with_friction(laws))
+    e = e.with_parameters({q.id: {"initial": values[q.id]} for q in e.parameters if not q.fixed})
+    fmu = build_fmu(e, tmp_path / "mixed.fmu", kind="native", platforms=this_platform())
+    u, arm, joints = torques(e, T), Arm(true), tuple(range(6))
+    got = Client(fmu).start().go().run(e, T, u)[:, :6]
+    state, expected = arm.start(np.zeros(6)), []
+    for row in u[:, :6]:
+        expected.append(state[:6].copy())
+        arm.advance(joints, state, row, 0.005, max_step=2.5e-5)
+    assert np.all(np.ptp(expected, axis=0)[[2, 4]] > 0.1)
+    np.testing.assert_allclose(got, expected, rtol=0, atol=most)
 
 
 def test_two_joints_with_different_laws_have_an_fmu(tmp_path: Path):

@@ -16,7 +16,7 @@ from haptid.model.device.reader import load_device
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.support.errors import InputError
-from haptid.virtual_device.machine.truth import DRIVE, read_truth
+from haptid.virtual_device.machine.truth import DRIVE, Truth, read_truth
 
 STANDARD = ("m", "x", "y", "z", "I11", "I22", "I33", "I12", "I13", "I23")
 
@@ -26,12 +26,13 @@ def campaign() -> Campaign:
     return campaign_for_command(None)
 
 
-def true_values() -> dict[str, float]:
-    """Numbers of the machine behind the embedded campaign, under the ids of the full model."""
-    true = read_truth()
+def true_values(true: Truth | None = None) -> dict[str, float]:
+    """Numbers of a machine, by default of that behind the embedded campaign, under the ids of the full model."""
+    true = true or read_truth()
     links = {f"link{i + 1}_{id}": float(row[k]) for i, row in enumerate(true.links) for k, id in enumerate(STANDARD)}
     drives = {f"{id}_{j}": float(row[k]) for j, row in enumerate(true.drives) for k, id in enumerate(DRIVE)}
-    return links | drives
+    laws = {f"{id}_{j}": true.law_parameters(j)[id] for j in true.friction for id in ("C", "spread")}
+    return links | drives | laws
 
 
 @pytest.fixture(scope="module")
