@@ -12,6 +12,9 @@ import click
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.commands import export as main
 from haptid.fmu_build.content.reference_run import OverflowingError
+from haptid.fmu_build.exchange.accuracy import of_device as accuracy_of_device
+from haptid.fmu_build.exchange.accuracy import of_joint as accuracy_of_joint
+from haptid.fmu_build.exchange.accuracy import without_replaced
 from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint, read_finding
 from haptid.fmu_build.exchange.identification_check import (
     check_for_device,
@@ -52,6 +55,7 @@ def export_full(
     kind: Kind = "python",
     findings: Sequence[Finding] = (),
     start: Path | None = None,
+    folder: Path | None = None,
 ) -> Fmu:
     """Build the FMU of the whole device at its identified values.
 
@@ -69,6 +73,8 @@ def export_full(
         Effects to include, with the parameters that were fitted with them; links stay as they were identified.
     start
         Parameter set (SSV) whose values overrule identification and findings; None for none.
+    folder
+        Folder of the results, where the draws of the parameters lie; None exports without draws.
 
     Returns
     -------
@@ -81,12 +87,21 @@ def export_full(
         Where two findings are of one joint, the parameter set is at fault, or the reference run overflows.
     """
     equations = full_equations(device.with_friction(friction_by_joint(identification)), by_joint(findings))
-    found = with_start_values(apply_refits(of_device(identification), findings).among(equations), start, equations)
-    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
+    identified = of_device(identification)
+    found = with_start_values(apply_refits(identified, findings).among(equations), start, equations)
+    accuracy = without_replaced(
+        accuracy_of_device(identification, device.name, folder, findings), identified, found, equations
+    )
+    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy)
 
 
 def export_joint(
-    identification: Mapping[str, Any], joint: int, out: Path, kind: Kind = "python", start: Path | None = None
+    identification: Mapping[str, Any],
+    joint: int,
+    out: Path,
+    kind: Kind = "python",
+    start: Path | None = None,
+    folder: Path | None = None,
 ) -> Fmu:
     """Build the FMU of one joint at its identified values.
 
@@ -102,6 +117,8 @@ def export_joint(
         Packaging.
     start
         Parameter set (SSV) whose values overrule the identification; None for none.
+    folder
+        Folder of the results, where draws and posterior lie; None exports without draws.
 
     Returns
     -------
@@ -113,17 +130,18 @@ def export_joint(
     InputError
         Where the joint was not tested alone, the parameter set is at fault, or the reference run overflows.
     """
-    entries, found = entries_of(identification, joint), of_joint(identification, joint)
+    entries, identified = entries_of(identification, joint), of_joint(identification, joint)
     # The inertia of a prismatic joint is a mass: its unit says which kind of joint was identified.
     slides, friction = entries["inertia"].get("unit") == "kg", friction_by_joint(identification)[joint]
     drive = drive_of(identification, joint)
     driven = () if drive is None else drive_quantities(drive, prismatic=slides)
     rows = (*joint_parameters(prismatic=slides, friction=friction), *driven)
-    table = [q for q in rows if q.id in found.values]
-    parameters = [_set_within_bounds(q, found.values[q.id], entries[q.id]) for q in table]
+    table = [q for q in rows if q.id in identified.values]
+    parameters = [_set_within_bounds(q, identified.values[q.id], entries[q.id]) for q in table]
     equations = joint_equations(joint, parameters=parameters, prismatic=slides, friction=friction, drive=drive)
-    found = with_start_values(found, start, equations)
-    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance)
+    found = with_start_values(identified, start, equations)
+    accuracy = without_replaced(accuracy_of_joint(identification, joint, folder), identified, found, equations)
+    return build_fmu(equations, out, kind=kind, values=found.values, provenance=found.provenance, accuracy=accuracy)
 
 
 def export_parameters(device: Device, identification: Mapping[str, Any], path: Path) -> Path:
@@ -242,7 +260,7 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
         law = friction_by_joint(data)[joint]
         _check_complete(entries_of(data, joint), law, drive_of(data, joint), f"{source}: parameters of joint {joint}")
         with _told_of(source, []):
-            fmu = export_joint(data, joint, out, kind, start)
+            fmu = export_joint(data, joint, out, kind, start, source.parent)
     else:
         entries = with_folder(effects)
         findings = [read_finding(path, entries) for path in named]
@@ -255,7 +273,7 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
             check_orders(values | finding.values, machine, finding.source)
         warnings = list(impossible_links(values, machine))
         with _told_of(source, warnings):
-            fmu = export_full(machine, data, out, kind, findings, start)
+            fmu = export_full(machine, data, out, kind, findings, start, source.parent)
         for line in told:
             click.echo(line)
     size = fmu.path.stat().st_size / 1024

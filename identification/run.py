@@ -15,6 +15,7 @@ import click
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.exchange.draws import COUNT
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
 from haptid.identification.baseline.prediction import predict_unseen
@@ -29,15 +30,17 @@ from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.result_json import SCHEMA, step_json
-from haptid.identification.sequence.resume import data_digest, inputs_digest, kept_entries
+from haptid.identification.sequence.resume import code_digest, data_digest, inputs_digest, kept_entries
 from haptid.identification.sequence.sequence import Build, Sequence
 from haptid.identification.sequence.step import Step
 from haptid.identification.sequence.summary import summary_text
 from haptid.identification.sequence.traces import traces_of
 from haptid.identification.sequence.whole_device import Whole, whole_device
+from haptid.identification.sequence.written_draws import write_draws
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
+from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.closed_loop_fmu import export_closed_loop
 from haptid.identification.verification.result import Verification
 from haptid.identification.verification.verify import verify
@@ -174,6 +177,8 @@ def identify_campaign(  # noqa: PLR0913 # one argument an option
     whole, verification = _whole(job, steps)
     data |= {"links": _links_json(whole), "verification": verification.as_json()}
     data["whole"] = dict(whole.values) if whole else {}
+    name = device.name if device else ""
+    data["draws"] = write_draws(steps, whole, job.out, name=name, seed=options.seed)
     write_json(job.file, data)
     exported = [] if no_export else _export(job, data, verification)
     traces = [traces_of(step, job.build) for step in steps]
@@ -278,6 +283,7 @@ def _head(job: Job, digest: str) -> dict[str, Any]:
         "measured": job.campaign.measured,
         "remarks": list(job.campaign.remarks),
         **_provenance(job.options),
+        "code": code_digest().hex()[:16],
         "inputs": digest,
         "complete": False,
         "locking_order": [list(joints) for joints in dict.fromkeys(c.free_joints for c in job.configurations)],
@@ -301,10 +307,12 @@ def _whole(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verificatio
         range(len(device.joints))
     ):
         return None, Verification(runs=())
-    whole = whole_device(device, steps, seed=job.options.seed)
+    whole = whole_device(device, steps, seed=job.options.seed, draws=COUNT)
     controller = job.campaign.extra.get("controller")
     unseen = [run for run in job.campaign.runs if run.use == "validate"]
-    return whole, verify(device, whole.values, unseen, controller, draws=whole.draws)
+    return whole, verify(
+        device, whole.values, unseen, controller, draws=whole.draws[: THRESHOLDS.draws_of_whole_device]
+    )
 
 
 def _links_json(whole: Whole | None) -> dict[str, Any]:
@@ -325,12 +333,14 @@ def _export(job: Job, data: dict[str, Any], checks: Verification) -> list[Path]:
     if job.device is None:
         joints = [c.free_joints[0] for c in job.configurations]
         return [
-            export_joint(data, j, job.out / f"joint{j}{tail}.fmu", kind).path for j in joints for kind, tail in kinds
+            export_joint(data, j, job.out / f"joint{j}{tail}.fmu", kind, folder=job.out).path
+            for j in joints
+            for kind, tail in kinds
         ]
     if not data["links"]:
         return []
     name = Path(job.device.name).stem
-    made = [export_full(job.device, data, job.out / f"{name}{tail}.fmu", kind) for kind, tail in kinds]
+    made = [export_full(job.device, data, job.out / f"{name}{tail}.fmu", kind, folder=job.out) for kind, tail in kinds]
     loop = export_closed_loop(made[-1], job.campaign.extra.get("controller"), job.campaign.runs, checks, job.out)
     if loop is not None:
         data["verification"]["as_fmus"] = loop.as_json()

@@ -218,7 +218,9 @@ class Thresholds:
     """Standard deviation of a carried prior over that of the belief [1]: tests on different days agree less well than
     their noise says."""
     draws_of_whole_device: int = 20
-    """Number of draws of the full model's parameters [1]."""
+    """Number of draws of the full model's parameters [1] behind the spread of its verification."""
+    most_rounds_of_draws: int = 50
+    """Number of times that as many draws are made as are wanted [1]: enough where one in fifty meets the orderings."""
 
     # Summary and report: how a residual is told.
     largest_residual_as_noise: float = 1.05

@@ -14,6 +14,8 @@ from click.core import ParameterSource
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.exchange.draws import digest_of
+from haptid.fmu_build.exchange.stored_draws import DRAWS_OF_POSTERIOR, POSTERIOR
 from haptid.identification.fit.multistart import fit
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.workers import Processes, Submitting
@@ -22,6 +24,7 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.carried_fit import FILE, carried_fit
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.equations_for import equations_for, name_campaign_in_errors
+from haptid.identification.sequence.resume import data_digest
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.protocol import Simulator
@@ -252,10 +255,12 @@ def _write(command: _Command, results: _Results) -> dict[str, Any]:
         "seed": seed,
         "intervals": "equal-tailed",
     }
-    joints = [as_json(p) for p in posteriors]
-    data = with_null({**head, "joints": joints, "full_model": results.full.as_json()})
-    write_json(out / "posterior.json", data)
-    save_draws(posteriors, out / "parameters_posterior.csv", np.random.default_rng([seed, 5]))
+    drawn = save_draws(posteriors, out / DRAWS_OF_POSTERIOR, np.random.default_rng([seed, 5]))
+    digests = [data_digest(campaign, command.device, step.configuration) for step in results.steps]
+    joints = [as_json(p, digest) for p, digest in zip(posteriors, digests, strict=True)]
+    draws = digest_of(drawn.read_bytes())
+    data = with_null({**head, "draws": draws, "joints": joints, "full_model": results.full.as_json()})
+    write_json(out / POSTERIOR, data)
     footer = [f"{word_command('posterior', 'uq.run')}, seed {seed}, {time.strftime('%Y-%m-%d')}", campaign.title]
     page = posterior_page(
         posteriors,

@@ -3,7 +3,7 @@
 1. Add the observer for an identification FMU, and generate the kernel's C source.
 2. Choose the variables, their names and value references (`interface_of`).
 3. Write description, sources and binaries of the packaging.
-4. Add documentation, licences, parameter set, picture and reference run (`extra_files`).
+4. Add documentation, accuracy, licences, parameter set, picture and reference run (`extra_files`).
 5. Pack the archive, the same bytes for the same content.
 """
 
@@ -17,7 +17,8 @@ from typing import Literal
 
 from haptid.fmu_build.content.extras import extra_files
 from haptid.fmu_build.description.interface import Interface, interface_of
-from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.description.provenance import GUESS, Provenance, provenance_of
+from haptid.fmu_build.exchange.accuracy import FIRST_GUESSES, Accuracy, with_room_for_draws
 from haptid.fmu_build.exchange.archive import pack
 from haptid.fmu_build.native.fmi2 import native_files
 from haptid.fmu_build.native.fmi3 import native_files3, rename_picture
@@ -100,7 +101,7 @@ def interface_for(
     )
 
 
-def build_fmu(
+def build_fmu(  # noqa: PLR0913 # values and all that is said of them
     equations: Equations,
     out: Path,
     *,
@@ -108,6 +109,7 @@ def build_fmu(
     identification: bool = False,
     values: Mapping[str, float] | None = None,
     provenance: Mapping[str, Provenance | str] | None = None,
+    accuracy: Accuracy = FIRST_GUESSES,
     platforms: tuple[Platform, ...] | None = None,
 ) -> Fmu:
     """Build the FMU of some equations.
@@ -127,6 +129,8 @@ def build_fmu(
         Start values by id of parameter or state; the first guesses where absent.
     provenance
         Where a parameter's value comes from and its error bar, by id, for the documentation.
+    accuracy
+        How good the values are; the FMU carries it below ``extra/haptid`` and on its page.
     platforms
         For which to carry binaries; all where None, this machine's alone for identification.
 
@@ -142,13 +146,16 @@ def build_fmu(
     """
     if identification and kind == "native3":
         raise InputError("identification FMU", expected="FMI 2.0, which the fits step", got="FMI 3.0")
+    equations = with_room_for_draws(equations, accuracy)
     interface = interface_for(equations, kind=kind, identification=identification, values=values)
     if platforms is None:
         platforms = this_platform() if identification else PLATFORMS
-    text = f"{equations.title}; torque in, position out"
+    text = f"{equations.title}; torque in, position out{_origin_of_values(equations, provenance or {}, accuracy)}"
     files, _ = _PACKAGINGS[kind](interface, platforms=platforms, text=text)
     python, linear = kind == "python", kind == "native"  # only the latter declares canInterpolateInputs
-    files |= extra_files(interface, text=text, python=python, linear=linear, provenance=provenance or {})
+    files |= extra_files(
+        interface, text=text, python=python, linear=linear, provenance=provenance or {}, accuracy=accuracy
+    )
     data = pack(rename_picture(files) if kind == "native3" else files)
     write_bytes(out, data)
     return Fmu(
@@ -159,3 +166,14 @@ def build_fmu(
         step=interface.kernel.step,
         identification=identification,
     )
+
+
+def _origin_of_values(equations: Equations, provenance: Mapping[str, Provenance | str], accuracy: Accuracy) -> str:
+    """Return what the description says of the values: a reader must not take a first guess for a measurement."""
+    origins = provenance_of(equations, provenance)
+    if not origins:
+        return ""
+    guesses = sum(origin.status == GUESS for origin in origins.values())
+    if accuracy is FIRST_GUESSES or not guesses:
+        return f"; values: {accuracy.origin}"
+    return f"; values: {accuracy.origin}, {guesses} of {len(origins)} first guesses"

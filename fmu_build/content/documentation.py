@@ -1,6 +1,6 @@
 """``documentation/index.html`` of an FMU: `Interface` and `Provenance` in, HTML out.
 
-The page shows the equations, the variables, and the parameters with their provenance and error bars.
+The page shows how good the model is, the equations, the variables, and the parameters with provenance and error bars.
 """
 
 from __future__ import annotations
@@ -12,9 +12,12 @@ import sympy as sp
 from markupsafe import Markup
 from sympy.printing.mathml import mathml
 
+from haptid.fmu_build.content.accuracy_files import KnownParameter, known_parameters
+from haptid.fmu_build.content.accuracy_page import SNIPPET, rows_of_digests, rows_of_runs, sentences_of_effects
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
+from haptid.fmu_build.exchange.accuracy import FIRST_GUESSES, Accuracy
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 
@@ -27,7 +30,14 @@ _ENVIRONMENT = jinja2.Environment(
 )
 
 
-def documentation(interface: Interface, *, text: str, linear: bool, provenance: Mapping[str, Provenance]) -> str:
+def documentation(
+    interface: Interface,
+    *,
+    text: str,
+    linear: bool,
+    provenance: Mapping[str, Provenance],
+    accuracy: Accuracy = FIRST_GUESSES,
+) -> str:
     """Render the documentation of an FMU.
 
     Parameters
@@ -40,6 +50,8 @@ def documentation(interface: Interface, *, text: str, linear: bool, provenance: 
         Whether a host may set the derivatives of the inputs, so that inputs run linearly within a step.
     provenance
         Provenance of every parameter by id; equal sources share a footnote.
+    accuracy
+        How good the values are.
 
     Returns
     -------
@@ -47,6 +59,7 @@ def documentation(interface: Interface, *, text: str, linear: bool, provenance: 
         HTML with the equations as MathML.
     """
     e = interface.equations
+    rows, drawn = known_parameters(interface, accuracy, provenance), accuracy.known.draws
     sources = list(dict.fromkeys(origin.source for origin in provenance.values()))
     return _ENVIRONMENT.get_template("documentation.html.j2").render(
         interface=interface,
@@ -55,17 +68,21 @@ def documentation(interface: Interface, *, text: str, linear: bool, provenance: 
         notes=e.notes,
         formulas=_formulas(e),
         general=_general(e) if e.definitions else (),
-        parameters=[(v, provenance[v.id], sources.index(provenance[v.id].source) + 1) for v in _parameters(interface)],
+        parameters=[(one, sources.index(one.origin.source) + 1) for one in rows],
         sources=sources,
+        accuracy=accuracy,
+        draws=0 if drawn is None else len(drawn.values),
+        runs=tuple(rows_of_runs(accuracy)),
+        effects=tuple(sentences_of_effects(accuracy)),
+        digests=tuple(rows_of_digests(accuracy, e.digest)),
+        snippet=SNIPPET.format(file=f"{interface.identifier}.fmu", output=interface.of_role("output")[0].name),
+        identification=interface.identification,
         others=[v for v in interface.variables if v.role != "parameter"],
         number=_number,
         error_bar=_error_bar,
+        interval=_interval,
         span=_span,
     )
-
-
-def _parameters(interface: Interface) -> tuple[Variable, ...]:
-    return interface.of_role("parameter")
 
 
 def _general(e: Equations) -> tuple[str, ...]:
@@ -126,8 +143,13 @@ def _number(value: float | None) -> str:
     return "" if value is None else f"{value:.6g}"
 
 
-def _error_bar(entry: Provenance) -> str:
-    return "" if entry.std is None else f"± {entry.std:.2g}"
+def _error_bar(one: KnownParameter) -> str:
+    return "" if one.std is None else f"± {one.std:.2g}"
+
+
+def _interval(one: KnownParameter) -> str:
+    """Return the 95 % interval of the draws."""
+    return f"{one.quantiles[0]:.4g} … {one.quantiles[-1]:.4g}" if one.quantiles else ""
 
 
 def _span(v: Variable) -> str:

@@ -6,16 +6,24 @@ import importlib.metadata
 from collections.abc import Mapping
 from importlib import resources
 
+from haptid.fmu_build.content.accuracy_files import accuracy_files
 from haptid.fmu_build.content.documentation import documentation
 from haptid.fmu_build.content.picture import picture
 from haptid.fmu_build.content.reference_run import reference
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance, provenance_of
+from haptid.fmu_build.exchange.accuracy import FIRST_GUESSES, Accuracy
 from haptid.fmu_build.exchange.ssv import ssv_bytes
 
 
 def extra_files(
-    interface: Interface, *, text: str, python: bool, linear: bool, provenance: Mapping[str, Provenance | str]
+    interface: Interface,
+    *,
+    text: str,
+    python: bool,
+    linear: bool,
+    provenance: Mapping[str, Provenance | str],
+    accuracy: Accuracy = FIRST_GUESSES,
 ) -> dict[str, bytes]:
     """Build the files of an FMU that hold no code.
 
@@ -31,12 +39,14 @@ def extra_files(
         Whether a host may set the derivatives of the inputs.
     provenance
         Known provenance of parameters by id.
+    accuracy
+        How good the values are, for page and files.
 
     Returns
     -------
     dict
         Content by name within the archive. An identification FMU, and one that cannot run on this machine, has no
-        reference run and no picture.
+        reference run and no picture; the former says nothing of its accuracy, as a fit sets its values.
 
     Raises
     ------
@@ -45,12 +55,14 @@ def extra_files(
     """
     origins = provenance_of(interface.equations, provenance)
     licence = resources.files("haptid.fmu_build.content") / "license.txt"
-    page = documentation(interface, text=text, linear=linear, provenance=origins)
+    page = documentation(interface, text=text, linear=linear, provenance=origins, accuracy=accuracy)
     files = {
         "documentation/index.html": page.encode(),
         "documentation/licenses/license.txt": licence.read_bytes(),
         "resources/parameters.ssv": _parameter_set(interface),
     }
+    if not interface.identification:
+        files |= accuracy_files(interface, accuracy, origins)
     if python:
         files["documentation/licenses/pythonfmu.txt"] = _licence_of("pythonfmu")
     run = None if interface.identification else reference(interface)

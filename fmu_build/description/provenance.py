@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from haptid.model.equations.equations import Equations
 
+GUESS = "first guess"
+"""Status and source of a value that nothing was measured for."""
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Provenance:
@@ -24,7 +27,7 @@ class Provenance:
 
     source: str
     std: float | None = None
-    status: str = "first guess"
+    status: str = GUESS
 
 
 def provenance_of(equations: Equations, given: Mapping[str, Provenance | str]) -> dict[str, Provenance]:
@@ -49,6 +52,6 @@ def provenance_of(equations: Equations, given: Mapping[str, Provenance | str]) -
             entry = Provenance(source=entry, status="")
         if entry is None:
             std = q.prior.std if q.prior else None
-            entry = Provenance(source="first guess", std=std, status="fixed" if q.fixed else "first guess")
+            entry = Provenance(source=GUESS, std=std, status="fixed" if q.fixed else GUESS)
         result[q.id] = entry
     return result

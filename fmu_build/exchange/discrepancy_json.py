@@ -40,6 +40,8 @@ class Finding:
         from; the device has no use for some (``gravity_cos_3``).
     left
         Ids of the effects that the whole device does not include, each with the reason.
+    named
+        What the file says of each effect that goes into the equations, with the gap that all of them close.
     """
 
     joint: int
@@ -48,6 +50,7 @@ class Finding:
     values: dict[str, float]
     provenance: dict[str, Provenance | str]
     left: tuple[tuple[str, str], ...]
+    named: tuple[Mapping[str, Any], ...] = ()
 
 
 def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
@@ -123,6 +126,11 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
         values={f"{id}_{joint}": value for id, value in refit.items()},
         provenance={f"{id}_{joint}": Provenance(source=source, std=std.get(id), status="") for id in refit},
         left=tuple((e.id, reason) for e in found if (reason := of_the_test_alone(e))),
+        named=tuple(
+            {**entry, "gap": data.get("gap")}
+            for effect, entry in zip(found, data["effects"], strict=True)
+            if not of_the_test_alone(effect)
+        ),
     )
 
 

@@ -182,7 +182,7 @@ def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:
 
 def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
     """Return values and provenance of one joint tested alone, by their plain ids as ``Ks``; see `entries_of`."""
-    return _of(entries_of(data, joint), f"test of joint {joint}", _campaign(data))
+    return _of(entries_of(data, joint), f"test of joint {joint}", words_of_campaign(data))
 
 
 def of_device(data: Mapping[str, Any]) -> Identified:
@@ -204,12 +204,12 @@ def of_device(data: Mapping[str, Any]) -> Identified:
     for configuration in data["configurations"]:
         joints = list(configuration["free_joints"])
         test = f"test of joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"
-        one = _of(configuration["parameters"], test, _campaign(data))
+        one = _of(configuration["parameters"], test, words_of_campaign(data))
         suffix = f"_{joints[0]}" if len(joints) == 1 else ""
         values |= {f"{id}{suffix}": value for id, value in one.values.items()}
         provenance |= {f"{id}{suffix}": origin for id, origin in one.provenance.items()}
     for link, parameters in data.get("links", {}).items():
-        one = _of(parameters, "all tests together", _campaign(data))
+        one = _of(parameters, "all tests together", words_of_campaign(data))
         prefix = link if link.startswith("motor_") else f"link{link}"
         values |= {f"{prefix}_{id}": value for id, value in one.values.items()}
         provenance |= {f"{prefix}_{id}": origin for id, origin in one.provenance.items()}
@@ -217,7 +217,8 @@ def of_device(data: Mapping[str, Any]) -> Identified:
     return Identified(values=values, provenance=provenance)
 
 
-def _campaign(data: Mapping[str, Any]) -> str:
+def words_of_campaign(data: Mapping[str, Any]) -> str:
+    """Return the title of the campaign, and whether its data were measured or are synthetic."""
     kind = "measured" if data.get("measured") else "SYNTHETIC"
     return f"{data.get('campaign', 'campaign')} ({kind} data)"
 

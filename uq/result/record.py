@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from haptid.fmu_build.description.variables import structured_name
+from haptid.fmu_build.exchange.draws import draws_text
 from haptid.measurement.values.run import Array
 from haptid.support.files.files import write_text
 from haptid.uq.prediction.predict import Bands
@@ -97,6 +96,15 @@ def save_draws(posteriors: Sequence[Posterior], path: Path, rng: np.random.Gener
     return write_draws(path, names, np.array(columns).T)
 
 
+def correlation_json(posterior: Posterior) -> dict[str, Any]:
+    """Return the correlation of the joint's parameters over all chains, as ``posterior.json`` holds it."""
+    coordinates = posterior.mode.density.coordinates
+    n = len(coordinates.free)
+    values = coordinates.values(posterior.sample.flat())[:, :n]
+    matrix = np.corrcoef(values.T).reshape(n, n)
+    return {"ids": list(coordinates.names[:n]), "matrix": matrix.tolist()}
+
+
 def write_draws(path: Path, names: Sequence[str], draws: Array) -> Path:
     """Write draws as CSV, a row a draw with its number.
 
@@ -114,20 +122,30 @@ def write_draws(path: Path, names: Sequence[str], draws: Array) -> Path:
     InputError, WritingError
         As `write_bytes`.
     """
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["draw", *names])
-    for k, row in enumerate(draws):
-        writer.writerow([k, *(repr(float(x)) for x in row)])
-    return write_text(path, stream.getvalue())
+    return write_text(path, draws_text(names, draws))
 
 
-def as_json(posterior: Posterior) -> dict[str, Any]:
-    """Return the posterior of one joint in the form of ``posterior.json``; its numbers may be NaN."""
+def as_json(posterior: Posterior, data: str = "") -> dict[str, Any]:
+    """Return the posterior of one joint in the form of ``posterior.json``.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of the joint.
+    data
+        Digest of what it was inferred from, as identification.json states it of the fit.
+
+    Returns
+    -------
+    dict
+        JSON data; numbers may be NaN.
+    """
     sample = posterior.sample
     return {
         "joint": posterior.joint,
         "sound": posterior.sound,
+        "data": data,
+        "correlation": correlation_json(posterior),
         "parameters": {p.id: parameter_json(p) for p in posterior.parameters},
         "noise_model": {
             "id": posterior.chosen.model.id,
