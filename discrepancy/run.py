@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from haptid.discrepancy.commands import missing as main
+from haptid.discrepancy.finding.accuracy import origin_of
 from haptid.discrepancy.finding.finding import Finding, as_json, find
 from haptid.discrepancy.finding.full_model import whole_finding
 from haptid.discrepancy.finding.stages import run_stages
@@ -189,7 +190,8 @@ def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> 
         click.echo(f"{study.title.lower()}: {done.sentence}\n  written below {out}: discrepancy/{name}.json, .png")
         return {name: data}
     with bar:
-        finding = find(study, out, **_options(choices), tell=bar.set_description)
+        origin = origin_of(read, study.fitted[0].free_joints)
+        finding = find(study, out, **_options(choices), tell=bar.set_description, origin=origin)
     return {study.name: _write_finding(finding, read, out, choices["seed"])}
 
 
@@ -199,7 +201,8 @@ def _torque(read: Campaign, joint: int, entries: dict[str, Effect], out: Path, c
     with bar:
         carried = read_carried_fit(read, (joint,), equations_for(read, device_of(read), (joint,)), out, springless=True)
         study = torque_study_of(read, joint, carried, threads=choices["workers"])
-        finding = find_torque(study, entries, out, **_options(choices), tell=bar.set_description)
+        options = {**_options(choices), "tell": bar.set_description, "origin": origin_of(read, (joint,))}
+        finding = find_torque(study, entries, out, **options)
     folder, name = out / "discrepancy", f"joint{joint}"
     data = torque_json(finding, measured=read.measured, seed=choices["seed"])
     write_json(folder / f"{name}.json", data)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,9 @@ import numpy as np
 
 from haptid.discrepancy.candidate.candidate import Trial
 from haptid.discrepancy.detect.localise import Map, Region, excess, maps, regions
+from haptid.discrepancy.finding.accuracy import Origin, of_refit
 from haptid.discrepancy.finding.gap import Gap
-from haptid.discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild
+from haptid.discrepancy.finding.rebuilt_fmu import Rebuilt, rebuild, refit
 from haptid.discrepancy.fit.held_out import Prediction, predict
 from haptid.discrepancy.search.forward_selection import search
 from haptid.discrepancy.search.search_result import Search
@@ -28,6 +29,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.discrepancy.verdict.stability import Stretches, stability_of
 from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge
 from haptid.fmu_build.building.packaging import Kind
+from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array, Run
 from haptid.support.processes.threads import on_one_thread
 
@@ -96,7 +98,16 @@ class Finding:
 
 
 @on_one_thread
-def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: Callable[[str], None]) -> Finding:
+def find(
+    study: Study,
+    out: Path,
+    *,
+    kind: Kind,
+    seed: int,
+    starts: int,
+    tell: Callable[[str], None],
+    origin: Origin | None = None,
+) -> Finding:
     """Run all stages of one study.
 
     Parameters
@@ -113,6 +124,8 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         Number of starts of the nominal fit.
     tell
         Function that takes one line on the progress.
+    origin
+        What the search is run on, for the FMU; None for runs of no campaign.
 
     Returns
     -------
@@ -129,12 +142,12 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
     study = found.study
     tell("verdict")
     judgement = judge(study, found)
-    rebuilt = None
+    refitted = None
     best, plain = found.best.candidate, found.plain.candidate
     # A surrogate must not reach the users' model, so no FMU is built for an unlisted verdict.
     if best.solution.effects and judgement.verdict in ("named", "ambiguous"):
         tell("FMU and refit")
-        rebuilt = rebuild(study, found, best.solution.effects, out / "fmu", kind)
+        refitted = refit(study, found, best.solution.effects, kind)
     before_fit, after_fit = predict(study, plain.solution, study.fitted), predict(study, best.solution, study.fitted)
     groups = {"fit": (study.fitted, before_fit, after_fit)}
     if study.unseen:
@@ -148,12 +161,14 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         else (study.fitted, before_fit.y, after_fit.y)
     )
     joint, energy = most_missed((*study.fitted, *study.unseen), (*before_fit.y, *plain.prediction.y))
-    return Finding(
+    finding = Finding(
         joints=study.fitted[0].free_joints,
         search=found,
         judgement=judgement,
-        rebuilt=rebuilt,
-        gaps={name: _gap(*group, rebuilt, _beside(study, found, group[0], group[2])) for name, group in groups.items()},
+        rebuilt=None,
+        gaps={
+            name: _gap(*group, refitted, _beside(study, found, group[0], group[2])) for name, group in groups.items()
+        },
         curves=curves_of(*shown),
         maps=energy,
         gap_joint=joint,
@@ -161,6 +176,13 @@ def find(study: Study, out: Path, *, kind: Kind, seed: int, starts: int, tell: C
         stability=stability_of(Stretches.of(best.solution), best.solution.effects, seed=seed),
         wall_s=time.perf_counter() - began,
     )
+    if refitted is None:
+        return finding
+    # Built last: the FMU carries what the stages above found.
+    accuracy = of_refit(refitted, _effects_json(finding), _gaps_json(finding), origin or Origin(), seed)
+    name = "_".join((study.name, *(e.id for e in best.solution.effects)))
+    rebuilt = rebuild(refitted, name, out / "fmu", kind, accuracy)
+    return replace(finding, rebuilt=rebuilt, wall_s=time.perf_counter() - began)
 
 
 def curves_of(runs: Sequence[Run], before: Sequence[Array], after: Sequence[Array]) -> tuple[Curve, ...]:
@@ -219,13 +241,13 @@ def _gap(
     runs: tuple[Run, ...],
     before: Prediction,
     after: Prediction,
-    rebuilt: Rebuilt | None,
+    refitted: Fit | None,
     beside: tuple[float, float] | None,
 ) -> Gap:
-    """Return the RMS before and after over the runs; where an FMU was rebuilt, its own scores count."""
+    """Return the RMS before and after over the runs; where the model was refitted, the refit's own scores count."""
     final = list(after.rms)
-    if rebuilt is not None:
-        scores = {s.file: s.rmse_rad for s in rebuilt.fit.runs}
+    if refitted is not None:
+        scores = {s.file: s.rmse_rad for s in refitted.runs}
         final = [scores.get(run.file, a) for run, a in zip(runs, after.rms, strict=True)]
     noise = _rms([run.sensor_std for run in runs])
     return Gap(before=_rms(before.rms), after=_rms(final), noise=noise, beside=beside)
@@ -262,15 +284,11 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "seed": seed,
         "verdict": judgement.verdict,
         "sentence": judgement.sentence,
-        "effects": [
-            _effect_json(e, finding.stability.get(e.key))
-            for e in judgement.effects
-            if judgement.verdict != "nothing_missing"
-        ],
+        "effects": _effects_json(finding),
         "alternatives": [_alternative_json(t, finding.search.plain) for t in judgement.alternatives],
         "next_experiment": proposal.as_json() if proposal else None,
         "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions],
-        "gap": {"validate": None, "sealed": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}},
+        "gap": _gaps_json(finding),
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
         "refit": dict(rebuilt.fit.values) if rebuilt else None,
@@ -280,6 +298,17 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "simulations": finding.search.simulations,
         "wall_s": finding.wall_s,
     }
+
+
+def _effects_json(finding: Finding) -> list[dict[str, Any]]:
+    judgement = finding.judgement
+    if judgement.verdict == "nothing_missing":
+        return []
+    return [_effect_json(e, finding.stability.get(e.key)) for e in judgement.effects]
+
+
+def _gaps_json(finding: Finding) -> dict[str, Any]:
+    return {"validate": None, "sealed": None, **{name: gap.as_json() for name, gap in finding.gaps.items()}}
 
 
 def _alternative_json(trial: Trial, plain: Trial) -> dict[str, Any]:

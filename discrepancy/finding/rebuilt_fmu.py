@@ -1,4 +1,4 @@
-"""Rebuild the FMU with the named effects: `Study` and `Search` in, `Rebuilt` out.
+"""Rebuild the FMU with the named effects: `Study` and `Search` in, refit and `Rebuilt` out.
 
 All parameters are refitted by SLSQP through the FMU that users run.
 """
@@ -13,6 +13,7 @@ from haptid.discrepancy.study.study import Study
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.exchange.accuracy import Accuracy
 from haptid.identification.fit.multistart import fit
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
@@ -36,8 +37,8 @@ class Rebuilt:
     fit: Fit
 
 
-def rebuild(study: Study, found: Search, effects: tuple[Effect, ...], out: Path, kind: Kind) -> Rebuilt:
-    """Build the FMU of the nominal model with named effects, its parameters fitted through the FMU.
+def refit(study: Study, found: Search, effects: tuple[Effect, ...], kind: Kind) -> Fit:
+    """Fit all parameters of the nominal model with named effects through its FMU.
 
     Parameters
     ----------
@@ -47,31 +48,51 @@ def rebuild(study: Study, found: Search, effects: tuple[Effect, ...], out: Path,
         Result of the search, whose optimum is the start.
     effects
         Named effects in SI units.
-    out
-        Folder in which ``joint<j>_<effects>.fmu`` (``joints01_…``) is written.
     kind
         Kind of the FMU.
 
     Returns
     -------
-    Rebuilt
-        FMU and fit.
+    Fit
     """
     equations = study.equations(effects, joint=study.joint)
     simulator = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
     start = tuple(found.best.solution.values[p.id] for p in equations.parameters)
     # One start without observer is enough: the search has found the minimum by homotopy.
     options = FitOptions(starts=1, gains=(0.0,), start=start, weights=(1.0, 1.0))
-    refitted = fit(simulator, (*study.fitted, *study.unseen, *study.sealed), options=options)
-    std = dict(zip([p.id for p in equations.parameters], refitted.std, strict=True))
+    return fit(simulator, (*study.fitted, *study.unseen, *study.sealed), options=options)
+
+
+def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy) -> Rebuilt:
+    """Build the FMU of a refit.
+
+    Parameters
+    ----------
+    refitted
+        Fit with named effects.
+    name
+        Name of the file without its suffix, ``joint<j>_<effects>`` or ``joints01_…``.
+    out
+        Folder in which the FMU is written.
+    kind
+        Kind of the FMU.
+    accuracy
+        How good the refit is.
+
+    Returns
+    -------
+    Rebuilt
+        FMU and fit.
+    """
+    equations = refitted.equations
     provenance = {
-        p.id: Provenance(
+        q.id: Provenance(
             source="fitted with the named effects",
-            std=float(std[p.id]),
-            status=refitted.statuses.get(p.id, "identified"),
+            std=float(std),
+            status=refitted.statuses.get(q.id, "identified"),
         )
-        for p in equations.parameters
+        for q, std in zip(equations.parameters, refitted.std, strict=True)
     }
-    name = "_".join((study.name, *(e.id for e in effects)))
-    fmu = build_fmu(equations, out / f"{name}.fmu", kind=kind, values=refitted.values, provenance=provenance)
+    path = out / f"{name}.fmu"
+    fmu = build_fmu(equations, path, kind=kind, values=refitted.values, provenance=provenance, accuracy=accuracy)
     return Rebuilt(fmu=fmu, fit=refitted)

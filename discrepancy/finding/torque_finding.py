@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from haptid.discrepancy.detect.localise import Map, Region, maps, regions
+from haptid.discrepancy.finding.accuracy import Origin, of_torque_fit
 from haptid.discrepancy.finding.gap import Gap
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_controller
@@ -29,6 +30,7 @@ from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
+from haptid.fmu_build.exchange.accuracy import Accuracy
 from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
@@ -170,7 +172,7 @@ class TorqueFinding:
 
 
 @on_one_thread
-def find_torque(
+def find_torque(  # noqa: PLR0913 # one argument an option
     study: TorqueStudy,
     entries: Mapping[str, Effect],
     out: Path,
@@ -179,6 +181,7 @@ def find_torque(
     seed: int,
     starts: int,
     tell: Callable[[str], None],
+    origin: Origin | None = None,
 ) -> TorqueFinding:
     """Run all stages of the search on the torque of one joint.
 
@@ -198,6 +201,8 @@ def find_torque(
         Number of starts of the nominal fit.
     tell
         Function that takes one line on the progress.
+    origin
+        What the search is run on, for the FMU; None for runs of no campaign.
 
     Returns
     -------
@@ -221,8 +226,7 @@ def find_torque(
     energy = _maps(study, found)
     tell("closed loop")
     nominal_loop, final_loop = (refit_through_controller(model, starts=starts, seed=seed) for model in (base, final))
-    tell("FMU")
-    return TorqueFinding(
+    finding = TorqueFinding(
         search=found,
         gaps={
             "fit": Gap(before=rms(base.fitted), after=rms(final.fitted), noise=noise),
@@ -236,11 +240,19 @@ def find_torque(
         black_box=black_box_rms(base),
         nominal_loop=nominal_loop,
         final_loop=final_loop,
-        fmu=_build_fmu(found, _values(found, final_loop), out / "fmu", kind) if final.effects else None,
+        fmu=None,
         considered=len(known),
         stability=stability_of(_cut_into_stretches(final), final.effects, seed=seed),
         wall_s=time.perf_counter() - began,
     )
+    if not final.effects:
+        return finding
+    # Built last: the FMU carries what the stages above found.
+    tell("FMU")
+    effects = [_effect_json(finding, e) for e in final.effects]
+    accuracy = of_torque_fit(final, final_loop, effects, _gaps_json(finding), origin or Origin(), seed)
+    fmu = _build_fmu(found, _values(found, final_loop), out / "fmu", kind, accuracy)
+    return replace(finding, fmu=fmu, wall_s=time.perf_counter() - began)
 
 
 def _sealed_gap(base: TorqueFit, final: TorqueFit, noise: float) -> dict[str, Gap]:
@@ -301,13 +313,14 @@ def _remaining(found: TorqueSearch) -> Remaining:
     return Remaining(position=middle, up=mean(v > 0), down=mean(v < 0), std=rms(r) / np.sqrt(each))
 
 
-def _build_fmu(found: TorqueSearch, values: Mapping[str, float], out: Path, kind: Kind) -> Fmu:
+def _build_fmu(found: TorqueSearch, values: Mapping[str, float], out: Path, kind: Kind, accuracy: Accuracy) -> Fmu:
     final, study = found.final, found.study
     std, source = final.std, "fitted to the torque of measured motion"
     provenance = {id: Provenance(source=source, std=error, status="identified") for id, error in std.items() if error}
     name = "_".join((f"joint{study.joint}", *(e.id for e in final.effects)))
     equations = study.driven_equations(final.effects)
-    return build_fmu(equations, out / f"{name}.fmu", kind=kind, values=dict(values), provenance=provenance)
+    path = out / f"{name}.fmu"
+    return build_fmu(equations, path, kind=kind, values=dict(values), provenance=provenance, accuracy=accuracy)
 
 
 def _values(found: TorqueSearch, loop: ClosedLoop | None) -> dict[str, float]:
@@ -353,18 +366,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         ][:3],
         "next_experiment": None,
         "where": [r.as_json() for r in finding.regions],
-        "gap": {"sealed": None}
-        | {
-            name: {
-                "before": g.before,
-                "after": g.after,
-                "noise": g.noise,
-                "closed": g.closed,
-                "floor": finding.floor,
-                "black_box": finding.black_box if name == "validate" else None,
-            }
-            for name, g in finding.gaps.items()
-        },
+        "gap": _gaps_json(finding),
         "residual": "torque",
         "unnamed_shape": {
             "variable": "position_rad",
@@ -385,6 +387,21 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         "simulations": found.simulations,
         "wall_s": finding.wall_s,
     }
+
+
+def _gaps_json(finding: TorqueFinding) -> dict[str, Any]:
+    """Return RMS torques before and after, with what does not repeat and what the best table leaves [N m]."""
+    gaps: dict[str, Any] = {"sealed": None}
+    for name, gap in finding.gaps.items():
+        gaps[name] = {
+            "before": gap.before,
+            "after": gap.after,
+            "noise": gap.noise,
+            "closed": gap.closed,
+            "floor": finding.floor,
+            "black_box": finding.black_box if name == "validate" else None,
+        }
+    return gaps
 
 
 def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
     if free and drive is not None:
         return False
     device = device_of(campaign)
-    tested = _only_configuration(campaign, (joint,))
+    tested = only_configuration(campaign, (joint,))
     earlier = None if tested is None else earlier_residual(campaign, device, tested, out)
     if free:
         return earlier is not None and earlier.plain
@@ -94,16 +94,26 @@ def read_carried_fit(
     Fit or None
         None where there is none.
     """
-    tested = _only_configuration(campaign, free)
+    tested = only_configuration(campaign, free)
     return (
         None if tested is None else carried_fit(campaign, device_of(campaign), tested, base, out, springless=springless)
     )
 
 
-def _only_configuration(campaign: Campaign, free: Sequence[int]) -> Configuration | None:
-    """Return the configuration of free joints that were tested in one posture; None for several.
+def only_configuration(campaign: Campaign, free: Sequence[int]) -> Configuration | None:
+    """Return the configuration of free joints that were tested in one posture.
 
-    In several postures a study has all runs of the joints, and each fit those of one posture.
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs.
+    free
+        Numbers of the free joints.
+
+    Returns
+    -------
+    Configuration or None
+        None for several postures: a study then has all runs of the joints, and each fit those of one posture.
     """
     tested = [one for one in configurations_of(campaign, device_of(campaign)) if one.free_joints == tuple(free)]
     return tested[0] if len(tested) == 1 else None

@@ -82,17 +82,21 @@ class TorqueFit:
         return max(correlation_length(r[rows]) for r, rows in zip(self.residual, self.study.moving, strict=True))
 
     @property
-    def std(self) -> dict[str, float]:
-        """Standard errors of parameters by id, scaled by the residual's RMS and autocorrelation time; 0 where fixed."""
+    def covariance(self) -> Array:
+        """Covariance of the fitted parameters, shape (n_free, n_free)."""
         n = self.problem.n_parameters
         J = self.jacobian[:, :n] @ np.diag(1.0 / self.problem.parametrisation.slope(self.theta))
         inverse, size = scaled_covariance(J)
         # The residual under position control is larger than the noise and correlated, so the errors grow by both.
         scale = rms(self.fitted) / float(self.study.runs[0].sensor_std[0]) * np.sqrt(self.correlation_time)
-        errors = scale * np.sqrt(np.maximum(np.diag(inverse), 0.0)) / size
-        ids = [q.id for q in self.problem.simulator.equations.parameters]
-        found = dict.fromkeys(ids, 0.0)
-        return found | {ids[k]: float(e) for k, e in zip(self.problem.parametrisation.free, errors, strict=True)}
+        return np.asarray(scale**2 * inverse / np.outer(size, size))
+
+    @property
+    def std(self) -> dict[str, float]:
+        """Standard errors of parameters by id; 0 where fixed."""
+        errors = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        found = {q.id: 0.0 for q in self.problem.simulator.equations.parameters}
+        return found | dict(zip(self.problem.parametrisation.ids, errors.tolist(), strict=True))
 
 
 def descend_from_all(problem: Problem, thetas: Sequence[Array], *, threads: int) -> list[Descent]:

@@ -29,8 +29,7 @@ def joint_in_tests(tests: Sequence[Mapping[str, Any]], joint: int) -> dict[str, 
     dict
         ``joint``, ``unit`` (rad or m), ``verdict`` in words, and ``runs``; each run has ``file``, ``use``,
         ``free_joints``, ``mode``, ``rmse`` in ``unit`` and ``over_noise`` [1]; for the mode ``torque``, ``rmse`` is in
-        N m (N), and
-        ``relative`` [1] stands beside it.
+        N m (N), with ``relative`` [1] beside it.
     """
     own = [test for test in tests if joint in test["free_joints"]]
     rows = [row for test in own for run in test.get("runs", []) for row in _rows(test, run, joint)]

@@ -60,7 +60,8 @@ def write_draws(
         if len(joints) > 1 or model in told:
             continue
         fit = step.fit
-        drawn = draw_parameters(fit, COUNT, np.random.default_rng([seed, 29, joints[0]]))
+        rng = np.random.default_rng([seed, 29, joints[0]])
+        drawn = draw_parameters(fit.equations, fit.theta, fit.free, fit.covariance, count=COUNT, rng=rng)
         told[model] = _write(folder, model, fit.free, drawn[:, [fit.index(id) for id in fit.free]], OF_FIT, seed)
     if whole is not None:
         ids = [id for id in whole.values if len({draw[id] for draw in whole.draws}) > 1]

@@ -1,4 +1,4 @@
-"""Draws of the parameters of one configuration from the covariance of its fit: `Fit` in, parameter sets out.
+"""Draws of parameters from the covariance of their fit: estimate and covariance in, parameter sets out.
 
 1. Carry the covariance to the coordinates in which the fit moved, C_s = C_p/(p'·p'ᵀ) with the slope p' = dp/ds.
 2. Draw s from the normal distribution about the estimate, and map it back: a positive parameter stays positive.
@@ -7,21 +7,37 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from haptid.identification.problem.parametrisation import Parametrisation
-from haptid.identification.result.fit import Fit
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
 
 
-def draw_parameters(fit: Fit, count: int, rng: np.random.Generator) -> Array:
+def draw_parameters(
+    equations: Equations,
+    theta: Array,
+    free: Sequence[str],
+    covariance: Array,
+    *,
+    count: int,
+    rng: np.random.Generator,
+) -> Array:
     """Draw parameter sets that a joint can have.
 
     Parameters
     ----------
-    fit
-        Fit of one configuration.
+    equations
+        Equations with bounds and orderings.
+    theta
+        Estimate, shape (n_p,).
+    free
+        Ids of the fitted parameters.
+    covariance
+        Covariance of the fitted parameters in their units, shape (n_free, n_free).
     count
         Number of draws.
     rng
@@ -30,38 +46,38 @@ def draw_parameters(fit: Fit, count: int, rng: np.random.Generator) -> Array:
     Returns
     -------
     ndarray, shape (count, n_p)
-        In the order of ``fit.equations.parameters``, within their bounds; those that were not fitted keep their value.
+        In the order of ``equations.parameters``, within their bounds; those that were not fitted keep their value.
 
     Notes
     -----
     Where an ordering is met by hardly any draw, the rest is put in order by raising the parameter that is too small, as
     a fit that ends at the constraint has both equal.
     """
-    others = {q.id: {"fixed": True} for q in fit.equations.parameters if q.id not in fit.free}
-    chosen = Parametrisation.of(fit.equations.with_parameters(others))
+    others = {q.id: {"fixed": True} for q in equations.parameters if q.id not in free}
+    chosen = Parametrisation.of(equations.with_parameters(others))
     if not chosen.free:
-        return np.tile(fit.theta, (count, 1))
-    root, centre = _root(fit, chosen), chosen.to_coordinates(fit.theta)
+        return np.tile(theta, (count, 1))
+    order = [list(free).index(id) for id in chosen.ids]
+    root = _root(covariance[np.ix_(order, order)], chosen.slope(theta))
+    centre = chosen.to_coordinates(theta)
     kept: list[Array] = []
     for _ in range(THRESHOLDS.most_rounds_of_draws):
-        theta = np.tile(fit.theta, (count, 1))
-        theta[:, list(chosen.free)] = chosen.values(centre + rng.standard_normal((count, root.shape[1])) @ root.T)
-        met = chosen.meets_orderings(theta)
-        kept += list(theta[met])
+        drawn = np.tile(theta, (count, 1))
+        drawn[:, list(chosen.free)] = chosen.values(centre + rng.standard_normal((count, root.shape[1])) @ root.T)
+        met = chosen.meets_orderings(drawn)
+        kept += list(drawn[met])
         if len(kept) >= count:
             return np.array(kept[:count])
-    kept += [_raise(row, chosen) for row in theta[~met]]
+    kept += [_raise(row, chosen) for row in drawn[~met]]
     return np.array(kept[:count])
 
 
-def _root(fit: Fit, chosen: Parametrisation) -> Array:
-    """Return a root of the covariance of the coordinates, shape (n_free, n_free), in the order of `Parametrisation`."""
-    order = [fit.free.index(id) for id in chosen.ids]
-    slope = chosen.slope(fit.theta)
-    covariance = fit.covariance[np.ix_(order, order)] / np.outer(slope, slope)
+def _root(covariance: Array, slope: Array) -> Array:
+    """Return a root of the covariance of the coordinates, shape (n_free, n_free), from that of the parameters."""
+    in_coordinates = covariance / np.outer(slope, slope)
     # Correlations instead of covariances: rounding must not depend on the parameters' units.
-    std = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    values, vectors = np.linalg.eigh(covariance / np.outer(std, std))
+    std = np.sqrt(np.maximum(np.diag(in_coordinates), 1e-300))
+    values, vectors = np.linalg.eigh(in_coordinates / np.outer(std, std))
     return np.asarray(std[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
