@@ -15,15 +15,37 @@ MODES = {
 }
 """How a run was compared, in words."""
 
-SNIPPET = """import csv, io, zipfile, fmpy
-archive = zipfile.ZipFile("{file}")
-rows = list(csv.DictReader(io.TextIOWrapper(archive.open("extra/haptid/draws.csv"))))
-draws = [{{name: float(x) for name, x in row.items() if name != "draw"}} for row in rows]
-runs = [fmpy.simulate_fmu("{file}", start_values=draw, input=signals, stop_time=2.0, output_interval=0.005)
-        for draw in draws]
-lower, upper = numpy.quantile([run["{output}"] for run in runs], (0.025, 0.975), axis=0)
-"""
-"""How a host steps the draws, with fmpy; ``signals`` is a structured array of time and inputs."""
+SNIPPET = """import csv, fmpy, numpy, pathlib
+folder = fmpy.extract("{file}")
+lines = lambda name: csv.DictReader(pathlib.Path(folder, name).read_text().splitlines())
+read = lambda name: [{{k: float(x) for k, x in row.items()}} for row in lines(name)]
+draws, drive = read("extra/haptid/draws.csv"), read("documentation/reference_in.csv")
+signals = numpy.array([tuple(row.values()) for row in drive], dtype=[(name, float) for name in drive[0]])
+times = {{"stop_time": {stop_s}, "output_interval": 0.005}}
+run = lambda start: fmpy.simulate_fmu(folder, start_values=start, input=signals, **times)
+nominal, drawn = run({{}}), [run({{k: x for k, x in draw.items() if k != "draw"}}) for draw in draws]
+lower, upper = numpy.quantile([each["{output}"] for each in drawn], (0.025, 0.975), axis=0)"""
+"""How a host steps the draws, with fmpy: the band of an output along the reference run."""
+
+
+def write_snippet(file: str, output: str, stop_s: float) -> str:
+    """Return the lines of Python that step the draws of an FMU.
+
+    Parameters
+    ----------
+    file
+        Name of the FMU.
+    output
+        FMU variable name of the output whose band is wanted.
+    stop_s
+        End of the simulation [s].
+
+    Returns
+    -------
+    str
+        Lines of Python that define ``nominal``, ``lower`` and ``upper``.
+    """
+    return SNIPPET.format(file=file, output=output, stop_s=stop_s)
 
 
 def rows_of_runs(accuracy: Accuracy) -> Iterator[tuple[str, ...]]:

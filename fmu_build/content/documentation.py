@@ -13,7 +13,7 @@ from markupsafe import Markup
 from sympy.printing.mathml import mathml
 
 from haptid.fmu_build.content.accuracy_files import KnownParameter, known_parameters
-from haptid.fmu_build.content.accuracy_page import SNIPPET, rows_of_digests, rows_of_runs, sentences_of_effects
+from haptid.fmu_build.content.accuracy_page import rows_of_digests, rows_of_runs, sentences_of_effects, write_snippet
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
@@ -75,7 +75,7 @@ def documentation(
         runs=tuple(rows_of_runs(accuracy)),
         effects=tuple(sentences_of_effects(accuracy)),
         digests=tuple(rows_of_digests(accuracy, e.digest)),
-        snippet=SNIPPET.format(file=f"{interface.identifier}.fmu", output=interface.of_role("output")[0].name),
+        snippet=write_snippet(f"{interface.identifier}.fmu", interface.of_role("output")[0].name, 2.0),
         identification=interface.identification,
         others=[v for v in interface.variables if v.role != "parameter"],
         number=_number,

@@ -12,6 +12,7 @@ import pytest
 from click.testing import CliRunner
 
 from haptid.fmu_build.building.cached import identification_fmu
+from haptid.fmu_build.exchange.draws import digest_of
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.noise.noise_model import NoiseModel
 from haptid.support.errors import InputError, NumericalError
@@ -76,6 +77,13 @@ def test_the_command_writes_what_it_promises(campaign, tmp_path):
     rows = [line.split(",") for line in (tmp_path / "parameters_posterior.csv").read_text().splitlines()]
     assert "joint4.spring.Ks" in rows[0]
     assert len(rows) == 501
+    assert data["draws"] == digest_of((tmp_path / "parameters_posterior.csv").read_bytes())
+    assert len(joint["data"]) == 16
+    assert set(joint["correlation"]["ids"]) == set(FREE)
+    matrix = np.array(joint["correlation"]["matrix"])
+    drawn = np.array([[float(x) for x in row] for row in rows[1:]])
+    places = [next(k for k, name in enumerate(rows[0]) if name.endswith(id)) for id in joint["correlation"]["ids"]]
+    np.testing.assert_allclose(np.corrcoef(drawn[:, places].T), matrix, atol=4.5 / np.sqrt(500))
     again = CliRunner().invoke(main, [str(campaign), "--quick", "--out", str(tmp_path), "--workers", "1", "--quiet"])
     assert again.exit_code == 0
     repeated = json.loads((tmp_path / "posterior.json").read_text())["joints"][0]
