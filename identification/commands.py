@@ -22,6 +22,7 @@ WRITES = {
     "report.html": "measured and simulated motion, and what to do next",
     "<device>.fmu, <device>_native.fmu": "the identified device (joint<j>.fmu of a single_joint one)",
     "parameters.ssv": "its parameter set",
+    "draws/<model>.csv": "200 draws of the parameters of each joint and of the device, which their FMUs carry",
     "identified.fmu": "with --model: the FMU with the identified start values",
 }
 

@@ -149,7 +149,7 @@ def _error_bar(one: KnownParameter) -> str:
 
 def _interval(one: KnownParameter) -> str:
     """Return the 95 % interval of the draws."""
-    return f"{one.quantiles[0]:.4g} … {one.quantiles[-1]:.4g}" if one.quantiles else ""
+    return f"{one.quantiles[0]:.6g} … {one.quantiles[-1]:.6g}" if one.quantiles else ""
 
 
 def _span(v: Variable) -> str:

@@ -107,7 +107,7 @@ def of_device(data: Mapping[str, Any], name: str, folder: Path | None, findings:
     effects = tuple({"joint": f.joint, **entry} for f in findings for entry in f.named)
     return Accuracy(
         origin=f"identified from {words_of_campaign(data)}",
-        synthetic=not data.get("measured", False),
+        synthetic=not data.get("measured", False) or any(f.synthetic for f in findings),
         known=stored_draws.of_device(data, name, folder),
         joints=tuple(joints),
         effects=effects,

@@ -42,6 +42,8 @@ class Finding:
         Ids of the effects that the whole device does not include, each with the reason.
     named
         What the file says of each effect that goes into the equations, with the gap that all of them close.
+    synthetic
+        Whether a virtual device made the runs of the test.
     """
 
     joint: int
@@ -51,6 +53,7 @@ class Finding:
     provenance: dict[str, Provenance | str]
     left: tuple[tuple[str, str], ...]
     named: tuple[Mapping[str, Any], ...] = ()
+    synthetic: bool = False
 
 
 def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
@@ -131,6 +134,7 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
             for effect, entry in zip(found, data["effects"], strict=True)
             if not of_the_test_alone(effect)
         ),
+        synthetic=not data.get("measured"),
     )
 
 

@@ -72,7 +72,7 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
     guesses = {q.id: q.initial for q in equations.parameters}
     for larger, smaller in equations.orderings:
         check_order(larger, smaller, values, guesses, str(path))
-    source = Provenance(source=path.name)
+    source = Provenance(source=path.name, status="stated")
     provenance = {**found.provenance, **dict.fromkeys((ids[name] for name in stated), source)}
     return _in_order(Identified(values=values, provenance=provenance), equations)
 

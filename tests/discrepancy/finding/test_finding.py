@@ -4,6 +4,7 @@ import json
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from haptid.report.discrepancy.page import discrepancy_page
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
+from tests.fmu_build.accuracy_cases import draws_of, json_of
 
 ENTRIES = {key: catalogue()[key] for key in ("cubic_spring", "cogging", "amplitude_scatter")}
 TRUTH = {
@@ -70,11 +72,29 @@ def test_hidden_spring_is_named_added_and_closes_the_gap(tmp_path: Path):
     assert gap["closed"] > 0.9
     assert gap["after"] < 1.1 * gap["noise"]
     json.dumps(data, allow_nan=False)
+    _check_accuracy(finding, data)
     page = discrepancy_page(finding, "test", measured=False).html
     assert "SYNTHETIC" in page
     assert "cubic_spring" in page
     assert "100 %" in page
     assert "mrad" in page
+
+
+def _check_accuracy(finding: Finding, data: dict[str, Any]) -> None:
+    """Check what the FMU with the named effect says of itself."""
+    assert finding.rebuilt is not None
+    path, fit = finding.rebuilt.fmu.path, finding.rebuilt.fit
+    (effect,) = json_of(path, "effects.json")["effects"]
+    assert effect == {"joint": 3, **data["effects"][0], "gap": data["gap"]}
+    (joint,) = json_of(path, "verification.json")["joints"]
+    assert [row["rmse"] for row in joint["runs"]] == [score.rmse_rad for score in fit.runs]
+    assert [row["over_noise"] for row in joint["runs"]] == [score.over_noise for score in fit.runs]
+    draws = draws_of(path)
+    assert len(draws) == 200
+    drawn = np.array([next(x for name, x in draw.items() if name.endswith(".k3")) for draw in draws])
+    std = float(fit.std[fit.index("k3")])
+    assert abs(drawn.mean() - fit.values["k3"]) < 4 * std / np.sqrt(200)
+    assert drawn.std() == pytest.approx(std, rel=4 / np.sqrt(400))
 
 
 def test_a_sealed_run_takes_part_in_no_choice_and_its_gap_is_told(tmp_path: Path):

@@ -15,6 +15,7 @@ from haptid.model.effects.registry import catalogue
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.support.errors import InputError
+from tests.fmu_build.accuracy_cases import json_of, page_of
 from tests.fmu_build.building.test_commands import identification
 from tests.fmu_build.fmu_cases import DEVICE, STEP, Client, equations, torques
 
@@ -80,6 +81,23 @@ def test_the_whole_device_moves_as_its_equations_with_the_effect_do(kind: str, t
     )
     joint = [o.id for o in e.outputs].index("y4")
     assert np.abs(got - without)[:, joint].max() > 1e-3
+
+
+def test_the_fmu_lists_the_effects_and_the_gap_that_they_close(tmp_path: Path):
+    content = finding({"cogging": COGGING})
+    content["effects"][0] |= {"evidence": 412.0, "stability": 0.9}
+    content["gap"] = {"validate": {"before": 2e-3, "after": 2e-4, "noise": 1.9e-4, "closed": 0.994}}
+    result, out = exported(tmp_path, content)
+    assert result.exit_code == 0, result.output
+    told = json_of(out, "effects.json")
+    (effect,) = told["effects"]
+    assert (effect["joint"], effect["id"], effect["stability"]) == (4, "cogging", 0.9)
+    assert effect["parameters"]["cogging_sin"]["value"] == 2e-3
+    assert effect["gap"] == content["gap"]
+    assert told["searched"] == "joints searched: 4"
+    page = page_of(out)
+    assert "named in 90 % of bags of runs; the effects close 99.4 % of the gap on runs that no fit saw" in page
+    assert "without the effects that were added" in page
 
 
 def test_what_belongs_to_the_test_alone_stays_behind_and_is_told(tmp_path: Path):
