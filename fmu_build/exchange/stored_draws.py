@@ -88,11 +88,10 @@ def of_joint(data: Mapping[str, Any], joint: int, folder: Path | None) -> Known:
         settled = "" if posterior.get("sound", True) else ", whose chains have not settled"
         source, path = f"posterior that haptid posterior sampled{settled}", folder / DRAWS_OF_POSTERIOR
         draws = read_draws(path, posterior["draws"], source=source, seed=posterior.get("seed"))
-        told = posterior.get("correlation")
         return Known(
             draws=_first(draws, f"joint{joint}."),
             summary=posterior["parameters"],
-            correlation=None if told is None else (tuple(told["ids"]), np.array(told["matrix"])),
+            correlation=_correlation(posterior.get("correlation")),
         )
     known = _of_identification(data, f"joint{joint}", folder)
     covariance = np.array(test.get("covariance") or [])
@@ -130,6 +129,12 @@ def _posterior_of(folder: Path, joint: int, data: str | None) -> Mapping[str, An
         if entry.get("joint") == joint and entry.get("data") == data and "draws" in content:
             return {**entry, "draws": content["draws"], "seed": content.get("seed")}
     return None
+
+
+def _correlation(told: Mapping[str, Any] | None) -> tuple[tuple[str, ...], Array] | None:
+    """Return the correlation that a posterior states; None where it states none, or a chain stood still."""
+    matrix = np.array([] if told is None else told["matrix"], dtype=np.float64)  # null becomes NaN
+    return None if told is None or not np.isfinite(matrix).all() else (tuple(told["ids"]), matrix)
 
 
 def _first(draws: Draws, prefix: str) -> Draws:
