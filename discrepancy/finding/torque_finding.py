@@ -24,8 +24,8 @@ from haptid.discrepancy.torque.closed_loop import ClosedLoop, refit_through_cont
 from haptid.discrepancy.torque.fit import TorqueFit, rms
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
-from haptid.discrepancy.torque.search import TorqueSearch, search_torque
 from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu

@@ -1,1 +1,1 @@
-"""The same for runs under position control, whose torque is the residual."""
+"""The same for runs under position control: `TorqueStudy`, its fits, drive and floor; torque is the residual."""

@@ -10,9 +10,10 @@ import sympy as sp
 
 from haptid.discrepancy.torque.closed_loop import refit_through_controller
 from haptid.discrepancy.torque.fit import fit_model, rms
-from haptid.discrepancy.torque.scan import promises
-from haptid.discrepancy.torque.search import compare_candidates, refit_candidate
 from haptid.discrepancy.torque.study import TorqueStudy, torque_study_of
+from haptid.discrepancy.torque_search.candidate import compare_candidates
+from haptid.discrepancy.torque_search.scan import promises
+from haptid.discrepancy.torque_search.search import refit_candidate
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.values.run import Run

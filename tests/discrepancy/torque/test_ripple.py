@@ -5,8 +5,8 @@ import pytest
 
 from haptid.discrepancy.study.study import usable
 from haptid.discrepancy.torque.fit import fit_model, rms
-from haptid.discrepancy.torque.ripple import find_waves
-from haptid.discrepancy.torque.search import search_torque
+from haptid.discrepancy.torque_search.ripple import find_waves
+from haptid.discrepancy.torque_search.search import search_torque
 from haptid.model.effects.registry import catalogue
 from haptid.model.friction.registry import law_named
 from tests.discrepancy.torque.test_torque import sweep

@@ -14,9 +14,10 @@ from haptid.discrepancy.run import main
 from haptid.discrepancy.torque.fit import fit_model, rms
 from haptid.discrepancy.torque.readable import delays_torque, readable, with_measured_load
 from haptid.discrepancy.torque.rows import alternating
-from haptid.discrepancy.torque.scan import promises
-from haptid.discrepancy.torque.search import compare_candidates, refit_candidate
 from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.discrepancy.torque_search.candidate import compare_candidates
+from haptid.discrepancy.torque_search.scan import promises
+from haptid.discrepancy.torque_search.search import refit_candidate
 from haptid.identification.simulators.inverse_dynamics import torque_equations, torque_run
 from haptid.measurement.values.run import Run
 from haptid.model.effects.registry import catalogue

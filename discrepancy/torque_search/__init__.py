@@ -1,0 +1,1 @@
+"""`TorqueStudy` in, `TorqueSearch` out: scan with ripple, candidates by stretches, elimination, rivals."""

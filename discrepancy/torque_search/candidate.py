@@ -1,0 +1,86 @@
+"""A model with one effect more, held against the model without it: two `TorqueFit`s in, `TorqueCandidate` out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.discrepancy.torque.fit import TorqueFit, rms
+from haptid.discrepancy.torque_search.stretches import gain_of
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueCandidate:
+    """A model that was refitted with one effect more.
+
+    Parameters
+    ----------
+    key
+        Key of the effect.
+    model
+        Refitted model.
+    bic
+        Gain in BIC on fitted stretches, each correlation length counted as one row.
+    evidence
+        Twice the gain in log score of stretches that the other fitted stretches predict, counted alike.
+    errors_gained
+        Decrease of the energy of predicted stretches, in its standard errors over the stretches.
+    vetoed
+        Whether the model does worse on held-out rows than without the effect.
+    significance
+        √(twice the gain in log score on fitted stretches): the effect's amplitudes in standard errors.
+    """
+
+    key: str
+    model: TorqueFit
+    bic: float
+    evidence: float
+    errors_gained: float
+    significance: float
+    vetoed: bool
+
+    @property
+    def acceptable(self) -> bool:
+        """Whether the model fits and predicts fitted stretches better: then the effect is added."""
+        limits = THRESHOLDS.torque
+        return (
+            self.bic > 0.0
+            and self.evidence > limits.least_twice_gain
+            and self.errors_gained > limits.least_gain_in_standard_errors
+        )
+
+    @property
+    def stays(self) -> bool:
+        """Whether the effect keeps its place beside all others: its amplitude is not 0, and predictions need it."""
+        clear = self.significance > THRESHOLDS.torque.least_amplitude_in_standard_errors
+        return clear and self.evidence > 0.0 and not self.vetoed
+
+
+def compare_candidates(key: str, less: TorqueFit, more: TorqueFit) -> TorqueCandidate:
+    """Compare a model with the same model without the effect that was added last.
+
+    Parameters
+    ----------
+    key
+        Key of the effect that was added.
+    less, more
+        Models without and with that effect.
+
+    Returns
+    -------
+    TorqueCandidate
+        The larger model with its gain in BIC and its evidence on predicted stretches.
+    """
+    gain = gain_of(less, more)
+    extra = more.problem.n_parameters - less.problem.n_parameters
+    return TorqueCandidate(
+        key=key,
+        model=more,
+        bic=gain.fitted - extra * float(np.log(gain.n)),
+        evidence=gain.predicted,
+        errors_gained=gain.errors,
+        significance=float(np.sqrt(max(gain.fitted, 0.0))),
+        vetoed=more.unseen.size > 0 and rms(more.unseen) > rms(less.unseen),
+    )
