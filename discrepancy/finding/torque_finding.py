@@ -25,6 +25,7 @@ from haptid.discrepancy.torque.fit import TorqueFit, rms
 from haptid.discrepancy.torque.readable import readable
 from haptid.discrepancy.torque.repeatable import black_box_rms, floor_of
 from haptid.discrepancy.torque.study import TorqueStudy
+from haptid.discrepancy.torque_search.candidate import compare_candidates
 from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
@@ -107,18 +108,19 @@ class TorqueFinding:
         """Verdict of INTERFACES.
 
         Names stand alone where they leave no more than does not repeat, or close nearly all that the best black box
-        closes; else they name a part.
+        closes; else they name a part. Where the runs do not tell one of them from another effect, they are ambiguous.
         """
+        told_apart = "ambiguous" if self.search.rivals else "named"
         gap, names = self.gaps["validate"], self.search.final.effects
         aim = max(gap.noise, self.floor or 0.0)
         if gap.after <= THRESHOLDS.finding.largest_rms_over_torque_noise * aim:
-            return "named" if names else "nothing_missing"
+            return told_apart if names else "nothing_missing"
         if not names:
             return "unlisted"
         closed, possible = self.shares
         if possible is None or possible <= 0:
             return "partly_named"
-        return "named" if closed >= THRESHOLDS.torque.least_share_of_black_box * possible else "partly_named"
+        return told_apart if closed >= THRESHOLDS.torque.least_share_of_black_box * possible else "partly_named"
 
     @property
     def shares(self) -> tuple[float, float | None]:
@@ -134,11 +136,22 @@ class TorqueFinding:
         names = " and ".join(f"{e.id} ({e.title})" for e in self.search.final.effects)
         if self.verdict == "nothing_missing":
             return "Nothing is missing: what is left of the torque does not repeat."
-        if self.verdict == "named":
-            return f"Missing in the model: {names}. {self._measured}"
+        if self.verdict in ("named", "ambiguous"):
+            return f"Missing in the model: {names}.{self._told_of_rivals} {self._measured}"
         if not names:
             return f"Something is missing that no entry of the catalogue explains. {self._measured}"
-        return f"Missing in the model: {names}; they explain a part. {self._measured}"
+        return f"Missing in the model: {names}; they explain a part.{self._told_of_rivals} {self._measured}"
+
+    @property
+    def _told_of_rivals(self) -> str:
+        """Sentence on what could as well stand in the place of a named effect; empty where there is nothing."""
+        places: dict[str, list[str]] = {}
+        for rival in self.search.rivals:
+            places.setdefault(rival.replaces.partition(":")[0], []).append(rival.key.partition(":")[0])
+        told = [
+            f"{' or '.join(dict.fromkeys(others))} could as well stand for {name}" for name, others in places.items()
+        ]
+        return f" The runs cannot tell: {'; '.join(told)}." if told else ""
 
     @property
     def _measured(self) -> str:
@@ -358,12 +371,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         "verdict": finding.verdict,
         "sentence": finding.sentence,
         "effects": [_effect_json(finding, e) for e in found.final.effects],
-        "alternatives": [
-            {"ids": [c.key.partition(":")[0]], "evidence": c.evidence, "bic": c.bic}
-            for step in found.steps
-            for c in step.candidates
-            if c is not step.taken
-        ][:3],
+        "alternatives": _alternatives_json(found),
         "next_experiment": None,
         "where": [r.as_json() for r in finding.regions],
         "gap": _gaps_json(finding),
@@ -404,6 +412,19 @@ def _gaps_json(finding: TorqueFinding) -> dict[str, Any]:
     return gaps
 
 
+def _alternatives_json(found: TorqueSearch) -> list[dict[str, Any]]:
+    """Return the rivals; where the runs tell all names apart, the next best candidates of the rounds."""
+    if found.rivals:
+        over = [(rival, compare_candidates(rival.key, found.base, rival.model)) for rival in found.rivals]
+        return [
+            {"ids": [e.id for e in rival.model.effects], "evidence": gain.evidence, "bic": gain.bic}
+            for rival, gain in over
+        ]
+    others = [c for step in found.steps for c in step.candidates if c is not step.taken]
+    listed = others[: THRESHOLDS.verdict.most_alternatives_listed]
+    return [{"ids": [c.key.partition(":")[0]], "evidence": c.evidence, "bic": c.bic} for c in listed]
+
+
 def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
     final = finding.search.final
     std = final.std
@@ -412,7 +433,7 @@ def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:
         "id": effect.id,
         "variant": effect.variant or None,
         "parameters": {
-            x.id: Estimate.normal(final.values[x.id], std[x.id], x.unit).as_json()
+            x.id: Estimate.of_parameter(x, final.values[x.id], std[x.id]).as_json()
             for x in effect.parameters
             if not x.fixed
         },

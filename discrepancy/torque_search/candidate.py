@@ -44,12 +44,13 @@ class TorqueCandidate:
     @property
     def acceptable(self) -> bool:
         """Whether the model fits and predicts fitted stretches better: then the effect is added."""
+        return self.bic > 0.0 and self.predicts_better
+
+    @property
+    def predicts_better(self) -> bool:
+        """Whether the model predicts fitted stretches better, by more than they vary."""
         limits = THRESHOLDS.torque
-        return (
-            self.bic > 0.0
-            and self.evidence > limits.least_twice_gain
-            and self.errors_gained > limits.least_gain_in_standard_errors
-        )
+        return self.evidence > limits.least_twice_gain and self.errors_gained > limits.least_gain_in_standard_errors
 
     @property
     def stays(self) -> bool:

@@ -4,6 +4,7 @@
 2. Scan the catalogue, and refit the most promising effects.
 3. Add the best effect that fits and predicts better; repeat from step 2 until none does.
 4. Leave out what does not keep its place beside the others (`eliminate`).
+5. Exchange each named effect for those that gained beside it, and keep what the runs cannot tell apart (`find_rivals`).
 
 Under position control the residual is far above the torque's noise and correlated over many rows. So models are
 compared by the energy of their residuals in stretches of several correlation lengths (`torque_search.stretches`).
@@ -22,6 +23,7 @@ from haptid.discrepancy.torque.readable import delays_torque
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
 from haptid.discrepancy.torque_search.ripple import with_ripple
+from haptid.discrepancy.torque_search.rivals import Rival, find_rivals
 from haptid.discrepancy.torque_search.scan import Promise, promises
 from haptid.model.effects.effect import Effect
 from haptid.support.errors import NumericalError
@@ -61,12 +63,15 @@ class TorqueSearch:
         Model with all effects that were added.
     steps
         Rounds of the search.
+    rivals
+        Effects that the runs cannot tell from a named one.
     """
 
     study: TorqueStudy
     base: TorqueFit
     final: TorqueFit
     steps: tuple[TorqueStep, ...]
+    rivals: tuple[Rival, ...] = ()
 
     @property
     def simulations(self) -> int:
@@ -116,7 +121,10 @@ def search_torque(
             break
         current = step.taken.model
     tell("backward elimination")
-    return TorqueSearch(study=study, base=base, final=eliminate(study, current), steps=tuple(steps))
+    final = eliminate(study, current)
+    tell("rivals")
+    rivals = find_rivals(study, final, [(step.taken, step.candidates) for step in steps if step.taken is not None])
+    return TorqueSearch(study=study, base=base, final=final, steps=tuple(steps), rivals=rivals)
 
 
 def eliminate(study: TorqueStudy, model: TorqueFit) -> TorqueFit:

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Self
 
 import numpy as np
 from scipy.stats import chi2, norm
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.model.equations.quantity import Quantity
+
+LARGEST_EXPONENT = 300.0
+"""Exponent of an interval's ends on a logarithmic scale beyond which they would not stay finite numbers."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -52,6 +56,33 @@ class Estimate:
         """
         half = float(norm.ppf(0.5 + THRESHOLDS.fit.interval_coverage / 2)) * std
         return cls(value=value, std=std, unit=unit, interval=(value - half, value + half))
+
+    @classmethod
+    def of_parameter(cls, quantity: Quantity, value: float, std: float) -> Self:
+        """Return the estimate of a parameter, whose interval keeps to the sign that physics gives it.
+
+        Parameters
+        ----------
+        quantity
+            The parameter.
+        value
+            Estimate in the unit of the parameter.
+        std
+            Standard error in that unit.
+
+        Returns
+        -------
+        Estimate
+            On a logarithmic scale the interval value·exp(±1.96·std/value); otherwise value ± 1.96·std, which ends at
+            0 where the parameter cannot be negative.
+        """
+        made = cls.normal(value, std, quantity.unit)
+        low, high = made.interval
+        if quantity.scale == "log":
+            # A std of several times the value says that the order of magnitude is open; e^700 is no number any more.
+            half = min((high - value) / value, LARGEST_EXPONENT)
+            return replace(made, interval=(float(value * np.exp(-half)), float(value * np.exp(half))))
+        return replace(made, interval=(max(low, 0.0) if quantity.lower == 0.0 else low, high))
 
     @classmethod
     def of_deviation(cls, value: float, freedom: float, unit: str) -> Self:

@@ -280,7 +280,7 @@ def _estimate(
     if effect.threshold and quantity is effect.parameters[0]:
         low, high = around(value, torques(runs, effect))
         std = float(np.linalg.norm([std, values[effect.edge] * value, (high - low) / np.sqrt(12.0)]))
-    return Estimate.normal(value, std, quantity.unit)
+    return Estimate.of_parameter(quantity, value, std)
 
 
 def at_their_bounds(trials: Sequence[Trial]) -> tuple[str, ...]:

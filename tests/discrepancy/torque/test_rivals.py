@@ -1,0 +1,31 @@
+"""A name is certain only where the runs tell it from what could stand in its place."""
+
+import pytest
+
+from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
+from haptid.model.effects.registry import catalogue
+from tests.discrepancy.torque.test_torque import sweep
+
+KEYS = ("cogging", "cubic_spring", "asymmetric_spring")
+
+
+@pytest.mark.parametrize(("waves", "size"), [(2.5, 0.001), (2.5, 0.0015), (2.0, 0.002)])
+def test_less_than_half_a_wave_in_noise_could_be_a_bent_spring(waves: float, size: float):
+    found = search(waves, size)
+    (named,) = found.final.effects
+    assert found.rivals
+    assert "cogging" in {named.id, *(rival.key for rival in found.rivals)}
+    assert all(rival.replaces == named.key for rival in found.rivals)
+
+
+@pytest.mark.parametrize(("waves", "size"), [(9.0, 0.001), (2.5, 0.02)])
+def test_a_wave_that_the_noise_does_not_hide_has_no_rival(waves: float, size: float):
+    found = search(waves, size)
+    assert [effect.id for effect in found.final.effects] == ["cogging"]
+    assert found.rivals == ()
+
+
+def search(waves: float, size: float) -> TorqueSearch:
+    """Search in a sweep over 1 rad with white noise of 1 mN m."""
+    entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
+    return search_torque(sweep(size, waves), entries, starts=1, seed=0, tell=lambda _: None)
