@@ -152,7 +152,7 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
         platforms = this_platform() if identification else PLATFORMS
     text = f"{equations.title}; torque in, position out{_origin_of_values(equations, provenance or {}, accuracy)}"
     files, _ = _PACKAGINGS[kind](interface, platforms=platforms, text=text)
-    python, linear = kind == "python", kind == "native"  # only the latter declares canInterpolateInputs
+    python, linear = kind == "python", kind != "native3"  # FMI 3.0 has no call for the slopes of inputs
     files |= extra_files(
         interface, text=text, python=python, linear=linear, provenance=provenance or {}, accuracy=accuracy
     )

@@ -1,6 +1,7 @@
 """The reference run of an FMU: `Interface` in, `Reference` out, the inputs and outputs that any host must reproduce.
 
-Every torque is a cosine of four times the joint's stiction, so that the joint slides; other inputs are 0.
+Every torque is a cosine of four times the joint's stiction, so that the joint slides; other inputs are 0. Hosts read
+outputs when a step is done, before they set the next inputs. So does the run: outputs that use inputs agree as well.
 """
 
 from __future__ import annotations
@@ -40,7 +41,10 @@ class Reference:
     u
         Inputs held between rows, in their units, shape (n_t, n_u).
     y
-        Outputs at the rows, in their units, shape (n_t, n_y).
+        Outputs at the rows, in their units, shape (n_t, n_y): the first after initialisation with the first inputs, the
+        others at the end of a step, before the row's own inputs are set.
+    name
+        Model identifier.
     inputs, outputs
         FMU variable names of the columns.
     """
@@ -48,14 +52,17 @@ class Reference:
     t: Array
     u: Array
     y: Array
+    name: str
     inputs: tuple[str, ...]
     outputs: tuple[str, ...]
 
     def files(self) -> dict[str, bytes]:
-        """Return the CSV files of inputs and outputs by name; numbers keep their last bit."""
+        """Return the files of the FMI cross-check by name: inputs, outputs, options; numbers keep their last bit."""
+        options = {"StartTime": self.t[0], "StopTime": self.t[-1], "StepSize": STEP, "RelTol": 0.0}
         return {
-            "reference_in.csv": _csv(("time", *self.inputs), np.column_stack((self.t, self.u))),
-            "reference_out.csv": _csv(("time", *self.outputs), np.column_stack((self.t, self.y))),
+            f"{self.name}_in.csv": _csv(("time", *self.inputs), np.column_stack((self.t, self.u))),
+            f"{self.name}_ref.csv": _csv(("time", *self.outputs), np.column_stack((self.t, self.y))),
+            f"{self.name}_ref.opt": "".join(f"{key}, {float(x)!r}\n" for key, x in options.items()).encode(),
         }
 
 
@@ -102,18 +109,20 @@ def reference(interface: Interface) -> Reference | None:
     library = _library(bare_library(flat_source(interface.kernel), here[0].triple))
     t: Array = STEP * np.arange(ROWS, dtype=np.float64)
     u = _inputs(interface, t)
-    values, y = np.array(interface.start), []
     at, n_y = interface.offsets, len(interface.equations.outputs)
-    for k, row in enumerate(u):
-        values[at["u"] : at["u"] + row.size] = row
-        # The outputs of this row, before the step: an output may depend on the input that the row sets.
-        library.hf_output(values.ctypes.data, t[k])
-        y.append(values[at["y"] : at["y"] + n_y].copy())
-        if k + 1 < t.size:
-            library.hf_step(values.ctypes.data, t[k], t[k + 1] - t[k])
-    _check_finite(interface, t, np.array(y))
+    values, y = np.array(interface.start), np.full((t.size, n_y), np.nan)
+    shown, driven = values[at["y"] : at["y"] + n_y], values[at["u"] : at["u"] + u.shape[1]]
+    driven[:] = u[0]
+    library.hf_output(values.ctypes.data, t[0])
+    y[0] = shown
+    for k in range(t.size - 1):
+        driven[:] = u[k]
+        if not library.hf_step(values.ctypes.data, t[k], t[k + 1] - t[k]):
+            break
+        y[k + 1] = shown
+    _check_finite(interface, t, y)
     names = [tuple(v.name for v in interface.of_role(role)) for role in ("input", "output")]
-    return Reference(t=t, u=u, y=np.array(y), inputs=names[0], outputs=names[1])
+    return Reference(t=t, u=u, y=y, name=interface.identifier, inputs=names[0], outputs=names[1])
 
 
 def _check_finite(interface: Interface, t: Array, y: Array) -> None:

@@ -51,6 +51,11 @@ class Dependencies:
             r.reference for id, r in self._references.items() if id in names and (parameters or r.role != "parameter")
         }
 
+    def parameters_of(self, formula: sp.Expr) -> list[int]:
+        """Return the value references of the parameters that a formula uses, ascending; definitions are resolved."""
+        names = {s.name for s in self._resolve(sp.sympify(formula).free_symbols)}
+        return sorted(v.reference for id, v in self._references.items() if id in names and v.role == "parameter")
+
     def _symbols(self, v: Variable) -> set[sp.Symbol]:
         e, n = self.interface.equations, len(self.interface.equations.joints)
         if v.role == "output":

@@ -62,7 +62,7 @@ def _kinds(root: Element, interface: Interface, python: bool) -> None:
     derivatives = "true" if interface.kernel.columns and not python else "false"
     common = {
         "modelIdentifier": interface.identifier,
-        "needsExecutionTool": "false",
+        "needsExecutionTool": "true" if python else "false",  # it needs a Python interpreter
         "canBeInstantiatedOnlyOncePerProcess": "false",
         "canNotUseMemoryManagementFunctions": "false",
         "canGetAndSetFMUstate": "true",
@@ -78,7 +78,7 @@ def _kinds(root: Element, interface: Interface, python: bool) -> None:
         {
             **common,
             "canHandleVariableCommunicationStepSize": "true",
-            "canInterpolateInputs": "false" if python else "true",
+            "canInterpolateInputs": "true",
             "maxOutputDerivativeOrder": "0",
             "canRunAsynchronuously": "false",
         },

@@ -12,7 +12,10 @@ from haptid.fmu_build.description.units import BASE, parse_unit
 from haptid.fmu_build.description.variables import Variable
 from haptid.support.errors import one_line
 
-LOG_CATEGORIES = (("logStatusError", "Values and calls that are refused, with what was expected"),)
+LOG_CATEGORIES = (
+    ("logStatusError", "Values and calls that are refused, with what was expected"),
+    ("logStatusDiscard", "Steps that failed, with what made them fail, and statuses that there are not"),
+)
 TOOL = "haptid 0.1"
 LICENCE = "BSD-3-Clause"
 

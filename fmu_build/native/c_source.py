@@ -9,6 +9,7 @@ from importlib import resources
 from pathlib import Path
 
 from haptid.fmu_build.description.interface import block_offsets
+from haptid.fmu_build.native.mass_matrix import pivot_source
 from haptid.fmu_build.native.platforms import Platform
 from haptid.model.kernel.compiler import compile_shared
 from haptid.model.kernel.generate import Kernel
@@ -45,7 +46,8 @@ def flat_source(kernel: Kernel) -> str:
     str
         One file. It exports the `functions` of the kernel; all other functions are static.
     """
-    return "\n".join(("#define HK_API static", kernel.source, layout(kernel), _EXPORT, text_of("flat.c")))
+    pivot = pivot_source(kernel.equations)
+    return "\n".join(("#define HK_API static", kernel.source, layout(kernel), _EXPORT, text_of("flat.c"), pivot))
 
 
 def bare_library(source: str, triple: str, *, flags: tuple[str, ...] = ()) -> Path:
@@ -84,4 +86,4 @@ def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, byte
 
 def functions(kernel: Kernel) -> tuple[str, ...]:
     """Return the names of the exported functions on the flat buffer, those of the sensitivities where it has them."""
-    return ("hf_step", "hf_output", *(("hf_step_tangent", "hf_output_tangent") if kernel.columns else ()))
+    return ("hf_step", "hf_output", "hf_pivot", *(("hf_step_tangent", "hf_output_tangent") if kernel.columns else ()))

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.variables import LARGEST_DOUBLE
+from haptid.fmu_build.native.mass_matrix import inertial_parameters
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.printing import slopes
 from haptid.model.kernel.text import assignments
@@ -21,7 +22,7 @@ def c_array(kind: str, name: str, values: Sequence[object], shape: str = "") -> 
     return f"static const {kind} {name}[{max(len(values), 1)}]{shape} = {{{body}}};"
 
 
-def tables(interface: Interface, guid: str) -> str:
+def tables(interface: Interface, guid: str, *, exchange: bool = True) -> str:
     """Return the C tables that the FMI functions read, indexed by value reference.
 
     Parameters
@@ -30,20 +31,26 @@ def tables(interface: Interface, guid: str) -> str:
         Variables of the FMU. An index that no variable has gets role 0 (hidden) and an empty range.
     guid
         Identity that instantiation checks.
+    exchange
+        Whether there are instances for model exchange.
 
     Returns
     -------
     str
-        Macros and tables of names, roles, ranges, start values, nominal values and ordered pairs.
+        Macros and tables of names, roles, ranges, start values, nominal values, ordered pairs, and of the parameters in
+        each row of the mass matrix.
     """
     n, by_reference = interface.offsets["end"], {v.reference: v for v in interface.variables}
     rows = [by_reference.get(i) for i in range(n)]
-    orderings = interface.orderings
+    orderings, inertial = interface.orderings, inertial_parameters(interface)
+    first = [sum(map(len, inertial[:i])) for i in range(len(inertial) + 1)]
     return "\n".join(
         (
             f"#define FMU_GUID {json.dumps(guid)}",
             f"#define FMU_SWITCH {int(interface.identification)}",
             f"#define FMU_STALE_FROM {interface.stale_from}",
+            f"#define FMU_EXCHANGE {int(exchange)}",
+            f"#define FMU_JOINTS {len(inertial)}",
             c_array("char *const", "fmu_name", [json.dumps(v.name) if v else '""' for v in rows]),
             c_array("unsigned char", "fmu_role", [ROLES.index(v.role) if v else 0 for v in rows]),
             c_array("double", "fmu_min", [repr(v.minimum_set) if v else repr(LARGEST_DOUBLE) for v in rows]),
@@ -52,6 +59,9 @@ def tables(interface: Interface, guid: str) -> str:
             c_array("double", "fmu_nominal", [repr(x.nominal) for x in interface.equations.states]),
             f"enum {{ fmu_orders = {len(orderings)} }};",
             c_array("unsigned", "fmu_order", [f"{{{a}, {b}}}" for a, b in orderings] or ["{0}"], "[2]"),
+            c_array("int", "fmu_joint", interface.equations.joints),
+            c_array("unsigned", "fmu_mass", [vr for row in inertial for vr in row]),
+            c_array("unsigned", "fmu_mass_first", [*first, 0]),
             "",
         )
     )

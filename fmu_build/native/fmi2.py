@@ -13,9 +13,20 @@ from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.native.c_source import bare_libraries, layout, text_of
 from haptid.fmu_build.native.c_tables import input_jacobian, tables
 from haptid.fmu_build.native.mach_o import universal
+from haptid.fmu_build.native.mass_matrix import pivot_source
 from haptid.fmu_build.native.platforms import Platform
 
-PARTS = ("fmi2_instance.c", "fmi2_state.c", "fmi2_co_simulation.c", "fmi2_model_exchange.c")
+MODES, KERNEL = "fmi2_modes.c", "native_kernel.c"
+CORE = (
+    "fmi2_consistency.c",
+    "fmi2_instance.c",
+    "fmi2_values.c",
+    "fmi2_state.c",
+    "fmi2_derivative.c",
+    "fmi2_co_simulation.c",
+)
+"""C files that both packagings answer by; before them stand `MODES` and the file of the kernel."""
+PARTS = (MODES, KERNEL, *CORE, "fmi2_model_exchange.c")
 SOURCE = "sources/all.c"
 """Name of the C source within the archive."""
 
@@ -49,6 +60,7 @@ def native_source(
             kernel.source,
             layout(kernel),
             text_of("flat.c"),
+            pivot_source(kernel.equations),
             input_jacobian(kernel.equations) if kernel.columns else "",
             *map(text_of, headers),
             tables(interface, guid),

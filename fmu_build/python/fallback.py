@@ -11,6 +11,7 @@ from importlib import resources
 import sympy as sp
 
 from haptid.fmu_build.description.interface import Interface, block_offsets
+from haptid.fmu_build.native.mass_matrix import checked_matrix
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.generate import Kernel, coupling
 from haptid.model.kernel.printing import PythonPrinter, slopes
@@ -47,6 +48,7 @@ def fallback_source(interface: Interface) -> str:
         _function(e, "outputs_of", [o.expression for o in e.outputs]),
         "def outputs(t, X, u, p):\n    return [[y] for y in outputs_of(t, X, u, p)]\n",
         *(_tangents(e) if kernel.columns else ()),
+        _function(e, "mass_of", [sp.sympify(f) for row in checked_matrix(e) for f in row], wide=False),
         module_text("fallback_flat.py"),
     ]
     return "\n\n".join(parts)

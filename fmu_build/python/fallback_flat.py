@@ -33,15 +33,15 @@ def put_outputs(v, t, X, u, p):
 
 
 def run(v, t, dt, f, X):
-    """Advance X and write everything back."""
+    """Advance X and write everything back, where it is finite."""
     u, slope, p, _ = blocks(v)
     X = advance(f, X, t, dt, u, slope, p, v[HF_H])
+    if not finite(X):
+        return False
     for i, row in enumerate(X):
         v[HF_X + i] = row[0]
         for c in range(len(row) - 1):
             v[HF_S + i * NC + c] = row[1 + c]
-    if not finite(X):
-        return False
     put_outputs(v, t + dt, X, [a + dt * b for a, b in zip(u, slope)], p)
     return True
 
@@ -68,6 +68,22 @@ def tangent_output(v, t):
     u, _, p, x = blocks(v)
     put_outputs(v, t, widened(v, x), u, p)
     return True
+
+
+def hf_pivot(v, t):
+    """Return the first row whose pivot is not positive, and the pivot; (-1, 0.0) where all are. See the C function."""
+    u, _, p, x = blocks(v)
+    rows = mass_of(t, x, u, p)
+    n = math.isqrt(len(rows))
+    M = [rows[n * i : n * (i + 1)] for i in range(n)]
+    for j in range(n):
+        M[j][j] -= sum(M[j][k] ** 2 for k in range(j))
+        if not M[j][j] > 0.0:
+            return j, M[j][j]
+        M[j][j] = math.sqrt(M[j][j])
+        for i in range(j + 1, n):
+            M[i][j] = (M[i][j] - sum(M[i][k] * M[j][k] for k in range(j))) / M[j][j]
+    return -1, 0.0
 
 
 def hf_step(v, t, dt):

@@ -1,34 +1,52 @@
-"""The guard around pythonfmu's loader: files of an archive in, the same with a compiled guard before each loader out.
+"""The guard before pythonfmu's loader: files of an archive in, the same with a compiled guard before each loader out.
 
-The guard checks the GUID and turns calls with logged errors into fmi2Error, which pythonfmu does not do.
+pythonfmu's loader knows no modes, leaks and loses saved states, and ends the host where a call or a path is not as it
+expects. The guard is the native FMU's own answer to FMI, around the buffer that the slave inside holds.
 """
 
 from __future__ import annotations
 
-import json
-
-from haptid.fmu_build.native.c_source import bare_library, text_of
+from haptid.fmu_build.description.interface import Interface
+from haptid.fmu_build.native.c_source import bare_library, layout, text_of
+from haptid.fmu_build.native.c_tables import tables
+from haptid.fmu_build.native.fmi2 import CORE, MODES
 from haptid.fmu_build.native.platforms import PLATFORMS
 
 LOADERS = {"linux64": "pythonfmu-export.so", "win64": "pythonfmu-export.dll"}
 """Folder below ``binaries``, and the name under which the guard there finds pythonfmu's loader."""
 
 
-def guard_source(guid: str) -> str:
-    """Return the C source of the guard, which checks ``guid`` at instantiation."""
-    parts = (text_of(name) for name in ("message.h", "location.c", "guard.c"))
-    return "\n".join((text_of("fmi2.h"), f"#define FMU_GUID {json.dumps(guid)}", *parts))
+def guard_source(interface: Interface, guid: str) -> str:
+    """Return the C source of the guard.
+
+    Parameters
+    ----------
+    interface
+        Variables of the FMU.
+    guid
+        Identity that instantiation checks.
+
+    Returns
+    -------
+    str
+        One C file.
+    """
+    e = interface.equations
+    sizes = "\n".join((f"#define HK_NX {len(e.states)}", f"#define HK_NU {len(e.inputs)}"))
+    files = ("message.h", "location.c", MODES, "python_kernel.c", *CORE)
+    head = (text_of("fmi2.h"), sizes, layout(interface.kernel), tables(interface, guid, exchange=False))
+    return "\n".join((*head, *map(text_of, files)))
 
 
-def guard_loaders(files: dict[str, bytes], identifier: str, guid: str) -> dict[str, bytes]:
+def guard_loaders(files: dict[str, bytes], interface: Interface, guid: str) -> dict[str, bytes]:
     """Put a guard in the place of each of pythonfmu's loaders.
 
     Parameters
     ----------
     files
         Content by name within the archive that pythonfmu built.
-    identifier
-        Model identifier, the name of the binaries.
+    interface
+        Variables and model identifier, the name of the binaries.
     guid
         Identity that the guard checks at instantiation.
 
@@ -40,9 +58,9 @@ def guard_loaders(files: dict[str, bytes], identifier: str, guid: str) -> dict[s
     result = dict(files)
     for p in PLATFORMS:
         folder = f"binaries/{p.fmi2[0]}"
-        name = f"{folder}/{identifier}{p.suffix}"
+        name = f"{folder}/{interface.identifier}{p.suffix}"
         if p.fmi2[0] in LOADERS and name in result:
             result[f"{folder}/{LOADERS[p.fmi2[0]]}"] = result[name]
             flags = ("-lkernel32",) if p.suffix == ".dll" else ()
-            result[name] = bare_library(guard_source(guid), p.triple, flags=flags).read_bytes()
+            result[name] = bare_library(guard_source(interface, guid), p.triple, flags=flags).read_bytes()
     return result

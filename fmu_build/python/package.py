@@ -1,7 +1,7 @@
 """The Python packaging in FMI 2.0: `Interface` in, files of the archive and GUID out.
 
 1. pythonfmu builds an archive of the entry module, the slave, the fallback, the plan and the compiled kernels.
-2. A guard takes the place of pythonfmu's loader.
+2. A guard, which answers all calls, takes the place of pythonfmu's loader.
 3. ``modelDescription.xml`` is written by this package, not by pythonfmu.
 """
 
@@ -18,7 +18,6 @@ from pythonfmu.builder import FmuBuilder
 from haptid.fmu_build.description.fmi2_xml import model_description
 from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.description.variables import LARGEST_DOUBLE
 from haptid.fmu_build.exchange.archive import unpack
 from haptid.fmu_build.native.c_source import bare_libraries, flat_source, functions
 from haptid.fmu_build.native.platforms import Platform
@@ -49,21 +48,13 @@ def plan_of(interface: Interface, module: str) -> dict[str, object]:
     Returns
     -------
     dict
-        Start values and ranges by value reference, variables, ordered pairs and names, ready for JSON.
+        Start values by value reference, variables and names, ready for JSON.
     """
-    start = interface.start
-    minimum, maximum = [LARGEST_DOUBLE] * len(start), [-LARGEST_DOUBLE] * len(start)
-    for v in interface.variables:
-        minimum[v.reference], maximum[v.reference] = v.minimum_set, v.maximum_set
     return {
         "identifier": interface.identifier,
         "module": module,
         "functions": functions(interface.kernel),
-        "start": start,
-        "minimum": minimum,
-        "maximum": maximum,
-        "stale_from": interface.stale_from,
-        "orderings": interface.orderings,
+        "start": interface.start,
         "switch": SENSITIVITY_SWITCH if interface.identification else "",
         "variables": [(v.name, v.reference, v.causality, v.variability, v.initial) for v in interface.variables],
     }
@@ -101,7 +92,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     """
     slave, fallback = module_text("slave.py"), fallback_source(interface)
     plan = json.dumps(plan_of(interface, "?"))
-    content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(""))
+    content = (ENTRY, slave, fallback, plan, flat_source(interface.kernel), guard_source(interface, ""))
     # The plan names the module, and the module's name holds the digest: the plan enters with "?" in its place.
     digest = _short(content)
     module = f"{interface.identifier}_{_short((digest, [p.python for p in platforms]))}"
@@ -112,7 +103,7 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
         f"{module}_fallback.py": fallback.encode(),
         **kernel_files(interface, platforms),
     }
-    files = guard_loaders(_build_archive(module, resources), interface.identifier, guid)
+    files = guard_loaders(_build_archive(module, resources), interface, guid)
     files["modelDescription.xml"] = model_description(interface, guid=guid, python=True, text=text)
     return files, guid
 

@@ -1,16 +1,12 @@
-"""The slave inside a Python FMU: FMI calls on one flat buffer, stepped by the compiled kernel beside this file.
+"""The slave inside a Python FMU: one flat buffer, stepped by the compiled kernel beside this file.
 
 This file is copied into the FMU under a name that holds the digest of the FMU's content, so that two FMUs in one
 process never share a module, and imported by a module that holds little else. It needs the standard library and
 pythonfmu only. `plan.json` tells it everything else.
 
-pythonfmu turns a Python exception into fmi2Fatal and drops the instance. So nothing here raises: what is wrong goes to
-the logger as an error, at once, and no step is done until it is put right. The guard around pythonfmu's loader turns a
-call during which an error was logged into fmi2Error.
-
-Values, flags and the time stand in arrays whose addresses the guard gets (`Slave.addresses`). Calls in which nothing is
-wrong it then answers from them without Python; all others come here. Both keep the same arrays, so that it makes no
-difference which of the two answers.
+The guard before pythonfmu's loader answers all calls of FMI by itself. Of this slave it asks for addresses
+(`Slave.addresses`): of the buffer and of the kernel's functions. Where no compiled kernel suits the platform, it asks
+for steps, outputs and the check of the mass matrix instead. Nothing here raises: pythonfmu would drop the instance.
 """
 
 from __future__ import annotations
@@ -26,18 +22,17 @@ from pathlib import Path
 from typing import Any
 
 from pythonfmu import Boolean, Fmi2Causality, Fmi2Initial, Fmi2Slave, Fmi2Variability, Real
-from pythonfmu.enums import Fmi2Status
 
 HERE = Path(__file__).resolve().parent
 PLAN = json.loads((HERE / "plan.json").read_text(encoding="utf-8"))
 SIZE = len(PLAN["start"])
-INFINITY = float("inf")
-HANDOVER = 0x68617074
-"""Value reference under which the guard asks for the addresses."""
+HANDOVER, OUTPUT_NOW, PIVOT_NOW = range(0x68617074, 0x68617077)
+"""Value references under which the guard asks for the addresses, for new outputs, and for the mass matrix's pivot."""
+TIME, TANGENT, PIVOT_JOINT, PIVOT_VALUE = range(4)
+"""Places in the array of what the guard asks and the slave answers: time [s], sensitivities on, row, pivot."""
+FUNCTIONS = ("hf_step", "hf_step_tangent", "hf_output", "hf_output_tangent", "hf_pivot")
 EXACT = 2.0**53
 """Whole numbers below are exact as doubles."""
-STALE, UNCHECKED, TANGENT, FAULTY = range(4)
-"""Places of the flags: outputs to be computed, values to be checked, sensitivities on, values refused."""
 MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 
 
@@ -49,10 +44,6 @@ def load_kernel() -> Any:
             library = ctypes.CDLL(str(path))
         except OSError:
             continue
-        for name in PLAN["functions"]:
-            getattr(library, name).argtypes = [ctypes.c_void_p, ctypes.c_double, ctypes.c_double][
-                : 3 if "step" in name else 2
-            ]
         return library
     return importlib.import_module(f"{PLAN['module']}_fallback")
 
@@ -78,31 +69,19 @@ class Slave(Fmi2Slave):
         keep(vars(sys.modules[PLAN["module"]]))
         self.modelName = PLAN["identifier"]
         self._values = array("d", PLAN["start"])
-        self._buffer = ctypes.c_void_p(self._values.buffer_info()[0]) if COMPILED else self._values
-        self._clock = array("d", [0.0])
-        self._flags = array("i", [1, 1, 0, 0])
-        self._faults: dict[int, str] = {}
-        self._minimum, self._maximum = array("d", PLAN["minimum"]), array("d", PLAN["maximum"])
-        self._stale_from = PLAN["stale_from"]
+        self._asked = array("d", [0.0] * 4)
         self._register()
 
     def addresses(self) -> list[float]:
-        """Return what the guard needs to answer in place of this object; zeros where there is no compiled kernel."""
-        names = ("hf_step", "hf_step_tangent", "hf_output", "hf_output_tangent")
-        arrays = self._values, self._flags, self._clock, self._minimum, self._maximum
-        found = [a.buffer_info()[0] for a in arrays]
-        present = [getattr(KERNEL, name) if COMPILED and hasattr(KERNEL, name) else None for name in names]
-        found += [ctypes.cast(f, ctypes.c_void_p).value or 0 if f else 0 for f in present]
-        known = COMPILED and all(0 <= address < EXACT for address in found)
-        counts = SIZE, self._stale_from, len(PLAN["orderings"])
-        return [float(x) if known else 0.0 for x in (*counts, *found)]
-
-    def _use_tangent(self, on: bool) -> None:
-        self._flags[TANGENT] = bool(on)
-        self._flags[STALE] = 1
+        """Return the size of the buffer, the addresses of both arrays, and those of the kernel's functions or zeros."""
+        arrays = [a.buffer_info()[0] for a in (self._values, self._asked)]
+        present = [getattr(KERNEL, name) if COMPILED and name in PLAN["functions"] else None for name in FUNCTIONS]
+        functions = [ctypes.cast(f, ctypes.c_void_p).value or 0 if f else 0 for f in present]
+        known = all(0 <= address < EXACT for address in (*arrays, *functions))
+        return [float(x) if known else 0.0 for x in (SIZE, *arrays, *functions)]
 
     def _kernel(self, name: str) -> Any:
-        return getattr(KERNEL, f"{name}_tangent" if self._flags[TANGENT] else name)
+        return getattr(KERNEL, f"{name}_tangent" if self._asked[TANGENT] else name)
 
     def _register(self) -> None:
         values = self._values
@@ -112,7 +91,7 @@ class Slave(Fmi2Slave):
                 causality=Fmi2Causality[causality],
                 variability=Fmi2Variability[variability],
                 initial=Fmi2Initial[initial] if initial else None,
-                getter=partial(self._get, vr),
+                getter=partial(values.__getitem__, vr),
                 setter=partial(values.__setitem__, vr),
             )
             variable.value_reference = vr
@@ -122,103 +101,23 @@ class Slave(Fmi2Slave):
                 PLAN["switch"],
                 causality=Fmi2Causality.parameter,
                 variability=Fmi2Variability.fixed,
-                getter=lambda: bool(self._flags[TANGENT]),
-                setter=self._use_tangent,
+                getter=lambda: bool(self._asked[TANGENT]),
+                setter=partial(self._asked.__setitem__, TANGENT),
             )
             switch.value_reference = len(values)
             self.vars[len(values)] = switch
 
-    def _get(self, vr: int) -> float:
-        return self.get_real([vr])[0]
-
-    def setup_experiment(self, start_time: float, *_: Any) -> None:
-        """Take the start time."""
-        self._clock[0] = start_time
-
-    def exit_initialization_mode(self) -> None:
-        """Say what does not make sense before the first step does."""
-        self._consistent()
-
     def get_real(self, vrs: list[int]) -> list[float]:
-        """Return values, the outputs brought up to date."""
-        if self._flags[STALE]:
-            self._kernel("hf_output")(self._buffer, self._clock[0])
-            self._flags[STALE] = 0
-        values = self._values
-        try:
-            return [values[vr] for vr in vrs]
-        except IndexError:
-            if vrs[0] == HANDOVER:
-                return self.addresses()
-            self._error(f"value references {vrs}: expected 0..{len(values) - 1}")
-            return [values[vr] if 0 <= vr < len(values) else float("nan") for vr in vrs]
-
-    def set_real(self, vrs: list[int], new: list[float]) -> None:
-        """Set values that lie within their range; refuse others."""
-        values, minimum, maximum = self._values, self._minimum, self._maximum
-        for vr, value in zip(vrs, new):  # noqa: B905 # called at every step, and pythonfmu makes both lists
-            if not (0 <= vr < SIZE and minimum[vr] <= value <= maximum[vr]):
-                self._refuse(vr, value)
-                continue
-            values[vr] = value
-            if vr >= self._stale_from:
-                self._flags[STALE] = self._flags[UNCHECKED] = 1
-            if self._faults:
-                self._faults.pop(vr, None)
-                self._flags[FAULTY] = bool(self._faults)
-
-    def set_boolean(self, vrs: list[int], new: list[bool]) -> None:
-        """Switch the sensitivities."""
-        for vr, value in zip(vrs, new, strict=True):
-            if vr in self.vars and isinstance(self.vars[vr], Boolean):
-                self._use_tangent(value)
-            else:
-                self._refuse(vr, value)
-
-    def _refuse(self, vr: int, value: float) -> None:
-        if vr in self.vars and vr < len(self._minimum) and self._minimum[vr] <= self._maximum[vr]:
-            text = f"{self.vars[vr].name}: expected {self._minimum[vr]} <= value <= {self._maximum[vr]}, got {value}"
-        else:
-            text = f"value reference {vr}: expected an input, a state or a parameter; got the value {value}"
-        self._faults[vr] = text
-        self._flags[UNCHECKED] = self._flags[FAULTY] = 1
-        self._error(text)
-
-    def _consistent(self) -> bool:
-        """Whether all values make sense together; says so in the log where they do not."""
-        faults = list(self._faults.values())
-        for a, b in PLAN["orderings"]:
-            if self._values[a] < self._values[b]:
-                names = self.vars[a].name, self.vars[b].name
-                faults.append(f"{names[0]} = {self._values[a]}: expected at least {names[1]} = {self._values[b]}")
-        for text in faults:
-            self._error(f"no step is done: {text}")
-        self._flags[UNCHECKED] = bool(faults)
-        return not faults
-
-    def _error(self, text: str) -> None:
-        self.log(text, Fmi2Status.error)
+        """Return what the guard asks for; values where it asks for none of its own."""
+        if vrs[0] == HANDOVER:
+            return self.addresses()
+        if vrs[0] == OUTPUT_NOW:
+            return [float(self._kernel("hf_output")(self._values, self._asked[TIME]))]
+        if vrs[0] == PIVOT_NOW:
+            self._asked[PIVOT_JOINT], self._asked[PIVOT_VALUE] = KERNEL.hf_pivot(self._values, self._asked[TIME])
+            return [1.0]
+        return [self._values[vr] for vr in vrs]
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Advance the state; whether it worked."""
-        if self._flags[UNCHECKED] and not self._consistent():
-            return False
-        if not 0.0 < step_size < INFINITY:
-            self._error(f"communication step: expected a positive number of seconds, got {step_size}")
-            return False
-        self._clock[0] = current_time + step_size
-        if self._kernel("hf_step")(self._buffer, current_time, step_size):
-            self._flags[STALE] = 0
-            return True
-        self._error(f"the state left the finite numbers between t = {current_time} s and {self._clock[0]} s")
-        return False
-
-    def _get_fmu_state(self) -> dict[str, Any]:
-        return {"values": self._values.tolist(), "time": self._clock[0], "tangent": bool(self._flags[TANGENT])}
-
-    def _set_fmu_state(self, state: dict[str, Any]) -> None:
-        self._values[:] = array("d", state["values"])
-        self._clock[0] = state["time"]
-        self._use_tangent(state["tangent"])
-        self._faults = {}
-        self._flags[FAULTY] = 0
+        """Advance the state by the plain-Python kernel; whether it worked."""
+        return bool(self._kernel("hf_step")(self._values, current_time, step_size))

@@ -167,7 +167,7 @@ class FmuSimulator:
         outputs = at.outputs + at.sensitivities if sensitivities else at.outputs
         slave = _open(self.path, self.digest)
         with slave.lock:
-            slave.initialise(start, switches={at.switch: sensitivities})
+            slave.initialise(start, switches={at.switch: sensitivities}, time=float(run.t[0]))
             result = slave.run(run.t, moving, table[:, varying], outputs, step=self.step)
         if not sensitivities:
             return Trajectory(t=run.t, y=result)

@@ -121,6 +121,9 @@ class Equations:
         Zero where the state is not stiff. That of LuGre's bristle is σ0·|v|/g(v).
     mass_matrix
         Symmetric M, shape (n_q, n_q), or None where rhs is explicit. Sensitivities exist only for explicit equations.
+    inertia
+        Symmetric M, shape (n_q, n_q), of explicit equations that were solved for the accelerations by it: what must be
+        positive definite for them to make sense. None where there is none, or it stands in ``mass_matrix``.
     orderings
         Pairs (a, b) of parameter ids with a ≥ b required, as (Fs, Fc).
     effects
@@ -142,6 +145,7 @@ class Equations:
     rates: tuple[sp.Expr, ...]
     definitions: tuple[tuple[sp.Symbol, sp.Expr], ...] = ()
     mass_matrix: tuple[tuple[sp.Expr, ...], ...] | None = None
+    inertia: tuple[tuple[sp.Expr, ...], ...] | None = None
     orderings: tuple[tuple[str, str], ...] = ()
     effects: tuple[str, ...] = ()
     friction: tuple[str, ...] = ()
@@ -253,6 +257,7 @@ class Equations:
             rates=put_in(self.rates),
             outputs=tuple(replace(o, expression=put_in((o.expression,))[0]) for o in self.outputs),
             mass_matrix=None if self.mass_matrix is None else tuple(put_in(row) for row in self.mass_matrix),
+            inertia=None if self.inertia is None else tuple(put_in(row) for row in self.inertia),
         )
 
     @property

@@ -174,6 +174,7 @@ def coupled_equations(device: Device, motion: LockedDynamics, effects: Effects) 
         ),
         rhs=joint_rows(parts, acceleration),
         rates=joint_rates(parts, damping),
+        inertia=tuple(tuple(M[i, :]) for i in range(len(joints))),
         orderings=tuple(pair for part in parts.values() for pair in part.orderings),
         effects=added,
         friction=tuple(device.joints[j].friction for j in joints),

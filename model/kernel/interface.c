@@ -52,13 +52,14 @@ HK_API long hk_simulate(long n, const double *t, const double *u, int linear, co
     return done;
 }
 
-/* Advance x by dt, as a co-simulation step does. Returns 1, or 0 where the state is no longer finite. */
+/* Advance x by dt, as a co-simulation step does. Returns 1, or 0 where the state would leave the finite numbers: then x stays. */
 HK_API int hk_advance(double *x, double t, double dt, const double *u, const double *slope, const double *p, double h) {
     real X[HK_NX][1];
     for (int i = 0; i < HK_NX; i++) X[i][0] = x[i];
     hk_plain_advance(X, t, dt, u, slope, p, h);
+    if (!hk_plain_finite(X)) return 0;
     for (int i = 0; i < HK_NX; i++) x[i] = X[i][0];
-    return hk_plain_finite(X) != 0;
+    return 1;
 }
 
 HK_API void hk_derivatives(double t, const double *x, const double *u, const double *p, double *f) {
@@ -111,11 +112,12 @@ HK_API int hk_advance_tangent(double *x, double *S, double t, double dt, const d
     real X[HK_NX][1 + HK_NC];
     hk_seed(X, x, S);
     hk_tangent_advance(X, t, dt, u, slope, p, h);
+    if (!hk_tangent_finite(X)) return 0;
     for (int i = 0; i < HK_NX; i++) {
         x[i] = X[i][0];
         for (int c = 0; c < HK_NC; c++) S[i * HK_NC + c] = X[i][1 + c];
     }
-    return hk_tangent_finite(X) != 0;
+    return 1;
 }
 
 /* As hk_output, with dY[HK_NY][HK_NC], the derivatives of y along the columns of S[HK_NX][HK_NC]. */

@@ -5,12 +5,12 @@ HF_API int hf_output(double *v, double t) {
     return 1;
 }
 
-/* One communication step: the state, and the outputs at its end. 0 where the state is no longer finite. */
+/* One communication step: the state, and the outputs at its end. 0 where the state would leave the finite numbers: it stays as it was. */
 HF_API int hf_step(double *v, double t, double dt) {
     double end[HK_NU + 1];
     int finite = hk_advance(v + HF_X, t, dt, v + HF_U, v + HF_SLOPE, v + HF_P, v[HF_H]);
     for (int j = 0; j < HK_NU; j++) end[j] = v[HF_U + j] + dt * v[HF_SLOPE + j];
-    hk_output(t + dt, v + HF_X, end, v + HF_P, v + HF_Y);
+    if (finite) hk_output(t + dt, v + HF_X, end, v + HF_P, v + HF_Y);
     return finite;
 }
 
@@ -24,7 +24,7 @@ HF_API int hf_step_tangent(double *v, double t, double dt) {
     double end[HK_NU + 1];
     int finite = hk_advance_tangent(v + HF_X, v + HF_S, t, dt, v + HF_U, v + HF_SLOPE, v + HF_P, v[HF_H]);
     for (int j = 0; j < HK_NU; j++) end[j] = v[HF_U + j] + dt * v[HF_SLOPE + j];
-    hk_output_tangent(t + dt, v + HF_X, v + HF_S, end, v + HF_P, v + HF_Y, v + HF_DY);
+    if (finite) hk_output_tangent(t + dt, v + HF_X, v + HF_S, end, v + HF_P, v + HF_Y, v + HF_DY);
     return finite;
 }
 #endif

@@ -3,10 +3,10 @@
 FMI3 fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 t, fmi3Float64 dt, fmi3Boolean no_set_state_before, fmi3Boolean *event,
                            fmi3Boolean *terminate, fmi3Boolean *early_return, fmi3Float64 *last_successful) {
     BEGIN(IN_STEP);
-    const double before = w->core->time;
     const fmi3Status status = (fmi3Status)fmi2DoStep(w->core, t, dt, no_set_state_before);
     *event = *terminate = *early_return = false;
-    *last_successful = status == fmi3OK ? w->core->time : before;
+    *last_successful = w->core->time;
+    if (status == fmi3Discard) w->core->mode = IN_STEP; /* the state is that before the call, and 3.0 has no mode for a failed step */
     return status;
 }
 

@@ -1,8 +1,5 @@
 /* Life, modes and messages of an instance (FMI 3.0.1, section 2.3). The FMI 2.0 layer, private here, does the work; this checks the
- * modes of 3.0, which are bits beside that layer's RUNNING and so are saved and restored with it. */
-
-enum { IN_EVENT = 16, IN_CONTINUOUS = 32, IN_STEP = 64 };
-enum { GOING = IN_EVENT | IN_CONTINUOUS | IN_STEP, SETTABLE = INSTANTIATED | INITIALIZING | GOING, ANY = SETTABLE | TERMINATED };
+ * modes of 3.0 before it. */
 
 typedef struct {
     Instance *core;
@@ -13,7 +10,8 @@ typedef struct {
 } Wrapper;
 
 static void tell(const Wrapper *w, fmi3Status status, const Message *m) {
-    if (w->logging && w->log) w->log(w->environment, status, "logStatusError", m->text);
+    const char *category = status == fmi3Discard ? "logStatusDiscard" : "logStatusError";
+    if (w->logging && w->log) w->log(w->environment, status, category, m->text);
 }
 
 /* Hand on a message of the FMI 2.0 layer; where it begins with a function's name, with that of the function called here. */
@@ -106,8 +104,7 @@ FMI3 void fmi3FreeInstance(fmi3Instance instance) {
 
 FMI3 fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t n, const fmi3String categories[]) {
     BEGIN(ANY);
-    for (size_t i = 0; i < n; i++)
-        if (!same(categories[i], "logStatusError")) return complain(w, "expected logStatusError, the one category of this FMU");
+    if (fmi2SetDebugLogging(w->core, on, n, categories) != fmi2OK) return fmi3Error;
     w->logging = on;
     return fmi3OK;
 }
@@ -121,9 +118,7 @@ FMI3 fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean t
 
 FMI3 fmi3Status fmi3ExitInitializationMode(fmi3Instance instance) {
     BEGIN(INITIALIZING);
-    if (fmi2ExitInitializationMode(w->core) != fmi2OK) return fmi3Error;
-    w->core->mode |= w->core->type == fmi2CoSimulation ? IN_STEP : IN_EVENT;
-    return fmi3OK;
+    return (fmi3Status)fmi2ExitInitializationMode(w->core);
 }
 
 FMI3 fmi3Status fmi3Terminate(fmi3Instance instance) {

@@ -7,7 +7,7 @@
 
 FMI3 fmi3Status fmi3EnterEventMode(fmi3Instance instance) {
     BEGIN_EXCHANGE(IN_CONTINUOUS);
-    w->core->mode = RUNNING | IN_EVENT;
+    w->core->mode = IN_EVENT;
     return fmi3OK;
 }
 
@@ -26,15 +26,14 @@ FMI3 fmi3Status fmi3UpdateDiscreteStates(fmi3Instance instance, fmi3Boolean *aga
 
 FMI3 fmi3Status fmi3EnterContinuousTimeMode(fmi3Instance instance) {
     BEGIN_EXCHANGE(IN_EVENT);
-    if (fmi2EnterContinuousTimeMode(w->core) != fmi2OK) return fmi3Error;
-    w->core->mode = RUNNING | IN_CONTINUOUS;
-    return fmi3OK;
+    return (fmi3Status)fmi2EnterContinuousTimeMode(w->core);
 }
 
 FMI3 fmi3Status fmi3CompletedIntegratorStep(fmi3Instance instance, fmi3Boolean no_set_state_before, fmi3Boolean *event,
                                             fmi3Boolean *terminate) {
     BEGIN_EXCHANGE(IN_CONTINUOUS);
     (void)no_set_state_before;
+    if (!within_experiment(w->core, "fmi2CompletedIntegratorStep", w->core->time, 0)) return fmi3Error;
     *event = *terminate = false;
     return fmi3OK;
 }
@@ -46,12 +45,14 @@ FMI3 fmi3Status fmi3SetTime(fmi3Instance instance, fmi3Float64 t) {
 
 FMI3 fmi3Status fmi3SetContinuousStates(fmi3Instance instance, const fmi3Float64 x[], size_t n) {
     BEGIN_EXCHANGE(IN_EVENT | IN_CONTINUOUS);
-    return (fmi3Status)fmi2SetContinuousStates(w->core, x, n);
+    if (n != HK_NX || !x) return complain(w, "expected as many values as there are states");
+    return (fmi3Status)take_states(w->core, x);
 }
 
 FMI3 fmi3Status fmi3GetContinuousStateDerivatives(fmi3Instance instance, fmi3Float64 rates[], size_t n) {
     BEGIN_EXCHANGE(INITIALIZING | IN_EVENT | IN_CONTINUOUS);
-    return (fmi3Status)fmi2GetDerivatives(w->core, rates, n);
+    if (n != HK_NX || !rates) return complain(w, "expected as many values as there are states");
+    return (fmi3Status)give_rates(w->core, rates);
 }
 
 FMI3 fmi3Status fmi3GetEventIndicators(fmi3Instance instance, fmi3Float64 z[], size_t n) {
@@ -66,7 +67,9 @@ FMI3 fmi3Status fmi3GetContinuousStates(fmi3Instance instance, fmi3Float64 x[], 
 
 FMI3 fmi3Status fmi3GetNominalsOfContinuousStates(fmi3Instance instance, fmi3Float64 x[], size_t n) {
     BEGIN_EXCHANGE(INITIALIZING | IN_EVENT | IN_CONTINUOUS);
-    return (fmi3Status)fmi2GetNominalsOfContinuousStates(w->core, x, n);
+    if (n != HK_NX || !x) return complain(w, "expected as many values as there are states");
+    for (int i = 0; i < HK_NX; i++) x[i] = fmu_nominal[i];
+    return fmi3OK;
 }
 
 FMI3 fmi3Status fmi3GetNumberOfEventIndicators(fmi3Instance instance, size_t *n) {

@@ -7,10 +7,6 @@ FMI3 fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *state) {
 
 FMI3 fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState state) {
     BEGIN(ANY);
-    const int foreign = w->core->type == fmi2CoSimulation ? IN_EVENT | IN_CONTINUOUS : IN_STEP;
-    const Saved *saved = state;
-    if (saved && same(saved->guid, FMU_GUID) && (saved->mode & foreign))
-        return complain(w, "expected a state of the same interface, co-simulation or model exchange");
     return (fmi3Status)fmi2SetFMUstate(w->core, state);
 }
 
@@ -26,7 +22,6 @@ FMI3 fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState s
 
 FMI3 fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState state, fmi3Byte bytes[], size_t size) {
     BEGIN(ANY);
-    if (!state) return complain(w, "expected a state, got none");
     return (fmi3Status)fmi2SerializeFMUstate(w->core, state, (fmi2Byte *)bytes, size);
 }
 
@@ -49,20 +44,14 @@ FMI3 fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueR
                                          const fmi3ValueReference known[], size_t m, const fmi3Float64 seed[], size_t n_seed,
                                          fmi3Float64 value[], size_t n_value) {
     BEGIN(INITIALIZING | GOING);
-    const Instance *s = w->core;
-    double S[HK_NX * HK_NC], dF[HK_NX * HK_NC], dY[HK_NY * HK_NC], B[HK_NX * HK_NU + 1], D[HK_NY * HK_NU + 1];
+    Jacobian J;
     if (n_seed != n || n_value != m) return complain(w, "expected one seed for each unknown and one value for each known");
-    for (size_t i = 0; i < n; i++)
-        if (unknown[i] >= HF_END || (fmu_role[unknown[i]] != OUTPUT && fmu_role[unknown[i]] != DERIVATIVE))
-            return complain(w, "expected outputs or state derivatives as unknowns");
-    for (int i = 0; i < HK_NX; i++) for (int k = 0; k < HK_NC; k++) S[i * HK_NC + k] = k == HK_NP + i;
-    hk_linearise(s->time, s->v + HF_X, S, s->v + HF_U, s->v + HF_P, dF, dY);
-    hf_input_jacobian(s->time, s->v + HF_X, s->v + HF_U, s->v + HF_P, B, D);
+    if (!are_unknowns(unknown, n)) return complain(w, "expected outputs or state derivatives as unknowns");
+    if (!are_knowns(known, m)) return complain(w, "expected inputs, states or parameters as knowns");
+    linearise(w->core, &J);
     for (size_t k = 0; k < m; k++) {
-        if (known[k] >= HF_END || fmu_role[known[k]] < INPUT || fmu_role[known[k]] > PARAMETER)
-            return complain(w, "expected inputs, states or parameters as knowns");
         value[k] = 0;
-        for (size_t i = 0; i < n; i++) value[k] += partial(unknown[i], known[k], dF, dY, B, D) * seed[i];
+        for (size_t i = 0; i < n; i++) value[k] += partial(&J, unknown[i], known[k]) * seed[i];
     }
     return fmi3OK;
 }

@@ -8,10 +8,12 @@ import os
 import shutil
 import subprocess
 from pathlib import Path
+from zipfile import ZipFile
 
 import numpy as np
 import pytest
 from fmpy.simulation import simulate_fmu
+from fmpy.util import read_csv
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.exchange.ssp import Connection, write_ssp
@@ -54,6 +56,33 @@ def test_fmpy(name: str, kind: Kind):
     through = [o.expression.free_symbols & {u.symbol for u in e.inputs} for o in e.outputs]
     columns = [i for i, uses in enumerate(through) if not uses]
     np.testing.assert_allclose(got[:ROWS, columns], expected(name)[:, columns], rtol=0, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("kind", [*KINDS, "native3"])
+@pytest.mark.parametrize("name", ["joint4", "joints01", "freedom6s"])
+def test_fmpy_reproduces_every_column_of_the_reference_run(name: str, kind: Kind, tmp_path: Path):
+    built = fmu(name, kind)
+    with ZipFile(built.path) as archive:
+        for suffix in ("in.csv", "ref.csv", "ref.opt"):
+            (tmp_path / suffix).write_bytes(archive.read(f"documentation/{name}_{suffix}"))
+    rows = (line.split(",") for line in (tmp_path / "ref.opt").read_text().splitlines())
+    options = {key: float(value) for key, value in rows}
+    reference = np.genfromtxt(tmp_path / "ref.csv", delimiter=",", names=True, deletechars="", replace_space="")
+    columns = [column.strip('"') for column in (tmp_path / "ref.csv").read_text().splitlines()[0].split(",")]
+    result = simulate_fmu(
+        str(built.path),
+        input=read_csv(str(tmp_path / "in.csv")),
+        output=columns[1:],
+        start_time=options["StartTime"],
+        stop_time=options["StopTime"],
+        step_size=options["StepSize"],
+        output_interval=options["StepSize"],
+        fmi_type="CoSimulation",
+        use_event_mode=False,
+    )
+    assert set(columns[1:]) == set(names(equations(name), equations(name).outputs))
+    for column, of_reference in zip(columns, reference.dtype.names, strict=True):
+        np.testing.assert_allclose(result[column], reference[of_reference], rtol=0, atol=1e-9, err_msg=column)
 
 
 @needs_clients

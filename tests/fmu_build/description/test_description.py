@@ -44,7 +44,7 @@ def test_every_variable_is_described(name: str, kind: Kind):
     unknowns = {u.variable.name for u in description.initialUnknowns}
     assert {v.name for v in description.modelVariables if v.causality == "output"} <= unknowns
     assert float(description.defaultExperiment.stepSize) == 5e-4
-    assert description.coSimulation.needsExecutionTool is False
+    assert description.coSimulation.needsExecutionTool is (kind == "python")
     assert description.coSimulation.canSerializeFMUstate
 
 
@@ -120,7 +120,11 @@ def test_carries_documentation_licence_picture_and_reference(kind: Kind):
         assert "joint4.friction.sigma0" in page
         assert b"BSD 3-Clause" in archive.read("documentation/licenses/license.txt")
         assert archive.read("model.png").startswith(b"\x89PNG")
-        assert archive.read("documentation/reference_out.csv").startswith(b'"time","joint4.reading"')
+        assert archive.read("documentation/joint4_ref.csv").startswith(b'"time","joint4.reading"')
+        assert archive.read("documentation/joint4_in.csv").startswith(b'"time","joint4.torque"')
+        assert archive.read("documentation/joint4_ref.opt").startswith(
+            b"StartTime, 0.0\nStopTime, 2.0\nStepSize, 0.005\n"
+        )
         assert all(entry.date_time == (1980, 1, 1, 0, 0, 0) for entry in archive.infolist())
 
 

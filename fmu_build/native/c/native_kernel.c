@@ -1,0 +1,29 @@
+/* The kernel of a native FMU: compiled into this file, on a buffer in the host's memory. */
+
+static const char *open_kernel(Instance *s, const char *resources) {
+    (void)resources;
+    s->v = s->call.allocateMemory(HF_END + 1, sizeof *s->v);
+    return s->v ? NULL : "expected memory from the host, got none";
+}
+
+static void close_kernel(Instance *s) {
+    if (s->v) s->call.freeMemory(s->v);
+}
+
+static void kernel_output(Instance *s) {
+#ifdef HK_NC
+    if (s->tangent) hf_output_tangent(s->v, s->time); else
+#endif
+    hf_output(s->v, s->time);
+}
+
+static int kernel_step(Instance *s, double t, double dt) {
+#ifdef HK_NC
+    if (s->tangent) return hf_step_tangent(s->v, t, dt);
+#endif
+    return hf_step(s->v, t, dt);
+}
+
+static int kernel_pivot(Instance *s, double *pivot) { return hf_pivot(s->v, s->time, pivot); }
+
+static void kernel_rates(Instance *s) { hk_derivatives(s->time, s->v + HF_X, s->v + HF_U, s->v + HF_P, s->v + HF_DX); }
