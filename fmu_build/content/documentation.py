@@ -35,6 +35,7 @@ def documentation(
     *,
     text: str,
     linear: bool,
+    source: bool,
     provenance: Mapping[str, Provenance],
     accuracy: Accuracy = FIRST_GUESSES,
 ) -> str:
@@ -48,6 +49,8 @@ def documentation(
         Description of the model, one line.
     linear
         Whether a host may set the derivatives of the inputs, so that inputs run linearly within a step.
+    source
+        Whether the FMU carries its C source.
     provenance
         Provenance of every parameter by id; equal sources share a footnote.
     accuracy
@@ -65,6 +68,7 @@ def documentation(
         interface=interface,
         text=text,
         linear=linear,
+        source=source,
         notes=e.notes,
         formulas=_formulas(e),
         general=_general(e) if e.definitions else (),

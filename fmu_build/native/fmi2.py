@@ -27,6 +27,10 @@ CORE = (
 )
 """C files that both packagings answer by; before them stand `MODES` and the file of the kernel."""
 PARTS = (MODES, KERNEL, *CORE, "fmi2_model_exchange.c")
+_HOW_TO_COMPILE = """/* {identifier}: the whole FMU in one C99 file. It needs no other, and -lm for the square root:
+ *     cc -std=c99 -O2 -shared -fPIC all.c -o {identifier}.so -lm
+ * With -DFMI2_FUNCTION_PREFIX={identifier}_ (FMI3_FUNCTION_PREFIX in FMI 3.0) its functions have names of their own,
+ * by which several FMUs can be linked into one program. */"""
 SOURCE = "sources/all.c"
 """Name of the C source within the archive."""
 
@@ -55,6 +59,7 @@ def native_source(
     kernel = interface.kernel
     return "\n".join(
         (
+            _HOW_TO_COMPILE.format(identifier=interface.identifier),
             "#define HK_API static",
             "#define HF_API static",
             kernel.source,

@@ -24,7 +24,7 @@ def checked_matrix(equations: Equations) -> Matrix:
 
 
 def inertial_parameters(interface: Interface) -> list[list[int]]:
-    """Return for each row of the checked matrix the parameters that its diagonal entry depends on.
+    """Return for each row of the checked matrix the parameters that it depends on, up to the diagonal.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def inertial_parameters(interface: Interface) -> list[list[int]]:
     if not matrix:
         return []
     uses = Dependencies(interface)
-    return [uses.parameters_of(row[i]) for i, row in enumerate(matrix)]
+    return [sorted(set().union(*map(uses.parameters_of, row[: i + 1]))) for i, row in enumerate(matrix)]
 
 
 def pivot_source(equations: Equations) -> str:

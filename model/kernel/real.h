@@ -3,24 +3,48 @@
  * for bit and so do platforms. */
 #ifndef HK_REAL_H
 #define HK_REAL_H
+#include <float.h>
 #include <stdint.h>
+
+/* Rounding by a large summand, NaN that is no number, and equal bits everywhere need arithmetic as it is written. */
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(_M_FP_FAST) || (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "expected arithmetic by IEEE 754, got -ffast-math or a part of it (/fp:fast): the results would be wrong; compile without it"
+#endif
+#if defined(FLT_EVAL_METHOD) && FLT_EVAL_METHOD != 0
+#error "expected doubles that are calculated as doubles, got wider ones: compile with -msse2 -mfpmath=sse"
+#endif
+#if defined(__clang__)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__)
+#pragma GCC optimize("fp-contract=off") /* GCC does not know the standard's pragma */
+#elif defined(_MSC_VER)
+#pragma fp_contract(off)
+#else
+#pragma STDC FP_CONTRACT OFF
+#endif
 
 #ifdef HK_LANES
 typedef double real __attribute__((vector_size(8 * HK_LANES)));
-typedef int64_t mask __attribute__((vector_size(8 * HK_LANES)));
+typedef uint64_t mask __attribute__((vector_size(8 * HK_LANES)));
 #define HK_BITS(x) ((mask)(x))
 #define HK_FROM_BITS(i) ((real)(i))
-static inline mask hk_true(mask c) { return c; }
+#define hk_true(c) ((mask)(c)) /* a comparison of vectors yields all bits or none */
 static inline real hk_sqrt(real x) { return __builtin_elementwise_sqrt(x); }
 #else
 typedef double real;
-typedef int64_t mask;
-static inline mask hk_bits(real x) { mask i; __builtin_memcpy(&i, &x, 8); return i; }
-static inline real hk_from_bits(mask i) { real x; __builtin_memcpy(&x, &i, 8); return x; }
+typedef uint64_t mask;
+typedef union { real x; mask i; } hk_bits_of; /* C99 reads the bits of a number through a union */
+static inline mask hk_bits(real x) { hk_bits_of b; b.x = x; return b.i; }
+static inline real hk_from_bits(mask i) { hk_bits_of b; b.i = i; return b.x; }
 #define HK_BITS(x) hk_bits(x)
 #define HK_FROM_BITS(i) hk_from_bits(i)
 static inline mask hk_true(mask c) { return -(mask)(c != 0); } /* as a vector comparison yields it: all bits or none */
+#if defined(__GNUC__)
 static inline real hk_sqrt(real x) { return __builtin_sqrt(x); }
+#else
+#include <math.h>
+static inline real hk_sqrt(real x) { return sqrt(x); }
+#endif
 #endif
 #define K(c) ((real){0} + (c))
 #define HK_NEUTRAL (-(real){0}) /* x + -0.0 is x to the bit: makes lanes of a number, costs nothing where they are lanes */
@@ -28,7 +52,7 @@ static inline real hk_sqrt(real x) { return __builtin_sqrt(x); }
 static inline real hk_select(mask c, real a, real b) {
     return HK_FROM_BITS((c & HK_BITS(a)) | (~c & HK_BITS(b)));
 }
-static inline real hk_abs(real x) { return HK_FROM_BITS(HK_BITS(x) & INT64_MAX); }
+static inline real hk_abs(real x) { return HK_FROM_BITS(HK_BITS(x) & (UINT64_MAX >> 1)); }
 static inline real hk_max(real a, real b) { return hk_select(hk_true(a > b), a, b); }
 static inline real hk_min(real a, real b) { return hk_select(hk_true(a < b), a, b); }
 static inline real hk_sign(real x) {

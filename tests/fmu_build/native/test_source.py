@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import ctypes
+import re
 import shutil
 import subprocess
 import zipfile
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from haptid.fmu_build.building.packaging import build_fmu
+from haptid.fmu_build.building.packaging import Kind, build_fmu
 from haptid.fmu_build.native.platforms import PLATFORMS
+from haptid.support.processes.c_compiler import run_c_compiler
+from tests.fmu_build.exports import exported
 from tests.fmu_build.fmu_cases import STEP, Client, equations, fmu, initial, kernel, torques
 
 COMPILER = shutil.which("cc") or shutil.which("gcc")
@@ -43,6 +48,54 @@ def test_another_compiler_takes_the_source_and_gives_the_same_bits(name: str, tm
     got = Client(shutil.move(again, tmp_path / "again.fmu")).start().go().run(e, t, torques(e, t))
     expected = kernel(name).simulate(t, torques(e, t), initial(e), np.zeros(len(e.states)))
     np.testing.assert_array_equal(got, expected)
+
+
+def unpacked_source(kind: Kind, tmp_path: Path) -> Path:
+    with zipfile.ZipFile(fmu("joint4", kind).path) as archive:
+        (tmp_path / "all.c").write_bytes(archive.read("sources/all.c"))
+    return tmp_path / "all.c"
+
+
+def compile_c(*arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([COMPILER, *map(str, arguments)], capture_output=True, text=True, check=False)
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine; the project needs none")
+@pytest.mark.parametrize(("kind", "version"), [("native", 2), ("native3", 3)])
+def test_two_fmus_can_be_linked_into_one_program(kind: Kind, version: int, tmp_path):
+    source = unpacked_source(kind, tmp_path)
+    for prefix in ("one_", "two_"):
+        names = f"-DFMI{version}_FUNCTION_PREFIX={prefix}"
+        done = compile_c("-std=c99", "-O1", "-fPIC", names, "-c", source, "-o", tmp_path / f"{prefix}.o")
+        assert done.returncode == 0, done.stderr
+    both = tmp_path / "both.so"
+    assert compile_c("-shared", tmp_path / "one_.o", tmp_path / "two_.o", "-o", both, "-lm").returncode == 0
+    library = ctypes.CDLL(str(both))
+    for prefix in ("one_", "two_"):
+        function = getattr(library, f"{prefix}fmi{version}GetVersion")
+        function.restype = ctypes.c_char_p
+        assert function() == f"{version}.0".encode()
+    assert not hasattr(library, f"fmi{version}DoStep")
+    names = exported(both)
+    assert len(names) == 2 * len({name.partition("_")[2] for name in names})
+
+
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler on this machine; the project needs none")
+@pytest.mark.parametrize("flag", ["-ffast-math", "-ffinite-math-only"])
+def test_arithmetic_that_would_be_wrong_is_refused(flag: str, tmp_path):
+    done = compile_c("-O2", flag, "-c", unpacked_source("native", tmp_path), "-o", tmp_path / "all.o")
+    assert done.returncode != 0
+    assert "expected arithmetic by IEEE 754" in done.stderr
+
+
+def test_no_multiplication_is_fused_with_an_addition(tmp_path):
+    source = unpacked_source("native", tmp_path)
+    text, target = tmp_path / "all.s", "aarch64-linux-gnu.2.17"
+    run_c_compiler(
+        ["-target", target, "-O3", "-g0", "-fno-sanitize=undefined", "-S", source.name, "-o", text.name], tmp_path
+    )
+    assert b"fmul" in text.read_bytes()
+    assert not re.search(rb"\b(fmadd|fmsub|fnmadd|fnmsub|fmla|fmls)\b", text.read_bytes())
 
 
 def test_binaries_of_every_platform_export_fmi(tmp_path):
