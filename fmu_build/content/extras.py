@@ -12,6 +12,7 @@ from haptid.fmu_build.content.picture import picture
 from haptid.fmu_build.content.reference_run import reference
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance, provenance_of
+from haptid.fmu_build.description.units import modelica_unit
 from haptid.fmu_build.exchange.accuracy import FIRST_GUESSES, Accuracy
 from haptid.fmu_build.exchange.ssv import ssv_bytes
 
@@ -77,7 +78,7 @@ def extra_files(
 def _parameter_set(interface: Interface) -> bytes:
     parameters = interface.of_role("parameter")
     values = {v.name: v.start for v in parameters if v.start is not None}
-    return ssv_bytes(values, {v.name: v.unit for v in parameters})
+    return ssv_bytes(values, {v.name: modelica_unit(v.unit) for v in parameters})
 
 
 def _licence_of(distribution: str) -> bytes:

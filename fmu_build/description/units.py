@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 
 BASE = ("kg", "m", "s", "A", "K", "mol", "cd", "rad")
@@ -58,13 +59,33 @@ class Unit:
         return _DISPLAY.get(self.name)
 
 
+def _tokens(text: str) -> list[tuple[str, str]]:
+    """Return symbols and exponents of a product, as ``N m s^2`` or ``N.m.s2``; an empty exponent is 1."""
+    return re.findall(r"([^\s.()^\d-]+|1)\^?(-?\d+)?", text)
+
+
+def modelica_unit(text: str) -> str:
+    """Return a unit in the syntax of Modelica, which model descriptions use: no blanks, exponents without a sign.
+
+    >>> modelica_unit("N m s/rad"), modelica_unit("kg m^2"), modelica_unit("N m/rad s"), modelica_unit("1")
+    ('N.m.s/rad', 'kg.m2', 'N.m/(rad.s)', '1')
+    """
+    above, _, below = text.partition("/")
+    products = [[f"{symbol}{power}" for symbol, power in _tokens(part)] for part in (above, below)]
+    top, bottom = (".".join(product) for product in products)
+    if not bottom:
+        return top
+    return f"{top}/({bottom})" if len(products[1]) > 1 else f"{top}/{bottom}"
+
+
 def parse_unit(text: str) -> Unit:
     """Parse a unit, as ``N m s/rad``: factors are separated by spaces, all factors behind the slash divide.
 
     Parameters
     ----------
     text
-        Factors with optional exponents (``s^2``) and at most one slash; ``1`` is no unit.
+        Factors with optional exponents (``s^2``) and at most one slash; ``1`` is no unit. Modelica's syntax
+        (``N.m.s/rad``, ``s2``) is understood as well.
 
     Returns
     -------
@@ -82,8 +103,7 @@ def parse_unit(text: str) -> Unit:
     total, factor = dict.fromkeys(BASE, 0), 1.0
     above, _, below = text.partition("/")
     for part, sign in ((above, 1), (below, -1)):
-        for token in part.split():
-            symbol, _, power = token.strip("()").partition("^")
+        for symbol, power in _tokens(part):
             if symbol == "1":
                 continue
             scale, exponents = _DERIVED.get(symbol, (1.0, {symbol: 1}))

@@ -16,6 +16,12 @@ LARGEST_DOUBLE = 1.7976931348623157e308
 """Finite inputs and states lie within ± this."""
 
 
+LEAST_NOMINAL_OF_SCALE = 1e-9
+"""Smallest nominal value over the magnitude of the bounds: solvers scale their tolerances by nominal values."""
+ROUNDING_OF_SCALE = 1e-12
+"""Share of the magnitude of the bounds below which a value of either sign is zero but for rounding."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Variable:
     """Hold one FMI real variable.
@@ -159,7 +165,7 @@ def parameter_variables(e: Equations, at: int, values: dict[str, float], identif
         In the order of the equations. Bounds widen to include the start value.
     """
     for i, x in enumerate(e.parameters, start=at):
-        start = float(values.get(x.id, x.initial))
+        start = _without_residue(x, float(values.get(x.id, x.initial)))
         lower, upper = _range(x, start, identification)
         yield Variable(
             reference=i,
@@ -174,8 +180,24 @@ def parameter_variables(e: Equations, at: int, values: dict[str, float], identif
             start=start,
             minimum=lower,
             maximum=upper,
-            nominal=abs(start) or 1.0,
+            nominal=_nominal(x, start),
         )
+
+
+def _scale(x: Quantity) -> float:
+    """Return the magnitude of the bounds of a quantity; 0 where one is infinite."""
+    largest = max(abs(x.lower), abs(x.upper))
+    return largest if math.isfinite(largest) else 0.0
+
+
+def _without_residue(x: Quantity, start: float) -> float:
+    """Return 0 for a value of either sign that is but the rounding of zero, as where the data say nothing of it."""
+    return 0.0 if x.lower < 0 < x.upper and abs(start) < ROUNDING_OF_SCALE * _scale(x) else start
+
+
+def _nominal(x: Quantity, start: float) -> float:
+    """Return a typical magnitude: that of the start value; where that is next to nothing, that of the bounds."""
+    return abs(start) if abs(start) > LEAST_NOMINAL_OF_SCALE * _scale(x) else _scale(x) or 1.0
 
 
 def _range(x: Quantity, start: float, identification: bool) -> tuple[float, float]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Iterable
+from datetime import UTC, datetime
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
 from haptid.fmu_build.description.interface import Interface
-from haptid.fmu_build.description.units import BASE, parse_unit
+from haptid.fmu_build.description.units import BASE, modelica_unit, parse_unit
 from haptid.fmu_build.description.variables import Variable
-from haptid.support.errors import one_line
+from haptid.support.errors import InputError, one_line
 
 LOG_CATEGORIES = (
     ("logStatusError", "Values and calls that are refused, with what was expected"),
@@ -18,12 +20,36 @@ LOG_CATEGORIES = (
 )
 TOOL = "haptid 0.1"
 LICENCE = "BSD-3-Clause"
+AUTHOR, COPYRIGHT = "haptid", "Copyright (c) 2026, the haptid authors"
+EPOCH_S = int(datetime(1980, 1, 1, tzinfo=UTC).timestamp())
+"""Date of all entries of an archive, and of its generation where the environment does not say another one."""
 
 
 def xml_bytes(root: Element) -> bytes:
     """Return the document of an element: indented XML in UTF-8."""
     ElementTree.indent(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
+
+
+def generation_date() -> str:
+    """Return the date that a model description states, in UTC.
+
+    Returns
+    -------
+    str
+        That of ``SOURCE_DATE_EPOCH`` [s since 1970] (reproducible-builds.org), else that of the archive's entries: the
+        same equations and values must give the same bytes.
+
+    Raises
+    ------
+    InputError
+        Where the variable holds no whole number of seconds.
+    """
+    stated = os.environ.get("SOURCE_DATE_EPOCH", str(EPOCH_S))
+    try:
+        return datetime.fromtimestamp(int(stated), UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
+    except (ValueError, OverflowError, OSError):
+        raise InputError("SOURCE_DATE_EPOCH", expected="whole seconds since 1970", got=repr(stated)) from None
 
 
 def root_of(interface: Interface, identity: dict[str, str], *, version: str, text: str) -> Element:
@@ -50,8 +76,12 @@ def root_of(interface: Interface, identity: dict[str, str], *, version: str, tex
         | identity
         | {
             "description": one_line(text),
+            "author": AUTHOR,
+            "version": interface.equations.digest,
+            "copyright": COPYRIGHT,
             "license": LICENCE,
             "generationTool": TOOL,
+            "generationDateAndTime": generation_date(),
             "variableNamingConvention": "structured",
         },
     )
@@ -100,14 +130,14 @@ def add_unit_definitions(root: Element, names: Iterable[str]) -> None:
     definitions = SubElement(root, "UnitDefinitions")
     for name in sorted(names):
         unit = parse_unit(name)
-        node = SubElement(definitions, "Unit", name=name)
+        node = SubElement(definitions, "Unit", name=modelica_unit(name))
         exponents = dict(unit.exponents)
         attributes = {base: str(exponents[base]) for base in BASE if base in exponents}
         if unit.factor != 1.0:
             attributes["factor"] = _number(unit.factor)
         SubElement(node, "BaseUnit", attributes)
         if unit.display:
-            SubElement(node, "DisplayUnit", name=unit.display[0], factor=_number(unit.display[1]))
+            SubElement(node, "DisplayUnit", name=modelica_unit(unit.display[0]), factor=_number(unit.display[1]))
 
 
 def attributes_of(v: Variable) -> tuple[dict[str, str], dict[str, str]]:
@@ -132,7 +162,7 @@ def attributes_of(v: Variable) -> tuple[dict[str, str], dict[str, str]]:
         "initial": v.initial,
     }
     display = parse_unit(v.unit).display if v.unit else None
-    real = {"unit": v.unit, "displayUnit": display[0] if display else ""}
+    real = {"unit": modelica_unit(v.unit), "displayUnit": modelica_unit(display[0]) if display else ""}
     numbers = {"min": v.minimum, "max": v.maximum, "nominal": v.nominal, "start": v.start}
     real |= {key: _number(x) for key, x in numbers.items() if x is not None and math.isfinite(x)}
     return {key: value for key, value in general.items() if value}, {key: value for key, value in real.items() if value}

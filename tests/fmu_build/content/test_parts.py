@@ -29,6 +29,8 @@ from haptid.model.joint.parameter_table import joint_parameters
         ("rad", {"rad": 1}, 1.0),
         ("N m s/rad", {"kg": 1, "m": 2, "s": -1, "rad": -1}, 1.0),
         ("N m/rad^3", {"kg": 1, "m": 2, "s": -2, "rad": -3}, 1.0),
+        ("N.m/rad3", {"kg": 1, "m": 2, "s": -2, "rad": -3}, 1.0),
+        ("N.m/(rad.s)", {"kg": 1, "m": 2, "s": -3, "rad": -1}, 1.0),
         ("1/s", {"s": -1}, 1.0),
         ("deg/ms", {"rad": 1, "s": -1}, math.pi / 180 * 1e3),
     ],

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import zipfile
+from xml.etree import ElementTree
 
 import fmpy
 import pytest
@@ -10,8 +12,11 @@ import sympy as sp
 from fmpy.validation import validate_fmu
 
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu, interface_for
+from haptid.fmu_build.description.fmi2_xml import model_description
+from haptid.fmu_build.description.fmi3_xml import model_description3
 from haptid.fmu_build.native.platforms import PLATFORMS, this_platform
 from haptid.model.equations.equations import Equations, Input, Output, State
+from haptid.support.errors import InputError
 from tests.fmu_build.fmu_cases import FOLDER, KINDS, NAMES, equations, fmu
 
 
@@ -32,7 +37,8 @@ def test_every_variable_is_described(name: str, kind: Kind):
     description = fmpy.read_model_description(str(fmu(name, kind).path))
     units = {unit.name: unit for unit in description.unitDefinitions}
     assert units["rad"].displayUnits[0].name == "deg"
-    assert units["N m"].baseUnit.kg == 1
+    assert units["N.m"].baseUnit.kg == 1
+    assert not [name for name in units if {" ", "^"} & set(name)]
     for v in description.modelVariables:
         assert v.description
         assert v.unit in units
@@ -159,3 +165,34 @@ def test_setting_an_input_makes_outputs_stale_where_definitions_of_definitions_u
         mass_matrix=(),
     )
     assert interface_for(e, kind="native").stale_from == reference
+
+
+def test_nominal_values_have_the_size_of_start_or_bounds():
+    values = {"link1_I12": 1e-21, "link1_x": -2e-19, "link1_m": 0.1}
+    variables = interface_for(equations("freedom6s"), kind="native", values=values).variables
+    by_id = {v.id: v for v in variables}
+    assert (by_id["link1_I12"].start, by_id["link1_x"].start, by_id["link1_m"].start) == (0.0, 0.0, 0.1)
+    assert (by_id["link1_I12"].nominal, by_id["link1_m"].nominal) == (by_id["link1_I12"].maximum, 0.1)
+    for v in variables:
+        bound = max(abs(v.minimum), abs(v.maximum))
+        assert not math.isfinite(bound) or v.nominal >= 1e-9 * bound
+
+
+@pytest.mark.parametrize(("stated", "date"), [(None, "1980-01-01T00:00:00Z"), ("1700000000", "2023-11-14T22:13:20Z")])
+def test_origin_and_date_are_stated(stated: str | None, date: str, monkeypatch):
+    monkeypatch.delenv("SOURCE_DATE_EPOCH", raising=False)
+    if stated is not None:
+        monkeypatch.setenv("SOURCE_DATE_EPOCH", stated)
+    interface = interface_for(equations("joint4"), kind="native")
+    for text in (
+        model_description(interface, guid="{}", python=False, text="joint"),
+        model_description3(interface, token="{}", text="joint"),
+    ):
+        root = ElementTree.fromstring(text)
+        assert root.get("generationDateAndTime") == date
+        assert root.get("version") == equations("joint4").digest
+        assert root.get("author") == "haptid"
+        assert str(root.get("copyright")).startswith("Copyright")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "yesterday")
+    with pytest.raises(InputError, match="SOURCE_DATE_EPOCH: expected whole seconds"):
+        model_description(interface, guid="{}", python=False, text="joint")
