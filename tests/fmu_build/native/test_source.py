@@ -6,6 +6,7 @@ import ctypes
 import re
 import shutil
 import subprocess
+import tempfile
 import zipfile
 from pathlib import Path
 
@@ -123,3 +124,18 @@ def test_the_binary_needs_no_library(tmp_path):
         path.write_bytes(archive.read(name))
     undefined = subprocess.run([nm, "-D", "--undefined-only", path], capture_output=True, text=True, check=True).stdout
     assert undefined.strip() == ""
+
+
+@pytest.mark.parametrize("kind", ["native", "native3", "python"])
+def test_binaries_are_the_same_bytes_wherever_they_are_built_and_hold_no_path(kind: Kind, tmp_path, monkeypatch):
+    archives = []
+    for folder in (tmp_path / "here", tmp_path / "elsewhere" / "deeper"):
+        folder.mkdir(parents=True)
+        monkeypatch.setenv("HAPTID_CACHE", str(folder))
+        built = build_fmu(equations("joint4"), folder / "all.fmu", kind=kind, platforms=PLATFORMS)
+        archives.append(built.path.read_bytes())
+        with zipfile.ZipFile(built.path) as archive:
+            content = [archive.read(name) for name in archive.namelist()]
+        for name in (str(tmp_path), tmp_path.name, str(Path.home()), tempfile.gettempdir()):
+            assert not [data for data in content if name.encode() in data], name
+    assert archives[0] == archives[1]
