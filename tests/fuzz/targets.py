@@ -12,6 +12,7 @@ import pandas as pd
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.tables.table import read_table
 from tests.fuzz.devices import DEVICES
+from tests.fuzz.fmi_calls import FMI_CALLS
 from tests.fuzz.harness import Target
 from tests.fuzz.others import OTHERS
 from tests.fuzz.results import RESULTS
@@ -121,4 +122,4 @@ _TARGETS = (
     Target(name="csv_gz", examples=(gzip.compress(CSV, mtime=0),), read=read_gzipped_csv),
     Target(name="parquet", examples=(_parquet(),), read=read_parquet),
 )
-TARGETS = {target.name: target for target in (*_TARGETS, *DEVICES, *RESULTS, *OTHERS)}
+TARGETS = {target.name: target for target in (*_TARGETS, *DEVICES, *RESULTS, *OTHERS, *FMI_CALLS)}
