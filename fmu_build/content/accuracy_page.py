@@ -16,10 +16,10 @@ MODES = {
 """How a run was compared, in words."""
 
 SNIPPET = """import csv, fmpy, numpy, pathlib
-folder = fmpy.extract("{file}")
+folder = fmpy.extract("{identifier}.fmu")
 lines = lambda name: csv.DictReader(pathlib.Path(folder, name).read_text().splitlines())
 read = lambda name: [{{k: float(x) for k, x in row.items()}} for row in lines(name)]
-draws, drive = read("extra/haptid/draws.csv"), read("documentation/reference_in.csv")
+draws, drive = read("extra/haptid/draws.csv"), read("documentation/{identifier}_in.csv")
 signals = numpy.array([tuple(row.values()) for row in drive], dtype=[(name, float) for name in drive[0]])
 times = {{"stop_time": {stop_s}, "output_interval": 0.005}}
 run = lambda start: fmpy.simulate_fmu(folder, start_values=start, input=signals, **times)
@@ -28,13 +28,13 @@ lower, upper = numpy.quantile([each["{output}"] for each in drawn], (0.025, 0.97
 """How a host steps the draws, with fmpy: the band of an output along the reference run."""
 
 
-def write_snippet(file: str, output: str, stop_s: float) -> str:
+def write_snippet(identifier: str, output: str, stop_s: float) -> str:
     """Return the lines of Python that step the draws of an FMU.
 
     Parameters
     ----------
-    file
-        Name of the FMU.
+    identifier
+        Model identifier, the name of the FMU.
     output
         FMU variable name of the output whose band is wanted.
     stop_s
@@ -45,7 +45,7 @@ def write_snippet(file: str, output: str, stop_s: float) -> str:
     str
         Lines of Python that define ``nominal``, ``lower`` and ``upper``.
     """
-    return SNIPPET.format(file=file, output=output, stop_s=stop_s)
+    return SNIPPET.format(identifier=identifier, output=output, stop_s=stop_s)
 
 
 def rows_of_runs(accuracy: Accuracy) -> Iterator[tuple[str, ...]]:

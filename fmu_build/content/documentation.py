@@ -79,7 +79,7 @@ def documentation(
         runs=tuple(rows_of_runs(accuracy)),
         effects=tuple(sentences_of_effects(accuracy)),
         digests=tuple(rows_of_digests(accuracy, e.digest)),
-        snippet=write_snippet(f"{interface.identifier}.fmu", interface.of_role("output")[0].name, 2.0),
+        snippet=write_snippet(interface.identifier, interface.of_role("output")[0].name, 2.0),
         identification=interface.identification,
         others=[v for v in interface.variables if v.role != "parameter"],
         number=_number,

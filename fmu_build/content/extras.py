@@ -56,9 +56,7 @@ def extra_files(
     """
     origins = provenance_of(interface.equations, provenance)
     licence = resources.files("haptid.fmu_build.content") / "license.txt"
-    page = documentation(
-        interface, text=text, linear=linear, source=not python, provenance=origins, accuracy=accuracy
-    )
+    page = documentation(interface, text=text, linear=linear, source=not python, provenance=origins, accuracy=accuracy)
     files = {
         "documentation/index.html": page.encode(),
         "documentation/licenses/license.txt": licence.read_bytes(),
