@@ -29,7 +29,12 @@ from haptid.model.friction.registry import laws
 from haptid.support.installing.environment import ROOT
 
 SOURCES = ROOT / "docs"
-OTHER_COMMANDS = ("studies.calibration.run", "studies.blind.run", "virtual_device.make_campaign")
+OTHER_COMMANDS = (
+    "studies.calibration.run",
+    "studies.blind.run",
+    "studies.thresholds.run",
+    "virtual_device.make_campaign",
+)
 """Modules of the commands that ``haptid`` does not have."""
 
 

@@ -114,16 +114,23 @@ def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
     """
     for attempt in range(1, DRAWS):
         try:
-            return _draw(folder, case, seed)
+            return write_case(folder, case, seed, _tests(case))
         except NumericalError:
             seed = [*seed, attempt]
-    return _draw(folder, replace(case, device="single_joint", joint=UPRIGHT[seed[2] % len(UPRIGHT)]), seed)
+    last = replace(case, device="single_joint", joint=UPRIGHT[seed[2] % len(UPRIGHT)])
+    return write_case(folder, last, seed, _tests(last))
 
 
-def _draw(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
+def write_case(folder: Path, case: Case, seed: Sequence[int], runs: Sequence[Cosine]) -> dict[str, Any]:
+    """Draw the joint and the sizes of a case once, write its campaign with these runs, and return its label.
+
+    Raises
+    ------
+    NumericalError
+        Where the joint runs away under its disturbances, or its own parameters take them up.
+    """
     rng = np.random.default_rng(list(seed))
     parameters, known = draw_joint(case, rng)
-    runs = _tests(case)
     hidden: dict[str, Mapping[str, float]] = {}
     label: dict[str, Any] = {"case": folder.name, **asdict(case), "base": {name: parameters[name] for name in BASE}}
     if case.effects:
