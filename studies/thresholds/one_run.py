@@ -19,7 +19,10 @@ from studies.thresholds.change import changed, loaded_readers, noted_reads
 from studies.thresholds.panel import Case
 from studies.thresholds.values import Value
 
-PRELOADED = ("numpy", "pandas", "scipy.optimize", "scipy.stats", "scipy.signal", "sympy")
+PRELOADED = (
+    *("numpy", "pandas", "scipy.optimize", "scipy.stats", "scipy.signal", "sympy", "matplotlib.pyplot"),
+    *("arviz", "emcee", "h5py", "fmpy", "pythonfmu", "jsonschema", "jinja2"),
+)
 """Packages that read no threshold and take seconds to load."""
 
 

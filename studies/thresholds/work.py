@@ -6,6 +6,7 @@ loaded after a change is made.
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -36,6 +37,8 @@ from haptid.uq.sampling.sampling import SamplingOptions
 
 SEED, STARTS = 0, 4
 """Seed and number of starts of all fits and searches."""
+NUMBER = re.compile(r"\d[\d.e+-]*")
+"""Of a sentence: it differs from run to run, while the words are the outcome."""
 SHORT = SamplingOptions(ensembles=2, chunk=10, burn=10, pilot=0, longest=20, seed=SEED)
 
 
@@ -136,7 +139,7 @@ def infer_posterior(campaign: Path, out: Path) -> dict[str, Any]:  # noqa: ARG00
     told = posterior_json(posterior)
     return {
         "verdict": f"{told['noise_model']['id']}, {'sound' if told['sound'] else 'not sound'}",
-        "names": [f"{id}: {p['verdict']}" for id, p in told["parameters"].items()],
+        "names": [NUMBER.sub("…", p["verdict"]) for p in told["parameters"].values()],
         "closed": None,
         "times_noise": None,
         "simulations": None,
