@@ -110,6 +110,12 @@ def run_apart(run: Run, limit_s: float) -> dict[str, Any]:
     return told | {"wall_s": round(time.perf_counter() - began, 2)}
 
 
+def end_runs() -> None:
+    """End all runs, which then fail."""
+    for process in multiprocessing.active_children():
+        process.kill()
+
+
 def _context() -> Any:
     """Return how processes begin: from one that has loaded the large packages and no reader of thresholds."""
     if sys.platform == "win32":

@@ -45,23 +45,24 @@ def counts(stored: Row) -> dict[str, int]:
     Returns
     -------
     dict
-        ``thresholds``; ``read`` by the panel; of these ``changing`` an outcome, ``costing`` other simulations alone,
-        ``steady`` in all their runs, and ``open``: no change of outcome yet, and not all runs made; ``runs`` and
-        ``planned`` ones.
+        ``thresholds``; ``read`` by the panel; of these ``changing`` an outcome, ``costing`` the number of simulations
+        alone, ``steady`` in all runs that are planned, and ``open``: steady so far; ``runs`` made and ``planned``.
     """
     keys = [_key(t) for t in stored["thresholds"]]
     read = [key for key in keys if _readers(stored, key)]
     changing = [key for key in read if any(run["differences"] for run in _runs(stored, key))]
-    rest = [key for key in read if key not in changing]
-    finished = [key for key in rest if len(_runs(stored, key)) == _planned(stored, key)]
-    costing = [key for key in finished if any(run["cost"] is not None for run in _runs(stored, key))]
+    costing = [
+        key for key in read if key not in changing and any(run["cost"] is not None for run in _runs(stored, key))
+    ]
+    rest = [key for key in read if key not in (*changing, *costing)]
+    steady = [key for key in rest if len(_runs(stored, key)) == _planned(stored, key)]
     return {
         "thresholds": len(keys),
         "read": len(read),
         "changing": len(changing),
         "costing": len(costing),
-        "steady": len(finished) - len(costing),
-        "open": len(rest) - len(finished),
+        "steady": len(steady),
+        "open": len(rest) - len(steady),
         "runs": sum(len(_runs(stored, key)) for key in keys),
         "planned": sum(_planned(stored, key) for key in keys),
     }
@@ -72,10 +73,9 @@ def headline(stored: Row) -> str:
     n = counts(stored)
     return (
         f"Of {n['thresholds']} thresholds the panel reads {n['read']}. {n['runs']} of {n['planned']} runs under a "
-        f"change are made. {n['changing']} thresholds change an outcome, {n['costing']} the number of simulations "
-        f"alone, {n['steady']} neither. "
-        f"{n['open']} have changed no outcome so far, but are not run in all cases that "
-        "reads them."
+        f"change are made. {n['changing']} thresholds change an outcome in them; {n['costing']} others change the "
+        f"number of simulations alone. {n['steady']} change neither and are run in all cases that read them; "
+        f"{n['open']} have changed neither so far."
     )
 
 

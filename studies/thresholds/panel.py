@@ -58,6 +58,7 @@ def _search(name: str, words: str, entries: tuple[str, ...] = ENTRIES, **hidden:
 
 NOTHING: Mapping[str, Any] = {"kind": "none", "effects": [], "size": "none"}
 PANEL = (
+    _search("clean", "nothing hidden", **NOTHING),
     Case(
         name="fit",
         words="fit of the position, with its plain model and intervals by profiles: nothing hidden",
@@ -65,7 +66,12 @@ PANEL = (
         work=f"{WORK}:identify",
         hidden={"seed": SEED, **NOTHING},
     ),
-    _search("clean", "nothing hidden", **NOTHING),
+    _search("small", "a cubic spring near the threshold", kind="single", effects=["cubic_spring"], size="threshold"),
+    _search("one", "cogging of nominal size", kind="single", effects=["cogging"], size="nominal"),
+    _search(
+        "scatter", "amplitude of the torque that scatters from cycle to cycle", (*ENTRIES[:2], "amplitude_scatter"),
+        kind="scatter", effects=["amplitude_scatter"], size="nominal",
+    ),
     Case(
         name="driven",
         words="search in the torque of a joint under position control: cogging",
@@ -74,8 +80,14 @@ PANEL = (
         hidden={"seed": SEED, "cogging": 0.01},
         given={"entries": ["cogging", "cubic_spring", "time_delay", "viscous_drift"]},
     ),
-    _search("one", "cogging of nominal size", kind="single", effects=["cogging"], size="nominal"),
-    _search("small", "a cubic spring near the threshold", kind="single", effects=["cubic_spring"], size="threshold"),
+    _search(
+        "two", "a cubic spring and cogging of nominal size", kind="pair", effects=["cubic_spring", "cogging"],
+        size="nominal",
+    ),
+    _search(
+        "unlisted", "cogging, which the catalogue lacks", ("viscous_drift", "time_delay"), kind="single",
+        effects=["cogging"], size="nominal",
+    ),
     Case(
         name="posterior",
         words="posterior of the clean joint by short chains",
@@ -83,16 +95,5 @@ PANEL = (
         work=f"{WORK}:infer_posterior",
         hidden={"seed": SEED, **NOTHING},
     ),
-    _search(
-        "two", "a cubic spring and cogging of nominal size", kind="pair", effects=["cubic_spring", "cogging"],
-        size="nominal",
-    ),
-    _search(
-        "scatter", "amplitude of the torque that scatters from cycle to cycle", (*ENTRIES[:2], "amplitude_scatter"),
-        kind="scatter", effects=["amplitude_scatter"], size="nominal",
-    ),
-    _search(
-        "unlisted", "cogging, which the catalogue lacks", ("viscous_drift", "time_delay"), kind="single",
-        effects=["cogging"], size="nominal",
-    ),
 )  # fmt: skip
+"""In the order in which they are run: first what needs least time and what lies near a decision."""

@@ -11,7 +11,7 @@ import os
 import platform
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -24,7 +24,7 @@ from haptid.support.command import exit_codes, progress
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import write_json, write_text
 from studies.blind.study import PACKAGES, digest
-from studies.thresholds.one_run import Run, run_apart
+from studies.thresholds.one_run import Run, end_runs, run_apart
 from studies.thresholds.outcome import cost_ratio, differences
 from studies.thresholds.page import headline, page
 from studies.thresholds.panel import PANEL, Case
@@ -184,31 +184,25 @@ class Study:
             ThreadPoolExecutor(self.workers) as pool,
         ):
             bar.update(sum(map(self._is_finished, changes)))
-            running: dict[Future[dict[str, Any]], Change] = {}
-            while True:
-                while len(running) < self.workers and not self._is_over() and (one := next(left, None)):
-                    running[pool.submit(run_apart, self._run(one), self.limit_s)] = one
-                if not running:
-                    break
-                done, _ = wait(running, return_when=FIRST_COMPLETED)
-                for future in done:
-                    self._finish(running.pop(future), future.result())
-                    bar.update()
+            try:
+                self._work_off(left, pool, bar.update)
+            except BaseException:
+                end_runs()  # the pool waits for them
+                raise
         self.keep()
 
     def changes(self) -> list[Change]:
         """Return all changes of thresholds that cases read, in the order in which they are run.
 
-        Cases whose run is short come first, and within a case what it reads as it works before what modules take over
-        as they load, whether the case needs it or not.
+        The cases follow each other as in the panel. What modules take over as they load, whether a case needs it or
+        not, comes after all that the cases read as they work.
         """
         delivered = self.stored["delivered"]
         known = {threshold.key: threshold for threshold in all_thresholds()}
-        cases = sorted(self.panel, key=lambda case: float(delivered[case.name]["wall_s"]))
         return [
             Change(case=case, threshold=known[key], change=change)
-            for case in cases
             for reads in ("read", "read_as_loaded")
+            for case in self.panel
             for key in delivered[case.name][reads]
             for change in FACTORS
             if known[key].scaled(change) is not None
@@ -237,6 +231,18 @@ class Study:
         assert value is not None  # others are not planned
         name, room = one.threshold.name, one.threshold.room
         return Run(case=one.case, campaign=self.folder(one.case), room=room, name=name, value=value)
+
+    def _work_off(self, left: Iterator[Change], pool: ThreadPoolExecutor, tell: Callable[[], object]) -> None:
+        """Run changes as workers become free, until none is left or the time is over."""
+        running: dict[Future[dict[str, Any]], Change] = {}
+        while True:
+            while len(running) < self.workers and not self._is_over() and (one := next(left, None)):
+                running[pool.submit(run_apart, self._run(one), self.limit_s)] = one
+            if not running:
+                return
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                self._finish(running.pop(future), future.result())
+                tell()
 
     def _finish(self, one: Change, outcome: dict[str, Any]) -> None:
         before = self.stored["delivered"][one.case.name]

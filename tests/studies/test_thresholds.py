@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import re
 from pathlib import Path
 
@@ -145,6 +146,22 @@ def test_no_run_begins_after_the_time(finished: Study, tmp_path):
     again.change()
     assert again.stored["changes"] == {}
     assert "0 of 4 runs" in headline(again.stored)
+
+
+def test_an_interrupted_study_leaves_no_run_behind(finished: Study, tmp_path, monkeypatch):
+    stored = json.loads(finished.out.read_text(encoding="utf-8")) | {"changes": {}}
+    again = study(tmp_path)
+    again.out.write_text(json.dumps(stored), encoding="utf-8")
+    again.begin()
+
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(run, "wait", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        again.change()
+    assert again.stored["changes"] == {}
+    assert not multiprocessing.active_children()
 
 
 def test_a_study_of_other_code_is_not_continued(finished: Study, tmp_path):
