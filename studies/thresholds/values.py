@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import inspect
 from dataclasses import dataclass, fields
+from functools import cache
 from importlib import import_module
 from types import MappingProxyType
 from typing import Any
@@ -99,8 +100,9 @@ def room_values(room: str) -> Any:
     return getattr(found, inner) if inner else found
 
 
+@cache
 def all_thresholds() -> tuple[Threshold, ...]:
-    """Return every threshold of every room, in the order of the code."""
+    """Return every threshold of every room as delivered, in the order of the code."""
     found = []
     for room in ROOMS:
         values = room_values(room)
