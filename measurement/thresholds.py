@@ -1,8 +1,8 @@
 """Thresholds of measurement: every number that decides whether a campaign is read, remarked on, and how it is split.
 
 A number without a derivation in its docstring was chosen. What halving and doubling it changes in a panel of cases
-stands in `docs/results/thresholds.md`. Positions, speeds and torques
-are those of rotary joints; a prismatic joint has metres and newtons instead.
+stands in `docs/results/thresholds.md`. Positions, speeds and torques are those of rotary joints; a prismatic joint has
+metres and newtons instead.
 """
 
 from __future__ import annotations

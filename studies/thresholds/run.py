@@ -31,7 +31,7 @@ from studies.thresholds.panel import PANEL, Case
 from studies.thresholds.values import FACTORS, ROOMS, Threshold, all_thresholds
 
 SCHEMA = "thresholds/1"
-OF_CODE = (*PACKAGES, "uq", "virtual_device")
+OF_CODE = (*PACKAGES, "uq", "virtual_device", "studies/hidden")
 """Packages whose code decides an outcome."""
 
 
@@ -39,16 +39,16 @@ OF_CODE = (*PACKAGES, "uq", "virtual_device")
 @click.option(
     "--out",
     type=click.Path(path_type=Path, dir_okay=False),
-    default=Path("docs/results/thresholds.json"),
+    default=Path("artifacts/thresholds/thresholds.json"),
     show_default=True,
     help="JSON; a page of the same name with .md goes beside it.",
 )
 @click.option(
     "--campaigns",
     type=click.Path(path_type=Path, file_okay=False),
-    default=Path("artifacts/thresholds"),
+    default=Path("artifacts/thresholds/cases"),
     show_default=True,
-    help="Folder of the panel's campaigns, made where they are missing.",
+    help="Folder of the panel's campaigns, made anew for a new study.",
 )
 @click.option("--only", default="", metavar="ROOM", help=f"Change thresholds of one room: {', '.join(ROOMS)}.")
 @click.option("--minutes", type=float, default=None, help="Begin no run later than this.")
@@ -157,7 +157,7 @@ class Study:
         with progress(total=len(left), title="as delivered", quiet=self.quiet) as bar:
             for case in self.panel:
                 folder = self.folder(case)
-                if not (folder / "campaign.toml").exists():
+                if case in left or not (folder / "campaign.toml").exists():
                     module, _, name = case.make.partition(":")
                     getattr(import_module(module), name)(folder, **case.hidden)
                 if case not in left:

@@ -9,7 +9,7 @@ from typing import Any
 
 
 def make(folder: Path) -> None:
-    folder.mkdir(parents=True)
+    folder.mkdir(parents=True, exist_ok=True)
     (folder / "campaign.toml").write_text("")
 
 
