@@ -76,7 +76,7 @@ def _move(rng: np.random.Generator, cogging: float) -> tuple[np.ndarray, np.ndar
     arm, sensor = Arm(read_truth()), Sensor(noise=2e-4)
     t = np.round(np.arange(0.0, CONTROLLED_S, STEP_S), 6)
     wanted = 0.25 * np.sin(1.1 * t) + 0.12 * np.sin(6.3 * t) + 0.01 * np.sin(2.9 * t)
-    state, torque, read, velocity = np.zeros(3 * JOINTS), np.zeros(t.size), np.zeros(t.size), 0.0
+    state, torque, read, velocity = arm.start(np.zeros(JOINTS)), np.zeros(t.size), np.zeros(t.size), 0.0
     for k in range(t.size):
         read[k] = state[0] + sensor.std * rng.standard_normal()
         if k:

@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 import multiprocessing
 import re
+from importlib import import_module
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
 
+from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.noise.thresholds import THRESHOLDS as NOISE
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.installing.environment import ROOT
@@ -210,6 +212,16 @@ def test_simulations_are_a_cost():
     assert cost_ratio(OUTCOME, OUTCOME | {"simulations": 105}) is None
     assert cost_ratio(OUTCOME, OUTCOME | {"simulations": 300}) == 3.0
     assert cost_ratio(OUTCOME, {"failed": "no start"}) is None
+
+
+@pytest.mark.parametrize("name", ["clean", "driven"])
+def test_campaigns_of_the_panel_can_be_read(name, tmp_path):
+    (one,) = [each for each in PANEL if each.name == name]
+    module, _, function = one.make.partition(":")
+    getattr(import_module(module), function)(tmp_path, **one.hidden)
+    campaign = campaign_for_command(str(tmp_path))
+    assert len(campaign.joints) == 1
+    assert {each.use for each in campaign.runs} == {"fit", "validate"}
 
 
 def test_seeds_of_the_panel_are_those_of_no_stored_study():
