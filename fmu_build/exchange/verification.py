@@ -82,7 +82,10 @@ def _rows(test: Mapping[str, Any], run: Mapping[str, Any], joint: int) -> Iterat
     place = list(test["free_joints"]).index(joint)
     about = {"file": run.get("file"), "use": run.get("use"), "free_joints": list(test["free_joints"])}
     model = (run.get("figures") or {}).get("model") or {}
-    noise = _of_joint(test.get("sigma", {}).get(run.get("file"), test.get("noise_rad")), place)
+    stated = _of_joint(test.get("sigma", {}).get(run.get("file"), test.get("noise_rad")), place)
+    # Where the torque was fitted, the noise of a run is that of its torque.
+    by_torque = test.get("residual") == "torque"
+    noise, of_torque = (None, stated) if by_torque else (stated, None)
     alone = len(test["free_joints"]) == 1
     if run.get("rmse_rad") is not None:
         rmse = run["rmse_rad"] if alone else _of_joint(run.get("rmse_per_joint"), place)
@@ -94,7 +97,8 @@ def _rows(test: Mapping[str, Any], run: Mapping[str, Any], joint: int) -> Iterat
             yield {**about, "mode": mode, "rmse": rmse, "over_noise": _over(rmse, noise)}
     torque = _of_joint(model.get("torque_rmse"), place)
     if torque is not None:
-        yield {**about, "mode": "torque", "rmse": torque, "relative": _of_joint(model.get("torque_error"), place)}
+        relative = _of_joint(model.get("torque_error"), place)
+        yield {**about, "mode": "torque", "rmse": torque, "relative": relative, "over_noise": _over(torque, of_torque)}
 
 
 def _of_joint(value: Any, place: int) -> float | None:
