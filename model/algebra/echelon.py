@@ -31,7 +31,18 @@ class Echelon:
 
     @classmethod
     def of(cls, rows: Iterable[Row]) -> Echelon:
-        """Return the span of some rows."""
+        """Return the span of some rows.
+
+        Parameters
+        ----------
+        rows
+            Sparse rows, column → entry.
+
+        Returns
+        -------
+        Echelon
+            The span in reduced row echelon form.
+        """
         matrix, pivots = _matrix(list(rows)).rref()
         return cls(dict(zip(pivots, _rows(matrix), strict=True)))
 
@@ -46,7 +57,18 @@ class Echelon:
         return frozenset(column for row in self.reduced.values() for column in row)
 
     def extend(self, rows: Iterable[Row]) -> Echelon:
-        """Return the span with further rows."""
+        """Return the span with further rows.
+
+        Parameters
+        ----------
+        rows
+            Further sparse rows, column → entry.
+
+        Returns
+        -------
+        Echelon
+            Span of the rows held and of those given.
+        """
         return Echelon.of([*self.reduced.values(), *rows])
 
 

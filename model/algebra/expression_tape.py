@@ -81,15 +81,48 @@ class Tape:
         self._known: dict[Key, int] = {}
 
     def symbol(self, symbol: sp.Symbol) -> Node:
-        """Return the node of a symbol of the model."""
+        """Return the node of a symbol of the model.
+
+        Parameters
+        ----------
+        symbol
+            Symbol of the model, as q<j>.
+
+        Returns
+        -------
+        Node
+            The same node for the same symbol.
+        """
         return self._node(("symbol", symbol))
 
     def constant(self, value: Fraction | int) -> Scalar:
-        """Return a number as it is: constants fold."""
+        """Return a number as it is: constants fold.
+
+        Parameters
+        ----------
+        value
+            Rational number.
+
+        Returns
+        -------
+        int or Fraction
+            An int where the number is whole.
+        """
         return int(value) if Fraction(value).denominator == 1 else value
 
     def cos_sin(self, moved_by: Mapping[int, Fraction]) -> tuple[Scalar, Scalar]:
-        """Return cosine and sine of Σ moved_by[j]·q_j; those of −q are written in those of q, to share the nodes."""
+        """Return cosine and sine of Σ moved_by[j]·q_j; those of −q are written in those of q, to share the nodes.
+
+        Parameters
+        ----------
+        moved_by
+            Joint → coefficient [rad/rad].
+
+        Returns
+        -------
+        cos, sin : Scalar
+            Nodes, or the ints 1 and 0 where the angle is 0.
+        """
         terms = {j: ratio for j, ratio in moved_by.items() if ratio}
         if len(terms) == 1:
             ((j, ratio),) = terms.items()
@@ -100,11 +133,33 @@ class Tape:
         return (1, 0) if angle == 0 else (self._node(("cos", angle)), self._node(("sin", angle)))
 
     def travel(self, moved_by: Mapping[int, Fraction]) -> Scalar:
-        """Return Σ moved_by[j]·q_j."""
+        """Return Σ moved_by[j]·q_j.
+
+        Parameters
+        ----------
+        moved_by
+            Joint → coefficient.
+
+        Returns
+        -------
+        Scalar
+            Node of the sum [rad] or [m], or the int 0 of an empty one.
+        """
         return sum((self.symbol(position_symbol(j)) * self.constant(ratio) for j, ratio in moved_by.items()), 0)
 
     def tidy(self, value: Scalar) -> Scalar:
-        """Return `value`."""
+        """Return `value`: nodes need no canonical form.
+
+        Parameters
+        ----------
+        value
+            Scalar on the tape.
+
+        Returns
+        -------
+        Scalar
+            The same.
+        """
         return value
 
     def sum(self, a: Scalar, b: Scalar) -> Scalar:
@@ -224,7 +279,20 @@ class Tape:
 
 
 def times_symbol(ratio: Fraction, symbol: sp.Symbol) -> sp.Expr:
-    """Return ratio·symbol."""
+    """Return ratio·symbol.
+
+    Parameters
+    ----------
+    ratio
+        Coefficient.
+    symbol
+        Symbol of the model.
+
+    Returns
+    -------
+    sympy.Expr
+        The product, with the coefficient as an exact rational number.
+    """
     return sp.Rational(ratio.numerator, ratio.denominator) * symbol
 
 

@@ -58,7 +58,18 @@ def cos_sin(angle: float) -> tuple[Fraction | int, Fraction | int]:
 
 
 def rational_vector(vector: Vector) -> Vec:
-    """Return the decimals of `vector` as rational numbers."""
+    """Return the decimals of `vector` as rational numbers.
+
+    Parameters
+    ----------
+    vector
+        Three floating-point numbers.
+
+    Returns
+    -------
+    Vec
+        The three as `rational` converts them.
+    """
     x, y, z = (rational(value) for value in vector)
     return x, y, z
 

@@ -24,12 +24,34 @@ Monomial = tuple[int, ...]
 
 
 def position_symbol(joint: int) -> sp.Symbol:
-    """Return the SymPy symbol q_j of a joint's position."""
+    """Return the SymPy symbol q_j of a joint's position.
+
+    Parameters
+    ----------
+    joint
+        Number j of the joint.
+
+    Returns
+    -------
+    sympy.Symbol
+        Real symbol ``q<j>`` [rad] or [m].
+    """
     return sp.Symbol(f"q{joint}", real=True)
 
 
 def velocity_symbol(joint: int) -> sp.Symbol:
-    """Return the SymPy symbol v_j of a joint's velocity q̇_j."""
+    """Return the SymPy symbol v_j of a joint's velocity q̇_j.
+
+    Parameters
+    ----------
+    joint
+        Number j of the joint.
+
+    Returns
+    -------
+    sympy.Symbol
+        Real symbol ``v<j>`` [rad/s] or [m/s].
+    """
     return sp.Symbol(f"v{joint}", real=True)
 
 
@@ -58,7 +80,18 @@ class TrigRing:
         self.names = tuple(names)
 
     def constant(self, value: Fraction | int) -> Scalar:
-        """Return a rational number as an element."""
+        """Return a rational number as an element.
+
+        Parameters
+        ----------
+        value
+            Rational number.
+
+        Returns
+        -------
+        Polynomial
+            Constant element of the ring.
+        """
         fraction = Fraction(value)
         return self.ring.ground_new(QQ(fraction.numerator, fraction.denominator))
 
@@ -87,7 +120,18 @@ class TrigRing:
         return self.tidy(c), self.tidy(s)
 
     def travel(self, moved_by: Mapping[int, Fraction]) -> Scalar:
-        """Return Σ moved_by[j]·q_j."""
+        """Return Σ moved_by[j]·q_j, with locked joints at their posture.
+
+        Parameters
+        ----------
+        moved_by
+            Joint → coefficient; free joints are prismatic.
+
+        Returns
+        -------
+        Polynomial
+            Linear element of the ring [m].
+        """
         total = self.ring.zero
         for j, ratio in moved_by.items():
             position = self._generator[f"q{j}"] if j in self.free else self.constant(rational(self._locked[j]))
@@ -127,7 +171,18 @@ class TrigRing:
         return self.ring.from_dict({monomial: x for monomial, x in result.items() if x})
 
     def element(self, value: Scalar) -> Polynomial:
-        """Return a scalar, possibly a plain int, as an element."""
+        """Return a scalar, possibly a plain int, as an element.
+
+        Parameters
+        ----------
+        value
+            Element of the ring or a plain int.
+
+        Returns
+        -------
+        Polynomial
+            Element of the ring.
+        """
         return self.ring.ground_new(QQ(value)) if isinstance(value, int) else value
 
     def derivative(self, value: Polynomial, joint: int) -> Polynomial:
@@ -151,11 +206,33 @@ class TrigRing:
         return self.tidy(value.diff(s) * c - value.diff(c) * s)
 
     def expression(self, monomial: Monomial) -> sp.Expr:
-        """Return a monomial as a SymPy expression of q_j."""
+        """Return a monomial as a SymPy expression of q_j.
+
+        Parameters
+        ----------
+        monomial
+            Powers of the generators, in the order of ``names``.
+
+        Returns
+        -------
+        sympy.Expr
+            Product of powers of cos q_j, sin q_j and, for prismatic joints, q_j.
+        """
         return sp.Mul(*(self._function(name) ** power for name, power in zip(self.names, monomial, strict=False)))
 
     def label(self, monomial: Monomial) -> str:
-        """Return a monomial as an identifier: 1, c1, c1s2, c1c1, …; q1q1 for a prismatic joint."""
+        """Return a monomial as an identifier: 1, c1, c1s2, c1c1, …; q1q1 for a prismatic joint.
+
+        Parameters
+        ----------
+        monomial
+            Powers of the generators, in the order of ``names``.
+
+        Returns
+        -------
+        str
+            Names of the generators, each as often as its power says.
+        """
         return "".join(name * power for name, power in zip(self.names, monomial, strict=False)) or "1"
 
     def _function(self, name: str) -> sp.Expr:

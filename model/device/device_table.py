@@ -73,7 +73,18 @@ def parse_device(table: Table, where: str | Place) -> Device:
 
 
 def key_words(path: KeyPath) -> str:
-    """Return a key as errors name it."""
+    """Return a key as errors name it.
+
+    Parameters
+    ----------
+    path
+        Keys from the top of the file to the value at fault.
+
+    Returns
+    -------
+    str
+        The path as text; "top level" where it is empty.
+    """
     return join_path(path) or "top level"
 
 

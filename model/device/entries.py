@@ -272,7 +272,27 @@ def check_moved(joints: Sequence[Joint], links: Sequence[Link], motors: Sequence
 
 
 def vector_of(values: Sequence[float], each: Range, place: Place) -> Vector:
-    """Return three numbers after a check of their range; InputError where one lies outside."""
+    """Return three numbers after a check of their range.
+
+    Parameters
+    ----------
+    values
+        Three numbers, in the unit of the range.
+    each
+        Range of each number.
+    place
+        Place of the three numbers, for messages.
+
+    Returns
+    -------
+    Vector
+        The three numbers.
+
+    Raises
+    ------
+    InputError
+        Where a number lies outside the range.
+    """
     x, y, z = (each.check(value, place.at(i)) for i, value in enumerate(values))
     return x, y, z
 

@@ -66,7 +66,18 @@ class Uncertainty:
         }
 
     def rotor_guess(self, guess: Guess) -> Guess:
-        """Add standard deviation and bounds to a rotor's guess that has none."""
+        """Add standard deviation and bounds to a rotor's guess that has none.
+
+        Parameters
+        ----------
+        guess
+            Rotor inertia [kg m²].
+
+        Returns
+        -------
+        Guess
+            A fixed guess as it is; any other as `widen_guess` widens it, with ``rotor`` times its value as deviation.
+        """
         return guess if guess.fixed else widen_guess(guess, self.rotor * guess.initial, positive=True)
 
 

@@ -83,7 +83,20 @@ def check_words(element: Element, where: str) -> None:
 
 
 def check_depth(root: Element, where: str) -> None:
-    """Check that elements are nested at most `MOST_NESTED_LEVELS` deep; InputError where not."""
+    """Check that elements are nested at most `MOST_NESTED_LEVELS` deep.
+
+    Parameters
+    ----------
+    root
+        Root element of a URDF.
+    where
+        Place of the element, for messages.
+
+    Raises
+    ------
+    InputError
+        Where elements are nested deeper.
+    """
     level, depth = [root], 0
     while level:
         level, depth = [child for element in level for child in element], depth + 1

@@ -49,5 +49,16 @@ def of_joint(number: int, part: str) -> str:
 
 
 def is_of_joint(name: str) -> bool:
-    """Return whether a structured name begins with the prefix of a joint."""
+    """Return whether a structured name begins with the prefix of a joint.
+
+    Parameters
+    ----------
+    name
+        Name of an FMU variable.
+
+    Returns
+    -------
+    bool
+        True for ``joint4.position``, for example.
+    """
     return name.startswith(JOINT.format(number=""))

@@ -103,5 +103,16 @@ def guess_presliding(s: Sliding) -> dict[str, float]:
 
 
 def guess_stribeck(s: Sliding) -> dict[str, float]:
-    """Guess `guess_presliding` and a Stribeck curve: stiction 20 % above Fc, ``vs`` a tenth of the largest speed."""
+    """Guess `guess_presliding` and a Stribeck curve: stiction 20 % above Fc, ``vs`` a tenth of the largest speed.
+
+    Parameters
+    ----------
+    s
+        Estimates from the data of a joint.
+
+    Returns
+    -------
+    dict
+        ``sigma0``, ``sigma2``, ``Fc``, ``vs`` and ``Fs`` by id.
+    """
     return guess_presliding(s) | {"vs": 0.1 * s.speed, "Fs": 1.2 * s.coulomb}

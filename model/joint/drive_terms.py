@@ -77,7 +77,21 @@ def drive_inputs(drive: Drive, *, prismatic: bool = False) -> tuple[Input, ...]:
 
 
 def drive_quantities(drive: Drive, *, prismatic: bool = False) -> tuple[Quantity, ...]:
-    """Return the parameters of a drive with default ranges, then those of its controller, which are fixed."""
+    """Return the parameters of a drive with default ranges, then those of its controller, which are fixed.
+
+    Parameters
+    ----------
+    drive
+        Drive of the joint.
+    prismatic
+        Whether the joint slides.
+
+    Returns
+    -------
+    tuple of Quantity
+        The drive's own: nothing for a torque, the torque constant for a current, and the winding resistance too for
+        voltage and duty. Then those of the controller.
+    """
     needed = {"torque": 0, "current": 1, "voltage": 2, "duty": 2}[drive.kind]
     own = quantities(DRIVE_TABLE[:needed], prismatic=prismatic)
     if drive.controller is None:
@@ -109,14 +123,38 @@ def drive_torque(drive: Drive) -> sp.Expr:
 
 
 def drive_damping(drive: Drive) -> sp.Expr:
-    """Return the back-EMF's share in −∂τ/∂v [N m s/rad], for the relaxation rate of the speed."""
+    """Return the back-EMF's share in −∂τ/∂v [N m s/rad], for the relaxation rate of the speed.
+
+    Parameters
+    ----------
+    drive
+        Drive of the joint.
+
+    Returns
+    -------
+    sympy.Expr
+        e·kt²/R for voltage and duty; 0 for torque and current.
+    """
     if drive.kind in ("torque", "current"):
         return sp.S.Zero
     return _symbol(ENABLED) * _symbol("torque_constant") ** 2 / _symbol("resistance_ohm")
 
 
 def drive_states(drive: Drive, *, prismatic: bool = False) -> tuple[tuple[State, sp.Expr], ...]:
-    """Return the states of a drive with their rates of change: the integral of a ``pid`` controller."""
+    """Return the states of a drive with their rates of change: the integral of a ``pid`` controller.
+
+    Parameters
+    ----------
+    drive
+        Drive of the joint.
+    prismatic
+        Whether the joint slides.
+
+    Returns
+    -------
+    tuple of (State, sympy.Expr)
+        Integral [rad s] or [m s] of the error, with its rate; empty without a ``pid`` controller.
+    """
     if drive.controller is None or drive.controller.kind != "pid":
         return ()
     unit = "m s" if prismatic else "rad s"

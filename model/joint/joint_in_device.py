@@ -280,7 +280,20 @@ def _state(id: str, unit: str, description: str, structured: str) -> State:
 
 
 def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
-    """Return the commanded torques [N m] or forces [N] of the joints as inputs ``tau<j>``."""
+    """Return the commanded torques [N m] or forces [N] of the joints as inputs ``tau<j>``.
+
+    Parameters
+    ----------
+    device
+        Device with the joints.
+    joints
+        Numbers of the joints.
+
+    Returns
+    -------
+    tuple of Input
+        One input a joint, in the order of ``joints``.
+    """
     result = []
     for j in joints:
         what, unit = ("force", "N") if device.joints[j].prismatic else ("torque", "N m")
@@ -290,7 +303,20 @@ def joint_inputs(device: Device, joints: Sequence[int]) -> tuple[Input, ...]:
 
 
 def joint_outputs(device: Device, parts: Mapping[int, JointPart]) -> tuple[Output, ...]:
-    """Return the position readings [rad] or [m] of the joints as outputs ``y<j>``."""
+    """Return the position readings [rad] or [m] of the joints as outputs ``y<j>``.
+
+    Parameters
+    ----------
+    device
+        Device with the joints.
+    parts
+        Part of each joint in the equations.
+
+    Returns
+    -------
+    tuple of Output
+        One output a joint, in the order of ``parts``.
+    """
     return tuple(
         Output(
             id=f"y{j}",
@@ -350,7 +376,18 @@ def joint_rates(parts: Mapping[int, JointPart], damping: Sequence[sp.Expr]) -> t
 
 
 def names_of(effects: Effects) -> tuple[str, ...]:
-    """Return a name such as ``joint3_cogging`` for every effect, by ascending joint."""
+    """Return a name such as ``joint3_cogging`` for every effect, by ascending joint.
+
+    Parameters
+    ----------
+    effects
+        Effects by joint.
+
+    Returns
+    -------
+    tuple of str
+        ``joint<j>_<id>``; several effects of a joint in their own order.
+    """
     return tuple(f"joint{j}_{e.id}" for j, some in sorted(effects.items()) for e in some)
 
 

@@ -373,7 +373,29 @@ class CompiledKernel:
         return state if finite else np.full(nx, np.nan)
 
     def derivatives(self, t: float, x: Any, u: Any, p: Any) -> Array:
-        """Return the rates of change ẋ, shape (n_x,), at time t [s], state x, inputs u and parameters p."""
+        """Return the rates of change ẋ = f(t, x, u, p).
+
+        Parameters
+        ----------
+        t
+            Time [s].
+        x
+            State, shape (n_x,).
+        u
+            Inputs, shape (n_u,).
+        p
+            Parameters, shape (n_p,).
+
+        Returns
+        -------
+        Array
+            Rates of change, in the units of the states per second, shape (n_x,).
+
+        Raises
+        ------
+        ValueError
+            Where an array has the wrong shape.
+        """
         nx, nu, np_, _ = self._sizes
         x, u, p = _check_shape("x", x, (nx,)), _check_shape("u", u, (nu,)), _check_shape("p", p, (np_,))
         f = np.empty(nx)
@@ -381,7 +403,29 @@ class CompiledKernel:
         return f
 
     def output(self, t: float, x: Any, u: Any, p: Any) -> Array:
-        """Return the outputs y, shape (n_y,), at time t [s], state x, inputs u and parameters p."""
+        """Return the outputs y = g(t, x, u, p).
+
+        Parameters
+        ----------
+        t
+            Time [s].
+        x
+            State, shape (n_x,).
+        u
+            Inputs, shape (n_u,).
+        p
+            Parameters, shape (n_p,).
+
+        Returns
+        -------
+        Array
+            Outputs in their units, shape (n_y,).
+
+        Raises
+        ------
+        ValueError
+            Where an array has the wrong shape.
+        """
         nx, nu, np_, ny = self._sizes
         x, u, p = _check_shape("x", x, (nx,)), _check_shape("u", u, (nu,)), _check_shape("p", p, (np_,))
         y = np.empty(ny)

@@ -50,7 +50,18 @@ class Kernel:
 
 
 def template(name: str) -> str:
-    """Return the text of a fixed part of the kernel, by its file name."""
+    """Return the text of a fixed part of the kernel, by its file name.
+
+    Parameters
+    ----------
+    name
+        Name of a file beside this module.
+
+    Returns
+    -------
+    str
+        Content of the file.
+    """
     return resources.files("haptid.model.kernel").joinpath(name).read_text(encoding="utf-8")
 
 

@@ -20,7 +20,18 @@ class Direction(sp.Function):
     """The sign of a real number, with derivative 0."""
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
-        """Return 0."""
+        """Return the derivative, which is 0.
+
+        Parameters
+        ----------
+        argindex
+            Number of the argument; there is one.
+
+        Returns
+        -------
+        sympy.Expr
+            0.
+        """
         return sp.S.Zero
 
 
@@ -33,7 +44,18 @@ class Magnitude(sp.Function):
     """
 
     def fdiff(self, argindex: int = 1) -> sp.Expr:  # noqa: ARG002 - SymPy's signature
-        """Return the sign."""
+        """Return the derivative, which is the sign.
+
+        Parameters
+        ----------
+        argindex
+            Number of the argument; there is one.
+
+        Returns
+        -------
+        sympy.Expr
+            `Direction` of the argument.
+        """
         return Direction(self.args[0])
 
 
@@ -59,7 +81,18 @@ def slopes(expression: sp.Expr, symbols: Iterable[sp.Symbol]) -> list[sp.Expr]:
 
 
 def of_reals(expression: sp.Expr) -> sp.Expr:
-    """Replace SymPy's ``Abs`` and ``sign`` by `Magnitude` and `Direction`, whose derivatives stay real and short."""
+    """Replace SymPy's ``Abs`` and ``sign`` by `Magnitude` and `Direction`, whose derivatives stay real and short.
+
+    Parameters
+    ----------
+    expression
+        Expression of real symbols.
+
+    Returns
+    -------
+    sympy.Expr
+        The same function of its symbols.
+    """
     return _exchange_functions(sp.sympify(expression), ((sp.Abs, Magnitude), (sp.sign, Direction)))
 
 

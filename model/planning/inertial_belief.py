@@ -53,7 +53,18 @@ class Measurement:
 
 
 def rows_of(coefficients: Sequence[Coefficient]) -> Array:
-    """Return the rows A of n coefficients as linear maps of π, shape (n, n_pi)."""
+    """Return the rows A of coefficients, which are linear maps of π.
+
+    Parameters
+    ----------
+    coefficients
+        The n coefficients of a configuration.
+
+    Returns
+    -------
+    Array
+        A, shape (n, n_pi).
+    """
     return np.array([coefficient.linear_map for coefficient in coefficients])
 
 
@@ -74,7 +85,18 @@ class LinkBelief:
 
     @classmethod
     def from_device(cls, device: Device) -> LinkBelief:
-        """Return the belief of a device's first guesses with their stated uncertainty (`pi_prior`)."""
+        """Return the belief of a device's first guesses with their stated uncertainty (`pi_prior`).
+
+        Parameters
+        ----------
+        device
+            Device with first guesses and standard deviations of its links and motors.
+
+        Returns
+        -------
+        LinkBelief
+            Prior of π at the first guesses.
+        """
         mean, covariance = pi_prior(device)
         return cls(mean=mean, covariance=covariance)
 

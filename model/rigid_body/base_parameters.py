@@ -65,7 +65,18 @@ class BaseParameter:
 
 
 def full_lagrangian(device: Device) -> Lagrangian:
-    """Derive the Lagrangian of a device with all joints free, as `derive` does."""
+    """Derive the Lagrangian of a device with all joints free, as `derive` does.
+
+    Parameters
+    ----------
+    device
+        Device with n_q joints.
+
+    Returns
+    -------
+    Lagrangian
+        M and V as linear forms in π.
+    """
     return derive(device, tuple(range(len(device.joints))), (0.0,) * len(device.joints))
 
 

@@ -22,13 +22,35 @@ UNITS = ("kg", "kg m", "kg m", "kg m", *("kg m^2",) * 6)
 
 
 def pi_ids(device: Device) -> tuple[str, ...]:
-    """Return the names of π, shape (n_pi,): ``link4_m``, ``link4_mx``, …, ``link4_L23``, …, ``motor_elbow_J``."""
+    """Return the names of π: ``link4_m``, ``link4_mx``, …, ``link4_L23``, …, ``motor_elbow_J``.
+
+    Parameters
+    ----------
+    device
+        Device with its links and motors.
+
+    Returns
+    -------
+    tuple of str
+        The n_pi names: ten for each massive link, then one for each motor.
+    """
     links = tuple(f"link{link.name}_{key}" for link in device.massive for key in BARYCENTRIC)
     return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
 
 
 def standard_ids(device: Device) -> tuple[str, ...]:
-    """Return the names of the standard parameters: ``link4_m``, ``link4_x``, …, ``link4_I11``, …, ``motor_elbow_J``."""
+    """Return the names of the standard parameters: ``link4_m``, ``link4_x``, …, ``link4_I11``, …, ``motor_elbow_J``.
+
+    Parameters
+    ----------
+    device
+        Device with its links and motors.
+
+    Returns
+    -------
+    tuple of str
+        The n_pi names: ten for each massive link, then one for each motor.
+    """
     links = tuple(f"link{link.name}_{key}" for link in device.massive for key in STANDARD)
     return links + tuple(f"motor_{motor.name}_J" for motor in device.motors)
 
@@ -54,13 +76,35 @@ def barycentric(standard: Sequence[Scalar]) -> tuple[Scalar, ...]:
 
 
 def standard_initial(device: Device) -> Array:
-    """Return the first guesses of the standard parameters, shape (n_pi,)."""
+    """Return the first guesses of the standard parameters.
+
+    Parameters
+    ----------
+    device
+        Device with its links and motors.
+
+    Returns
+    -------
+    Array
+        Mass [kg], centroid [m] and inertia [kg m²] in the order of `standard_ids`, shape (n_pi,).
+    """
     links = [value for link in device.massive for value in link.inertial.initial]  # type: ignore[union-attr]  # massive
     return np.array([*links, *(motor.inertia.initial for motor in device.motors)])
 
 
 def standard_std(device: Device) -> Array:
-    """Return the prior standard deviations of the standard parameters, shape (n_pi,); a fixed one has 0."""
+    """Return the prior standard deviations of the standard parameters.
+
+    Parameters
+    ----------
+    device
+        Device with its links and motors.
+
+    Returns
+    -------
+    Array
+        In the order and units of `standard_initial`, shape (n_pi,); 0 where a guess has none, as a fixed one.
+    """
     links = [guess for link in device.massive for guess in link.inertial.guesses]  # type: ignore[union-attr]  # massive
     return np.array([guess.std or 0.0 for guess in (*links, *(motor.inertia for motor in device.motors))])
 

@@ -25,19 +25,63 @@ class Coordinates(Protocol):
     """
 
     def constant(self, value: Fraction | int) -> Scalar:
-        """Return a number of the geometry as a scalar."""
+        """Return a number of the geometry as a scalar.
+
+        Parameters
+        ----------
+        value
+            Rational number.
+
+        Returns
+        -------
+        Scalar
+            The same number.
+        """
         ...
 
     def cos_sin(self, moved_by: Mapping[int, Fraction]) -> tuple[Scalar, Scalar]:
-        """Return cosine and sine of Σ moved_by[j]·q_j."""
+        """Return cosine and sine of Σ moved_by[j]·q_j.
+
+        Parameters
+        ----------
+        moved_by
+            Joint → coefficient.
+
+        Returns
+        -------
+        cos, sin : Scalar
+            Of the angle.
+        """
         ...
 
     def travel(self, moved_by: Mapping[int, Fraction]) -> Scalar:
-        """Return Σ moved_by[j]·q_j."""
+        """Return Σ moved_by[j]·q_j.
+
+        Parameters
+        ----------
+        moved_by
+            Joint → coefficient.
+
+        Returns
+        -------
+        Scalar
+            The sum [rad] or [m].
+        """
         ...
 
     def tidy(self, value: Scalar) -> Scalar:
-        """Return `value` in canonical form."""
+        """Return `value` in canonical form.
+
+        Parameters
+        ----------
+        value
+            Scalar.
+
+        Returns
+        -------
+        Scalar
+            An equal scalar.
+        """
         ...
 
 
@@ -87,12 +131,36 @@ def _geometry(origin: Vec, rpy: Vec, axis: Vec) -> Geometry:
 
 
 def geometry(link: Link) -> Geometry:
-    """Return the rational geometry of a link."""
+    """Return the rational geometry of a link.
+
+    Parameters
+    ----------
+    link
+        Link of a device.
+
+    Returns
+    -------
+    Geometry
+        Rotation and origin at home, and axis of the motion.
+    """
     return _geometry(link.origin, link.rpy, link.axis)
 
 
 def constant_vector(coordinates: Coordinates, vector: Vec) -> Vec:
-    """Convert a rational vector to the scalar of the coordinates; 0 and ±1 stay ints, which fold away."""
+    """Convert a rational vector to the scalar of the coordinates; 0 and ±1 stay ints, which fold away.
+
+    Parameters
+    ----------
+    coordinates
+        Joint positions over the scalar.
+    vector
+        Rational vector, shape (3,).
+
+    Returns
+    -------
+    Vec
+        The same vector over the scalar, shape (3,).
+    """
     x, y, z = (value if value in (0, 1, -1) else coordinates.constant(value) for value in vector)
     return x, y, z
 
@@ -124,7 +192,20 @@ def pose(link: Link, coordinates: Coordinates) -> Pose:
 
 
 def poses(device: Device, coordinates: Coordinates) -> dict[str, Pose]:
-    """Return the pose of every link in its parent's frame, by the link's name."""
+    """Return the pose of every link in its parent's frame, by the link's name.
+
+    Parameters
+    ----------
+    device
+        Device with its links.
+    coordinates
+        Joint positions over a scalar.
+
+    Returns
+    -------
+    dict of str to Pose
+        Pose by name of the link, in the order of the links.
+    """
     return {link.name: pose(link, coordinates) for link in device.links}
 
 

@@ -38,15 +38,50 @@ class Lagrangian:
     potential: LinearForm
 
     def entry(self, i: int, j: int) -> LinearForm:
-        """Return M_ij for any order of i and j."""
+        """Return the entry M_ij of the mass matrix, for any order of i and j.
+
+        Parameters
+        ----------
+        i, j
+            Positions in ``ring.free``.
+
+        Returns
+        -------
+        LinearForm
+            M_ij [kg m²] of revolute joints, linear in π.
+        """
         return self.mass[min(i, j), max(i, j)]
 
     def gravity(self, i: int) -> LinearForm:
-        """Return φ_i = ∂V/∂q_i of the i-th free joint [N m] or [N], as a linear form in π."""
+        """Return the gravity term φ_i = ∂V/∂q_i of the i-th free joint.
+
+        Parameters
+        ----------
+        i
+            Position in ``ring.free``.
+
+        Returns
+        -------
+        LinearForm
+            φ_i [N m] or [N], linear in π.
+        """
         return self.differentiate(self.potential, i)
 
     def differentiate(self, form: LinearForm, i: int) -> LinearForm:
-        """Return ∂form/∂q of the i-th free joint."""
+        """Return the derivative of a linear form with respect to the position of the i-th free joint.
+
+        Parameters
+        ----------
+        form
+            Linear form in π with coefficients in ``ring``.
+        i
+            Position in ``ring.free``.
+
+        Returns
+        -------
+        LinearForm
+            ∂form/∂q, without coefficients that are 0.
+        """
         joint = self.ring.free[i]
         return _nonzero({k: self.ring.derivative(value, joint) for k, value in form.items()})
 

@@ -14,7 +14,18 @@ Quaternion = tuple[Scalar, Vec]
 
 
 def multiply(a: Quaternion, b: Quaternion) -> Quaternion:
-    """Return the Hamilton product a·b, the rotation b followed by a."""
+    """Return the Hamilton product a·b, the rotation b followed by a.
+
+    Parameters
+    ----------
+    a, b
+        Quaternions: scalar part and vector part.
+
+    Returns
+    -------
+    Quaternion
+        Of norm 1 where both factors have it.
+    """
     (w, u), (x, v) = a, b
     return plus(times(w, x), -dot(u, v)), add(scale(w, v), scale(x, u), cross(u, v))
 

@@ -46,13 +46,35 @@ def table(prefix: str, compliance: tuple[float, float, float]) -> tuple[Quantity
 
 
 def contact(prefix: str) -> Quantity:
-    """Return the share of the play over which the damper engages, the ``edge`` of an `model.effects.effect.Effect`."""
+    """Return the share of the play over which the damper engages, the ``edge`` of an `model.effects.effect.Effect`.
+
+    Parameters
+    ----------
+    prefix
+        Start of the id.
+
+    Returns
+    -------
+    Quantity
+        Parameter ``<prefix>_contact``, the first of `CONTACTS` at first.
+    """
     row = reference(f"{prefix}_contact", "1", "share of the play over which the damper engages")
     return row.but(initial=CONTACTS[0])
 
 
 def relative(prefix: str) -> dict[str, sp.Expr]:
-    """Return the scales of the parameters of `table`, by id, as ``Effect.relative`` takes them."""
+    """Return the scales of the parameters of `table`, by id, as ``Effect.relative`` takes them.
+
+    Parameters
+    ----------
+    prefix
+        Start of each id.
+
+    Returns
+    -------
+    dict of str to sympy.Expr
+        Scale of the compliance, position over torque [rad/(N m)], and of its reference for fading.
+    """
     return {
         f"{prefix}_compliance": POSITION / TORQUE,
         f"{prefix}_compliance_least": sp.Float(1e-3) * POSITION / TORQUE,
@@ -60,7 +82,18 @@ def relative(prefix: str) -> dict[str, sp.Expr]:
 
 
 def derive_stiffness(prefix: str) -> tuple[tuple[str, str, sp.Expr], ...]:
-    """Return the stiffness 1/compliance [N m/rad], as ``Effect.derived`` takes it."""
+    """Return the stiffness 1/compliance [N m/rad], as ``Effect.derived`` takes it.
+
+    Parameters
+    ----------
+    prefix
+        Start of the id.
+
+    Returns
+    -------
+    tuple of (str, str, sympy.Expr)
+        One entry: id, unit and formula.
+    """
     return ((f"{prefix}_stiffness", "N m/rad", 1 / _names(prefix)[0]),)
 
 

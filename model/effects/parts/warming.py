@@ -13,7 +13,18 @@ from haptid.model.equations.quantity import Quantity
 
 
 def settling(parameters: Sequence[Quantity]) -> sp.Expr:
-    """Return 1 + a·exp(−t/T); ``parameters`` are a, the relative excess at the start, and T, the time constant [s]."""
+    """Return the factor 1 + a·exp(−t/T) by which friction exceeds its level of a warm joint.
+
+    Parameters
+    ----------
+    parameters
+        a, the relative excess at the start, and T, the time constant [s].
+
+    Returns
+    -------
+    sympy.Expr
+        The factor, an expression of the time t [s].
+    """
     excess, time = (x.symbol for x in parameters)
     return 1 + excess * sp.exp(-t / time)
 
