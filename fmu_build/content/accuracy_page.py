@@ -49,7 +49,18 @@ def write_snippet(identifier: str, output: str, stop_s: float) -> str:
 
 
 def rows_of_runs(accuracy: Accuracy) -> Iterator[tuple[str, ...]]:
-    """Yield the cells of every figure: joint, file, use, what is compared, RMS with its unit, times the noise."""
+    """Yield the cells of every figure: joint, file, use, what is compared, RMS with its unit, times the noise.
+
+    Parameters
+    ----------
+    accuracy
+        Verification of each joint and run.
+
+    Yields
+    ------
+    tuple of str
+        Six cells of one figure; RMS of torque in N m or N where torques are compared.
+    """
     for one in accuracy.joints:
         for run in one["runs"]:
             unit = one["unit"] if run["mode"] != "torque" else {"rad": "N m", "m": "N"}[one["unit"]]
@@ -77,7 +88,18 @@ def _number(value: float | None, unit: str) -> str:
 
 
 def sentences_of_effects(accuracy: Accuracy) -> Iterator[str]:
-    """Yield a sentence about each effect in the model: estimates, evidence, stability, gap that it helps to close."""
+    """Yield a sentence about each effect in the model: estimates, evidence, stability, gap that it helps to close.
+
+    Parameters
+    ----------
+    accuracy
+        Effects in the model.
+
+    Yields
+    ------
+    str
+        One sentence an effect; what is not known is left out.
+    """
     for effect in accuracy.effects:
         values = ", ".join(f"{id} = {_estimate(one)}" for id, one in effect["parameters"].items())
         told = [f"joint {effect['joint']}: {effect['id']}" + (f" ({values})" if values else "")]
@@ -98,7 +120,20 @@ def _estimate(one: Mapping[str, Any]) -> str:
 
 
 def rows_of_digests(accuracy: Accuracy, equations: str) -> Iterator[tuple[str, str]]:
-    """Yield name and value of what identifies campaign, data and code; ``equations`` is the digest of the formulas."""
+    """Yield name and value of what identifies campaign, data and code.
+
+    Parameters
+    ----------
+    accuracy
+        Digests that the values come from.
+    equations
+        Digest of the formulas.
+
+    Yields
+    ------
+    tuple of (str, str)
+        Digest of the formulas first; those without a value are left out.
+    """
     yield "equations", equations
     for key, value in accuracy.digests.items():
         if isinstance(value, Mapping):

@@ -52,7 +52,18 @@ class Dependencies:
         }
 
     def parameters_of(self, formula: sp.Expr) -> list[int]:
-        """Return the value references of the parameters that a formula uses, ascending; definitions are resolved."""
+        """Return the value references of the parameters that a formula uses, ascending; definitions are resolved.
+
+        Parameters
+        ----------
+        formula
+            Formula in symbols of the equations.
+
+        Returns
+        -------
+        list of int
+            Value references, ascending.
+        """
         names = {s.name for s in self._resolve(sp.sympify(formula).free_symbols)}
         return sorted(v.reference for id, v in self._references.items() if id in names and v.role == "parameter")
 

@@ -44,7 +44,18 @@ def model_description3(interface: Interface, *, token: str, text: str) -> bytes:
 
 
 def build_description(identifier: str) -> bytes:
-    """Return ``sources/buildDescription.xml``: one C99 file that needs no header but the compiler's own."""
+    """Return ``sources/buildDescription.xml``: one C99 file that needs no header but the compiler's own.
+
+    Parameters
+    ----------
+    identifier
+        Model identifier.
+
+    Returns
+    -------
+    bytes
+        XML in UTF-8.
+    """
     root = Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     sources = SubElement(configuration, "SourceFileSet", language="C99")

@@ -68,7 +68,18 @@ class Interface:
         return block_offsets(self.kernel)
 
     def of_role(self, role: str) -> tuple[Variable, ...]:
-        """Return the variables of one role, in the order of the value references."""
+        """Return the variables of one role, in the order of the value references.
+
+        Parameters
+        ----------
+        role
+            Role of a variable, as ``input`` or ``state``.
+
+        Returns
+        -------
+        tuple of Variable
+            Empty where no variable has the role.
+        """
         return tuple(v for v in self.variables if v.role == role)
 
     def by_id(self, id: str) -> Variable:

@@ -67,6 +67,18 @@ def _tokens(text: str) -> list[tuple[str, str]]:
 def modelica_unit(text: str) -> str:
     """Return a unit in the syntax of Modelica, which model descriptions use: no blanks, exponents without a sign.
 
+    Parameters
+    ----------
+    text
+        Unit, as ``N m s/rad``; all symbols behind the slash divide.
+
+    Returns
+    -------
+    str
+        Unit with dots for products.
+
+    Examples
+    --------
     >>> modelica_unit("N m s/rad"), modelica_unit("kg m^2"), modelica_unit("N m/rad s"), modelica_unit("1")
     ('N.m.s/rad', 'kg.m2', 'N.m/(rad.s)', '1')
     """

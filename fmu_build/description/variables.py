@@ -107,12 +107,38 @@ def structured_name(equations: Equations, id: str, structured: str) -> str:
 
 
 def sensitivity_name(output: str, column: str) -> str:
-    """Return the FMU variable name of the derivative of an output with respect to a parameter or an initial state."""
+    """Return the FMU variable name of the derivative of an output with respect to a parameter or an initial state.
+
+    Parameters
+    ----------
+    output
+        Id of the output.
+    column
+        Id of the parameter, or ``<state>_0`` of an initial state.
+
+    Returns
+    -------
+    str
+        ``sensitivity.<output>.<column>``.
+    """
     return SENSITIVITY.format(output=output, column=column)
 
 
 def input_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield the inputs, from value reference `at` on."""
+    """Yield the inputs, from value reference `at` on.
+
+    Parameters
+    ----------
+    e
+        Equations with their inputs.
+    at
+        Value reference of the first input.
+
+    Yields
+    ------
+    Variable
+        One an input, which may change continuously and starts at 0.
+    """
     for i, x in enumerate(e.inputs, start=at):
         yield Variable(
             reference=i,
@@ -128,7 +154,22 @@ def input_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def state_variables(e: Equations, at: int, values: dict[str, float]) -> Iterator[Variable]:
-    """Yield the states from value reference `at` on, with the start values in `values` by id (SI units)."""
+    """Yield the states, from value reference `at` on.
+
+    Parameters
+    ----------
+    e
+        Equations with their states.
+    at
+        Value reference of the first state.
+    values
+        Start value by id of the state, SI units; that of the equations where absent.
+
+    Yields
+    ------
+    Variable
+        One a state, local with an exact start value.
+    """
     for i, x in enumerate(e.states, start=at):
         yield Variable(
             reference=i,
@@ -208,7 +249,20 @@ def _range(x: Quantity, start: float, identification: bool) -> tuple[float, floa
 
 
 def output_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield the outputs, from value reference `at` on."""
+    """Yield the outputs, from value reference `at` on.
+
+    Parameters
+    ----------
+    e
+        Equations with their outputs.
+    at
+        Value reference of the first output.
+
+    Yields
+    ------
+    Variable
+        One an output, calculated.
+    """
     for i, x in enumerate(e.outputs, start=at):
         yield Variable(
             reference=i,
@@ -224,7 +278,22 @@ def output_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Variable]:
-    """Yield the state derivatives, from value reference `at` on."""
+    """Yield the state derivatives, from value reference `at` on.
+
+    Parameters
+    ----------
+    e
+        Equations with their states.
+    at
+        Value reference of the first derivative.
+    states_at
+        Value reference of the first state.
+
+    Yields
+    ------
+    Variable
+        One a state, local, with the reference of its state.
+    """
     for i, x in enumerate(e.states):
         unit = x.unit[:-2] + "/s^2" if x.unit.endswith("/s") else f"{x.unit}/s" if x.unit != "1" else "1/s"
         yield Variable(
@@ -242,7 +311,20 @@ def derivative_variables(e: Equations, at: int, states_at: int) -> Iterator[Vari
 
 
 def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
-    """Yield the rate of change of each input except the observer gain, from value reference `at` on."""
+    """Yield the rate of change of each input except the observer gain, from value reference `at` on.
+
+    Parameters
+    ----------
+    e
+        Equations with their inputs.
+    at
+        Value reference that belongs to the first input.
+
+    Yields
+    ------
+    Variable
+        One an input, per second; the reference of the observer gain's stays without a variable.
+    """
     for i, x in enumerate(e.inputs, start=at):
         if x.id != GAIN:
             yield Variable(
@@ -259,7 +341,20 @@ def slope_variables(e: Equations, at: int) -> Iterator[Variable]:
 
 
 def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
-    """Yield the derivatives of the outputs, row-major in outputs and directions, from value reference `at` on."""
+    """Yield the derivatives of the outputs, row-major in outputs and directions, from value reference `at` on.
+
+    Parameters
+    ----------
+    kernel
+        Kernel with its outputs and directions (``columns``).
+    at
+        Value reference of the first derivative.
+
+    Yields
+    ------
+    Variable
+        n_y·n_c outputs, without a unit.
+    """
     e = kernel.equations
     for i, output in enumerate(e.outputs):
         for k, column in enumerate(kernel.columns):
@@ -277,7 +372,20 @@ def sensitivity_variables(kernel: Kernel, at: int) -> Iterator[Variable]:
 
 
 def inner_step_variable(step: float, at: int) -> Variable:
-    """Return the variable of the longest inner step [s], which a fit sets: coarse in its search, fine at its end."""
+    """Return the variable of the longest inner step, which a fit sets: coarse in its search, fine at its end.
+
+    Parameters
+    ----------
+    step
+        Start value [s].
+    at
+        Value reference.
+
+    Returns
+    -------
+    Variable
+        A fixed parameter of at least 1 µs.
+    """
     return Variable(
         reference=at,
         id=INNER_STEP,

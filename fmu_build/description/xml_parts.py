@@ -26,7 +26,18 @@ EPOCH_S = int(datetime(1980, 1, 1, tzinfo=UTC).timestamp())
 
 
 def xml_bytes(root: Element) -> bytes:
-    """Return the document of an element: indented XML in UTF-8."""
+    """Return the document of an element: indented XML in UTF-8.
+
+    Parameters
+    ----------
+    root
+        Root element; its children are indented in place.
+
+    Returns
+    -------
+    bytes
+        XML with declaration and a newline at its end.
+    """
     ElementTree.indent(root)
     return b'<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="utf-8") + b"\n"
 

@@ -37,6 +37,22 @@ def pack(files: Mapping[str, bytes]) -> bytes:
 
 
 def unpack(data: bytes) -> dict[str, bytes]:
-    """Return the content of every file in a zip archive by its name; folders are left out."""
+    """Return the content of every file in a zip archive by its name; folders are left out.
+
+    Parameters
+    ----------
+    data
+        Zip archive.
+
+    Returns
+    -------
+    dict of str to bytes
+        Content by name.
+
+    Raises
+    ------
+    zipfile.BadZipFile
+        Where the data are no zip archive.
+    """
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         return {entry.filename: archive.read(entry) for entry in archive.infolist() if not entry.is_dir()}

@@ -43,7 +43,18 @@ class Draws:
     seed: int | None = None
 
     def keep(self, wanted: Collection[str]) -> Draws:
-        """Return a copy with the columns in ``wanted`` alone, in their own order."""
+        """Return a copy with some of the columns, in their own order.
+
+        Parameters
+        ----------
+        wanted
+            Columns to keep; others are ignored.
+
+        Returns
+        -------
+        Draws
+            The same draws of these columns.
+        """
         places = [k for k, column in enumerate(self.columns) if column in wanted]
         return Draws(
             columns=tuple(self.columns[k] for k in places),
@@ -77,7 +88,18 @@ def draws_text(columns: Sequence[str], values: Array) -> str:
 
 
 def digest_of(text: bytes) -> str:
-    """Return sixteen hex digits of the SHA-256 of a file's content."""
+    """Return sixteen hex digits of the SHA-256 of a file's content.
+
+    Parameters
+    ----------
+    text
+        Content of the file.
+
+    Returns
+    -------
+    str
+        The first 16 of the 64 hexadecimal digits.
+    """
     return hashlib.sha256(text).hexdigest()[:16]
 
 

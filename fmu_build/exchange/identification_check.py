@@ -189,7 +189,18 @@ def impossible_links(values: Mapping[str, float], device: Device) -> Iterator[st
 
 
 def device_quantities(device: Device) -> dict[str, Quantity]:
-    """Return the parameters of the whole device by id: links and joints, without deriving its equations."""
+    """Return the parameters of the whole device by id: links and joints, without deriving its equations.
+
+    Parameters
+    ----------
+    device
+        Device with its joints and links.
+
+    Returns
+    -------
+    dict of str to Quantity
+        Parameter by id in the whole device, as ``Ks_4`` or ``link6_m``.
+    """
     joints = [q for j in range(len(device.joints)) for q in joint_quantities(device, j, suffix=f"_{j}")]
     return {q.id: q for q in (*link_quantities(device), *joints)}
 

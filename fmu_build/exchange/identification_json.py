@@ -34,7 +34,18 @@ class Identified:
     provenance: dict[str, Provenance | str]
 
     def among(self, equations: Equations) -> Identified:
-        """Return a copy with only the parameters that ``equations`` have."""
+        """Return a copy with only the parameters that ``equations`` have.
+
+        Parameters
+        ----------
+        equations
+            Equations with their parameters.
+
+        Returns
+        -------
+        Identified
+            Values and provenance of these alone.
+        """
         known = {q.id for q in equations.parameters}
         return Identified(
             values={k: v for k, v in self.values.items() if k in known},
@@ -126,7 +137,23 @@ def friction_of(configuration: Mapping[str, Any], where: str = "friction") -> tu
 
 
 def friction_by_joint(data: Mapping[str, Any]) -> dict[int, str]:
-    """Return the friction law by joint, for every joint that some configuration frees; the last one decides."""
+    """Return the friction law by joint, for every joint that some configuration frees; the last one decides.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json``.
+
+    Returns
+    -------
+    dict of int to str
+        Id of the friction law by joint.
+
+    Raises
+    ------
+    InputError
+        Where the number of laws of a configuration is not that of its joints, or a law is unknown.
+    """
     pairs = ((c["free_joints"], friction_of(c)) for c in data["configurations"])
     return {joint: law for joints, laws in pairs for joint, law in zip(joints, laws, strict=True)}
 
@@ -181,7 +208,25 @@ def entries_of(data: Mapping[str, Any], joint: int) -> Mapping[str, Any]:
 
 
 def of_joint(data: Mapping[str, Any], joint: int) -> Identified:
-    """Return values and provenance of one joint tested alone, by their plain ids as ``Ks``; see `entries_of`."""
+    """Return values and provenance of one joint tested alone, by their plain ids as ``Ks``; see `entries_of`.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json``.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    Identified
+        Values in SI units.
+
+    Raises
+    ------
+    InputError
+        Where no configuration frees this joint alone.
+    """
     return _of(entries_of(data, joint), f"test of joint {joint}", words_of_campaign(data))
 
 
@@ -218,7 +263,18 @@ def of_device(data: Mapping[str, Any]) -> Identified:
 
 
 def words_of_campaign(data: Mapping[str, Any]) -> str:
-    """Return the title of the campaign, and whether its data were measured or are synthetic."""
+    """Return the title of the campaign, and whether its data were measured or are synthetic.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json``.
+
+    Returns
+    -------
+    str
+        As ``Freedom 6S (SYNTHETIC data)``.
+    """
     kind = "measured" if data.get("measured") else "SYNTHETIC"
     return f"{data.get('campaign', 'campaign')} ({kind} data)"
 

@@ -62,5 +62,29 @@ def ssv_bytes(
 def write_ssv(
     path: Path, values: Mapping[str, float], units: Mapping[str, str] | None = None, *, name: str = "parameters"
 ) -> Path:
-    """Write a parameter set, see `ssv_bytes`, to ``path`` and return ``path``."""
+    """Write a parameter set of real values, see `ssv_bytes`.
+
+    Parameters
+    ----------
+    path
+        File to write.
+    values
+        Value by variable name.
+    units
+        Unit by variable name; 1 where absent.
+    name
+        Name of the set.
+
+    Returns
+    -------
+    Path
+        ``path``.
+
+    Raises
+    ------
+    ValueError
+        Where a unit is unknown.
+    InputError, WritingError
+        As `write_bytes`.
+    """
     return write_bytes(path, ssv_bytes(values, units, name=name))

@@ -103,7 +103,27 @@ def of_joint(data: Mapping[str, Any], joint: int, folder: Path | None) -> Known:
 
 
 def of_device(data: Mapping[str, Any], name: str, folder: Path | None) -> Known:
-    """Return what results say of the parameters of the whole device; ``name`` is that of its equations."""
+    """Return what results say of the parameters of the whole device.
+
+    Parameters
+    ----------
+    data
+        Content of an ``identification.json``.
+    name
+        Name of the device's equations.
+    folder
+        Folder of the results; None where they are in no file.
+
+    Returns
+    -------
+    Known
+        From the draws that the identification made.
+
+    Raises
+    ------
+    InputError
+        Where a file of draws is damaged.
+    """
     return _of_identification(data, name, folder)
 
 

@@ -23,12 +23,34 @@ _EXPORT = """#if defined(_WIN32)
 
 
 def text_of(name: str) -> str:
-    """Return the text of a file in ``fmu_build/native/c``."""
+    """Return the text of a file in ``fmu_build/native/c``.
+
+    Parameters
+    ----------
+    name
+        Name of the file.
+
+    Returns
+    -------
+    str
+        Content of the file.
+    """
     return resources.files("haptid.fmu_build.native").joinpath("c").joinpath(name).read_text(encoding="utf-8")
 
 
 def layout(kernel: Kernel) -> str:
-    """Return C macros with the index of each block of the buffer: ``HF_U``, ``HF_SLOPE`` and so on."""
+    """Return C macros with the index of each block of the buffer: ``HF_U``, ``HF_SLOPE`` and so on.
+
+    Parameters
+    ----------
+    kernel
+        Kernel with its sizes.
+
+    Returns
+    -------
+    str
+        One ``#define`` a block, on a line each.
+    """
     at = block_offsets(kernel)
     return "\n".join((*(f"#define HF_{k.upper()} {n}" for k, n in at.items()), ""))
 
@@ -85,5 +107,16 @@ def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, byte
 
 
 def functions(kernel: Kernel) -> tuple[str, ...]:
-    """Return the names of the exported functions on the flat buffer, those of the sensitivities where it has them."""
+    """Return the names of the exported functions on the flat buffer, those of the sensitivities where it has them.
+
+    Parameters
+    ----------
+    kernel
+        Kernel, with or without sensitivities.
+
+    Returns
+    -------
+    tuple of str
+        Names of C functions, those of the sensitivities last.
+    """
     return ("hf_step", "hf_output", "hf_pivot", *(("hf_step_tangent", "hf_output_tangent") if kernel.columns else ()))

@@ -17,7 +17,26 @@ ROLES = ("hidden", "input", "state", "parameter", "output", "derivative", "slope
 
 
 def c_array(kind: str, name: str, values: Sequence[object], shape: str = "") -> str:
-    """Return the C definition of a constant table; C has no empty arrays, so an empty one gets one zero."""
+    """Return the C definition of a constant table.
+
+    C has no empty arrays, so an empty table gets one zero.
+
+    Parameters
+    ----------
+    kind
+        C type of an entry.
+    name
+        Name of the table.
+    values
+        Entries as C text, or what becomes it by `str`.
+    shape
+        Further dimensions, as ``[2]``.
+
+    Returns
+    -------
+    str
+        One line of C.
+    """
     body = ", ".join(map(str, values)) or "0"
     return f"static const {kind} {name}[{max(len(values), 1)}]{shape} = {{{body}}};"
 

@@ -29,7 +29,20 @@ _FLAGS = {".so": (), ".dll": ("-lkernel32",), ".dylib": ("-lSystem",)}
 
 
 def native_source3(interface: Interface, token: str) -> str:
-    """Return the whole FMU in FMI 3.0 as one C file (see `native_source`)."""
+    """Return the whole FMU in FMI 3.0 as one C file (see `native_source`).
+
+    Parameters
+    ----------
+    interface
+        Variables and kernel of the FMU.
+    token
+        Instantiation token.
+
+    Returns
+    -------
+    str
+        C source.
+    """
     return native_source(interface, token, headers=("fmi2.h", "fmi3.h"), parts=(*PARTS, *PARTS3))
 
 
@@ -66,5 +79,16 @@ def native_files3(interface: Interface, *, platforms: tuple[Platform, ...], text
 
 
 def rename_picture(files: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Return the files with ``model.png`` moved to ``terminalsAndIcons/icon.png``, its place in FMI 3.0."""
+    """Return the files with ``model.png`` moved to ``terminalsAndIcons/icon.png``, its place in FMI 3.0.
+
+    Parameters
+    ----------
+    files
+        Content by name within the archive.
+
+    Returns
+    -------
+    dict of str to bytes
+        The same content by name in FMI 3.0.
+    """
     return {("terminalsAndIcons/icon.png" if name == "model.png" else name): data for name, data in files.items()}

@@ -19,7 +19,18 @@ Matrix = tuple[tuple[sp.Expr, ...], ...]
 
 
 def checked_matrix(equations: Equations) -> Matrix:
-    """Return the mass matrix of the equations, shape (n_q, n_q); empty where they have none."""
+    """Return the mass matrix of the equations, shape (n_q, n_q); empty where they have none.
+
+    Parameters
+    ----------
+    equations
+        Equations of one or several joints.
+
+    Returns
+    -------
+    tuple of tuple of sympy.Expr
+        Mass matrix [kg m²] of revolute joints, shape (n_q, n_q), or the inertia of one joint; () where there is none.
+    """
     return equations.mass_matrix or equations.inertia or ()
 
 

@@ -19,7 +19,18 @@ from haptid.model.kernel.text import select_definitions, symbol_names
 
 
 def module_text(name: str) -> str:
-    """Return the text of a module of this folder that goes into the FMU as it is."""
+    """Return the text of a module of this folder that goes into the FMU as it is.
+
+    Parameters
+    ----------
+    name
+        Name of the file.
+
+    Returns
+    -------
+    str
+        Content of the file.
+    """
     return (resources.files("haptid.fmu_build.python") / name).read_text(encoding="utf-8")
 
 

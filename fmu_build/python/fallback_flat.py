@@ -6,17 +6,56 @@
 
 
 def blocks(v):
-    """Return the inputs, slopes, parameters and the state of the buffer."""
+    """Return the inputs, slopes, parameters and the state of the buffer.
+
+    Parameters
+    ----------
+    v
+        Flat buffer.
+
+    Returns
+    -------
+    u, slope, p, x
+        Lists of n_u inputs, n_u slopes per second, n_p parameters, n_x states.
+    """
     return v[HF_U : HF_U + NU], v[HF_SLOPE : HF_SLOPE + NU], v[HF_P : HF_P + NP], v[HF_X : HF_X + NX]
 
 
 def widened(v, x):
-    """Return the states with their sensitivities."""
+    """Return the states with their sensitivities.
+
+    Parameters
+    ----------
+    v
+        Flat buffer with the sensitivities.
+    x
+        States, n_x.
+
+    Returns
+    -------
+    list
+        n_x rows: a state and its n_c sensitivities.
+    """
     return [[x[i], *v[HF_S + i * NC : HF_S + (i + 1) * NC]] for i in range(NX)]
 
 
 def safely(function, v, *arguments):
-    """Whether ``function`` did its work without leaving the numbers."""
+    """Call a function on the buffer and return whether it worked; errors of arithmetic count as failure.
+
+    Parameters
+    ----------
+    function
+        Function that takes the buffer and returns whether it worked.
+    v
+        Flat buffer.
+    arguments
+        Its further arguments.
+
+    Returns
+    -------
+    bool
+        False also where a number left its range.
+    """
     try:
         return function(v, *arguments)
     except (ArithmeticError, ValueError):
@@ -24,7 +63,21 @@ def safely(function, v, *arguments):
 
 
 def put_outputs(v, t, X, u, p):
-    """Write the outputs (and their sensitivities where X has columns) to the buffer."""
+    """Write the outputs (and their sensitivities where X has columns) to the buffer.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t
+        Time [s].
+    X
+        n_x rows: a state, with or without its sensitivities.
+    u
+        Inputs, n_u.
+    p
+        Parameters, n_p.
+    """
     y = outputs(t, X, u, p) if len(X[0]) == 1 else outputs_tangent(t, X, u, p)
     for i, row in enumerate(y):
         v[HF_Y + i] = row[0]
@@ -33,7 +86,24 @@ def put_outputs(v, t, X, u, p):
 
 
 def run(v, t, dt, f, X):
-    """Advance X and write everything back, where it is finite."""
+    """Advance X and write everything back, where it is finite.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed where the new state is finite.
+    t, dt
+        Start and length of the step [s].
+    f
+        Right-hand side with as many columns as X has.
+    X
+        n_x rows: a state, with or without its sensitivities.
+
+    Returns
+    -------
+    bool
+        Whether the new state is finite.
+    """
     u, slope, p, _ = blocks(v)
     X = advance(f, X, t, dt, u, slope, p, v[HF_H])
     if not finite(X):
@@ -47,31 +117,96 @@ def run(v, t, dt, f, X):
 
 
 def plain_step(v, t, dt):
-    """Advance the states."""
+    """Advance the states.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t, dt
+        Start and length of the step [s].
+
+    Returns
+    -------
+    bool
+        Whether the new state is finite.
+    """
     return run(v, t, dt, evaluate, [[x] for x in blocks(v)[3]])
 
 
 def tangent_step(v, t, dt):
-    """Advance the states and their sensitivities."""
+    """Advance the states and their sensitivities.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t, dt
+        Start and length of the step [s].
+
+    Returns
+    -------
+    bool
+        Whether the new state is finite.
+    """
     return run(v, t, dt, evaluate_tangent, widened(v, blocks(v)[3]))
 
 
 def plain_output(v, t):
-    """Write the outputs."""
+    """Write the outputs.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t
+        Time [s].
+
+    Returns
+    -------
+    bool
+        True.
+    """
     u, _, p, x = blocks(v)
     put_outputs(v, t, [[value] for value in x], u, p)
     return True
 
 
 def tangent_output(v, t):
-    """Write the outputs and their sensitivities."""
+    """Write the outputs and their sensitivities.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t
+        Time [s].
+
+    Returns
+    -------
+    bool
+        True.
+    """
     u, _, p, x = blocks(v)
     put_outputs(v, t, widened(v, x), u, p)
     return True
 
 
 def hf_pivot(v, t):
-    """Return the first row whose pivot is not positive, and the pivot; (-1, 0.0) where all are. See the C function."""
+    """Factor the mass matrix by Cholesky and return the first pivot that is not positive. See the C function.
+
+    Parameters
+    ----------
+    v
+        Flat buffer.
+    t
+        Time [s].
+
+    Returns
+    -------
+    row, pivot
+        Number of the row and its pivot; -1 and 0.0 where all are positive.
+    """
     u, _, p, x = blocks(v)
     rows = mass_of(t, x, u, p)
     n = math.isqrt(len(rows))
@@ -87,20 +222,72 @@ def hf_pivot(v, t):
 
 
 def hf_step(v, t, dt):
-    """See ``hf_step`` in flat.c."""
+    """See ``hf_step`` in flat.c.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t, dt
+        Start and length of the step [s].
+
+    Returns
+    -------
+    bool
+        Whether it worked.
+    """
     return safely(plain_step, v, t, dt)
 
 
 def hf_output(v, t):
-    """See ``hf_output`` in flat.c."""
+    """See ``hf_output`` in flat.c.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t
+        Time [s].
+
+    Returns
+    -------
+    bool
+        Whether it worked.
+    """
     return safely(plain_output, v, t)
 
 
 def hf_step_tangent(v, t, dt):
-    """See ``hf_step_tangent`` in flat.c."""
+    """See ``hf_step_tangent`` in flat.c.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t, dt
+        Start and length of the step [s].
+
+    Returns
+    -------
+    bool
+        Whether it worked.
+    """
     return safely(tangent_step, v, t, dt)
 
 
 def hf_output_tangent(v, t):
-    """See ``hf_output_tangent`` in flat.c."""
+    """See ``hf_output_tangent`` in flat.c.
+
+    Parameters
+    ----------
+    v
+        Flat buffer, which is changed.
+    t
+        Time [s].
+
+    Returns
+    -------
+    bool
+        Whether it worked.
+    """
     return safely(tangent_output, v, t)

@@ -61,7 +61,20 @@ def plan_of(interface: Interface, module: str) -> dict[str, object]:
 
 
 def kernel_files(interface: Interface, platforms: tuple[Platform, ...]) -> dict[str, bytes]:
-    """Return the compiled kernels by their name below ``resources``."""
+    """Return the compiled kernels by their name below ``resources``.
+
+    Parameters
+    ----------
+    interface
+        Kernel of the FMU.
+    platforms
+        Platforms to compile for.
+
+    Returns
+    -------
+    dict of str to bytes
+        Content of the library by its name, as ``kernel/<platform>.so``.
+    """
     built = bare_libraries(flat_source(interface.kernel), platforms)
     return {f"kernel/{p.python}{p.suffix}": built[p.python] for p in platforms}
 

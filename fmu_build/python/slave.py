@@ -56,6 +56,11 @@ def keep(names: dict[str, Any]) -> None:
     """Add a reference to the names of the entry module.
 
     pythonfmu 0.7 drops one at each instantiation that it never had, and with the last one the module's names are gone.
+
+    Parameters
+    ----------
+    names
+        Names of the entry module, its ``globals()``.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(names))
 
@@ -108,7 +113,18 @@ class Slave(Fmi2Slave):
             self.vars[len(values)] = switch
 
     def get_real(self, vrs: list[int]) -> list[float]:
-        """Return what the guard asks for; values where it asks for none of its own."""
+        """Return what the guard asks for; values where it asks for none of its own.
+
+        Parameters
+        ----------
+        vrs
+            Value references; the first one tells whether the guard asks.
+
+        Returns
+        -------
+        list of float
+            One value a reference. For the guard: addresses, or 1 where the work is done and 0 where not.
+        """
         if vrs[0] == HANDOVER:
             return self.addresses()
         if vrs[0] == OUTPUT_NOW:
@@ -119,5 +135,18 @@ class Slave(Fmi2Slave):
         return [self._values[vr] for vr in vrs]
 
     def do_step(self, current_time: float, step_size: float) -> bool:
-        """Advance the state by the plain-Python kernel; whether it worked."""
+        """Advance the state by the plain-Python kernel.
+
+        Parameters
+        ----------
+        current_time
+            Time at the start of the step [s].
+        step_size
+            Length of the step [s].
+
+        Returns
+        -------
+        bool
+            Whether the state stayed finite.
+        """
         return bool(self._kernel("hf_step")(self._values, current_time, step_size))
