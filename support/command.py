@@ -188,6 +188,16 @@ def common_options(function: Callable[P, T]) -> Callable[P, T]:
     """Decorate a command with the common options: --out, --joints, --seed, --workers, --scheduler, --quiet.
 
     The output folder is tried for writing, and locked against other commands, before any work begins.
+
+    Parameters
+    ----------
+    function
+        Function of a command.
+
+    Returns
+    -------
+    callable
+        Command that hands on the values of its options to ``function``.
     """
     function = _with_folder(function)
     options = [

@@ -45,7 +45,38 @@ def joint_tests(
     inputs: str,
     seed: int,
 ) -> tuple[RunTable, ...]:
-    """Simulate the locked-joint tests of ``joint`` with the others at home."""
+    """Simulate the locked-joint tests of one joint with the others at home.
+
+    Parameters
+    ----------
+    arm
+        The machine.
+    joint
+        Number of the free joint.
+    effects
+        Disturbances by name with their sizes.
+    scatter
+        Relative standard deviation of the amplitude of a cycle, for the joints `TENDON`; not used where ``effects`` has
+        one.
+    sensor
+        Position sensor.
+    inputs
+        ``table3``, or another word for `rich`.
+    seed
+        Seed of the random numbers.
+
+    Returns
+    -------
+    tuple of RunTable
+        One run a cosine.
+
+    Raises
+    ------
+    InputError
+        Where a disturbance is unknown.
+    NumericalError
+        Where the joint has no stable rest.
+    """
     hidden: dict[str, float | Mapping[str, float]] = dict(effects)
     if joint in TENDON and scatter > 0 and "amplitude_scatter" not in hidden:
         hidden["amplitude_scatter"] = {"scatter": scatter}

@@ -113,7 +113,18 @@ def _sentence(deviating: Sequence[Mapping[str, Any]], judged: int, identified: i
 
 
 def members_csv(comparisons: Sequence[Comparison]) -> str:
-    """Lay out every device's value of every parameter as CSV, with a header."""
+    """Lay out every device's value of every parameter as CSV, with a header.
+
+    Parameters
+    ----------
+    comparisons
+        Comparison of each parameter of the devices.
+
+    Returns
+    -------
+    str
+        One line a device and parameter.
+    """
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow([

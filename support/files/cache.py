@@ -128,7 +128,18 @@ def seal(entry: Path) -> Path:
 
 
 def is_sealed(entry: Path) -> bool:
-    """Whether ``entry`` exists, belongs to the user, is no link, and has the content that it had when it was sealed."""
+    """Return whether an entry is the user's own, is no link, and has the content that it had when it was sealed.
+
+    Parameters
+    ----------
+    entry
+        A file or a folder in the cache.
+
+    Returns
+    -------
+    bool
+        False too where it does not exist, was not sealed, or others may write it.
+    """
     record = _record(entry)
     try:
         own = all(_is_own(path) and path.lstat().st_mode & _OTHERS_MAY_WRITE == 0 for path in (entry, record))

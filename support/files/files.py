@@ -34,7 +34,18 @@ _NAME_OF_DRAFT = re.compile(rf"\..{{1,40}}\.[0-9a-f]{{12}}{re.escape(DRAFT)}")
 
 
 def is_file(path: Path) -> bool:
-    """Whether ``path`` is a file; a name that no file can have (too long, with NUL) is none."""
+    """Return whether a path is a file; a name that no file can have (too long, with NUL) is none.
+
+    Parameters
+    ----------
+    path
+        Path to look at.
+
+    Returns
+    -------
+    bool
+        False too where it cannot be examined.
+    """
     try:
         return path.is_file()
     except (OSError, ValueError):

@@ -83,9 +83,19 @@ def _holds(installed: tuple[int, ...], operator: str, bound: tuple[int, ...]) ->
 
 
 def applies(marker: str | None) -> bool:
-    """Whether an environment marker holds on this machine.
+    """Return whether an environment marker holds on this machine.
 
     A marker of an unknown form counts as true: the installer, which reads all forms, decides.
+
+    Parameters
+    ----------
+    marker
+        Marker of a requirement, as ``sys_platform == "linux"``; None or empty where there is none.
+
+    Returns
+    -------
+    bool
+        True where it holds, is absent or has an unknown form.
     """
     if not marker:
         return True

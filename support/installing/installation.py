@@ -40,13 +40,30 @@ BOOTSTRAP = ROOT / "support" / "bootstrap.py"
 
 
 def fail(message: str) -> NoReturn:
-    """Exit with one line on stderr and exit code 2."""
+    """Exit with one line on stderr and exit code 2.
+
+    Parameters
+    ----------
+    message
+        What is wrong and what to do.
+
+    Raises
+    ------
+    SystemExit
+        Always.
+    """
     say(f"error: {message}")
     sys.exit(BAD_SETUP)
 
 
 def say(message: str) -> None:
-    """Write one line of progress to stderr."""
+    """Write one line of progress to stderr.
+
+    Parameters
+    ----------
+    message
+        The line.
+    """
     sys.stderr.write(f"{message}\n")
     sys.stderr.flush()
 
@@ -76,7 +93,18 @@ def uv() -> str | None:
 
 
 def has_module(name: str) -> bool:
-    """Whether the interpreter in use has the module ``name``."""
+    """Return whether the interpreter in use has a module.
+
+    Parameters
+    ----------
+    name
+        Name of the module.
+
+    Returns
+    -------
+    bool
+        True where it can be found; it is not imported.
+    """
     return importlib.util.find_spec(name) is not None
 
 

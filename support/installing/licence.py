@@ -22,7 +22,23 @@ _TEXTS = (
 
 
 def expression(name: str) -> str:
-    """Return the SPDX expression in the metadata of an installed distribution; empty where there is none."""
+    """Return the SPDX expression in the metadata of an installed distribution; empty where there is none.
+
+    Parameters
+    ----------
+    name
+        Name of the distribution.
+
+    Returns
+    -------
+    str
+        As ``BSD-3-Clause``.
+
+    Raises
+    ------
+    PackageNotFoundError
+        Where the distribution is not installed.
+    """
     about = metadata.metadata(name).json
     return str(about.get("license_expression") or "")
 
@@ -47,7 +63,18 @@ def licence(name: str) -> str:
 
 
 def recognise_licence(text: str) -> str:
-    """Return the SPDX identifier of a licence's text; empty where no known pattern occurs in it."""
+    """Return the SPDX identifier of a licence's text; empty where no known pattern occurs in it.
+
+    Parameters
+    ----------
+    text
+        Text of the licence.
+
+    Returns
+    -------
+    str
+        As ``BSD-3-Clause``; the first pattern in the text counts.
+    """
     words = " ".join(text.split())
     places = [(found.start(), n) for n, (_, pattern) in enumerate(_TEXTS) if (found := re.search(pattern, words))]
     return _TEXTS[min(places)[1]][0] if places else ""

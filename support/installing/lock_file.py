@@ -86,7 +86,18 @@ def locked_file(part: str) -> Path:
 
 
 def pins(part: str) -> tuple[Pin, ...]:
-    """Return the distributions of a part that apply to this machine."""
+    """Return the distributions of a part that apply to this machine.
+
+    Parameters
+    ----------
+    part
+        ``core``, ``dev`` or an extra; every part includes the core.
+
+    Returns
+    -------
+    tuple of Pin
+        In the order of the file.
+    """
     matches = map(_PIN.match, locked_file(part).read_text(encoding="utf-8").splitlines())
     return tuple(Pin(m["name"], m["version"]) for m in matches if m and applies(m["marker"]))
 

@@ -42,7 +42,18 @@ def single_threaded(function: Callable[..., T], *arguments: Any) -> T:
 
 
 def on_one_thread(function: Callable[P, T]) -> Callable[P, T]:
-    """Decorate ``function`` so that BLAS runs on one thread within it."""
+    """Decorate a function so that BLAS runs on one thread within it.
+
+    Parameters
+    ----------
+    function
+        Function to decorate.
+
+    Returns
+    -------
+    callable
+        Function with the same arguments and result.
+    """
 
     @wraps(function)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> T:

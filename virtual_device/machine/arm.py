@@ -61,36 +61,115 @@ class Arm:
             raise NumericalError(msg)
 
     def dynamics(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """Return M (6, 6) and h (6,) of M a + h = τ, without springs and friction."""
+        """Return mass matrix M and torque h of M a + h = τ, without springs and friction.
+
+        Parameters
+        ----------
+        q
+            Positions [rad], shape (6,).
+        v
+            Velocities [rad/s], shape (6,).
+
+        Returns
+        -------
+        M : Array
+            Mass matrix [kg m²], shape (6, 6).
+        h : Array
+            Gravity, centrifugal and Coriolis torque [N m], shape (6,).
+        """
         M, h = np.empty((JOINTS, JOINTS)), np.empty(JOINTS)
         q, v = np.array(q, dtype=float), np.array(v, dtype=float)
         _functions().arm_dynamics(doubles(self._packed), doubles(q), doubles(v), doubles(M), doubles(h))
         return M, h
 
     def potential(self, q: Array) -> float:
-        """Gravitational energy [J]."""
+        """Return the gravitational energy.
+
+        Parameters
+        ----------
+        q
+            Positions [rad], shape (6,).
+
+        Returns
+        -------
+        float
+            Energy [J].
+        """
         q, handle = np.array(q, dtype=float), np.empty(3)
         return float(_functions().arm_potential(doubles(self._packed), doubles(q), doubles(handle)))
 
     def handle(self, q: Array) -> Array:
-        """Position of the handle's control point in the base frame [m], shape (3,)."""
+        """Return the position of the handle's control point in the base frame.
+
+        Parameters
+        ----------
+        q
+            Positions [rad], shape (6,).
+
+        Returns
+        -------
+        Array
+            Position [m], shape (3,).
+        """
         q, handle = np.array(q, dtype=float), np.empty(3)
         _functions().arm_potential(doubles(self._packed), doubles(q), doubles(handle))
         return handle
 
     def static_torque(self, q: Array) -> Array:
-        """Gravity and spring torque at rest [N m], shape (6,)."""
+        """Return the torque of gravity and springs at rest.
+
+        Parameters
+        ----------
+        q
+            Positions [rad], shape (6,).
+
+        Returns
+        -------
+        Array
+            Torque that holds the arm there [N m], shape (6,).
+        """
         drive = dict(zip(DRIVE, self.truth.drives.T, strict=True))
         spring: Array = drive["Ks"] * (q - drive["epos"])
         return self.dynamics(q, np.zeros(JOINTS))[1] + spring
 
     def stiffness(self, q: Array, step: float = 1e-4) -> Array:
-        """Return the derivative of `static_torque` by central differences [N m/rad], shape (6, 6)."""
+        """Return the derivative of `static_torque` by central differences.
+
+        Parameters
+        ----------
+        q
+            Positions [rad], shape (6,).
+        step
+            Half the distance of the differences [rad].
+
+        Returns
+        -------
+        Array
+            ∂τ_i/∂q_j [N m/rad], shape (6, 6).
+        """
         shifts = step * np.eye(JOINTS)
         return np.array([(self.static_torque(q + d) - self.static_torque(q - d)) / (2 * step) for d in shifts]).T
 
     def rest(self, free: tuple[int, ...], posture: Array) -> Array:
-        """Position at which the free joints balance without torque, the others at ``posture``, shape (6,)."""
+        """Return the position at which the free joints balance without torque, by Newton's method.
+
+        Parameters
+        ----------
+        free
+            Numbers of the free joints.
+        posture
+            Positions of the locked joints, and where the search for the free ones begins [rad], shape (6,).
+
+        Returns
+        -------
+        Array
+            Positions [rad], shape (6,).
+
+        Raises
+        ------
+        NumericalError
+            Where the balance is not found in 30 steps.
+        """
         index, q = list(free), np.array(posture, dtype=float)
         for _ in range(30):
             excess = self.static_torque(q)[index]
@@ -101,9 +180,21 @@ class Arm:
         raise NumericalError(msg)
 
     def locked_joint(self, joint: int, posture: Array) -> dict[str, float]:
-        """Parameters of one free joint with the others locked at ``posture``, as `joint` takes them.
+        """Return the parameters of one free joint with the others locked, as `joint` takes them.
 
         With one revolute joint free, M_ii does not change and gravity is g_c cos q + g_s sin q.
+
+        Parameters
+        ----------
+        joint
+            Number of the free joint.
+        posture
+            Positions of the others [rad], shape (6,).
+
+        Returns
+        -------
+        dict of str to float
+            Value by name, SI units: inertia, gravity, `DRIVE` and, where the truth names a friction law, the law's own.
         """
         q, still = np.array(posture, dtype=float), np.zeros(JOINTS)
         torque = []
@@ -116,7 +207,20 @@ class Arm:
         return base | dict(zip(DRIVE, map(float, self.truth.drives[joint]), strict=True)) | own
 
     def start(self, q: Array, v: Array | None = None) -> Array:
-        """Return the state (`STATES`,) at positions ``q`` and velocities ``v`` (6,), 0 where None, friction relaxed."""
+        """Return a state with relaxed friction.
+
+        Parameters
+        ----------
+        q
+            Positions [rad], shape (6,).
+        v
+            Velocities [rad/s], shape (6,); 0 where None.
+
+        Returns
+        -------
+        Array
+            State, shape (`STATES`,).
+        """
         state = np.zeros(STATES)
         state[:JOINTS] = q
         if v is not None:

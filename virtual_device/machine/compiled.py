@@ -26,7 +26,25 @@ FLAGS = ("-std=c99", "-O3", "-mcpu=baseline", "-ffp-contract=off", "-shared", "-
 
 @functools.cache
 def library(name: str) -> ctypes.CDLL:
-    """Compile ``<name>.c`` of this package with its headers (unless the cache has it) and load it."""
+    """Compile ``<name>.c`` of this package with its headers (unless the cache has it) and load it.
+
+    Parameters
+    ----------
+    name
+        Name of the source without its suffix, as ``arm``.
+
+    Returns
+    -------
+    ctypes.CDLL
+        The loaded library, the same one at each call.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing, refuses the source or is killed.
+    WritingError
+        Where the cache's disk is full.
+    """
     folder = Path(__file__).parent
     sources = [folder / f"{name}.c", *sorted(folder.glob("*.h"))]
     content = b"".join(path.read_bytes() for path in sources)
@@ -54,5 +72,16 @@ def _compile(sources: Sequence[Path], target: Path) -> None:
 
 
 def doubles(array: Array) -> ctypes._Pointer[ctypes.c_double]:
-    """Return the address of a contiguous float64 array for a C function."""
+    """Return the address of a contiguous float64 array for a C function.
+
+    Parameters
+    ----------
+    array
+        Contiguous array of any shape; it has to live as long as the address is used.
+
+    Returns
+    -------
+    pointer to c_double
+        Address of its first number.
+    """
     return array.ctypes.data_as(Doubles)

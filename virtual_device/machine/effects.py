@@ -31,7 +31,24 @@ class Scales:
 
     @classmethod
     def of(cls, joint: Mapping[str, float], torque: float, frequency: float, rest: float) -> Scales:
-        """Estimate the scales of ``joint`` under a cosine torque: A = τ / |Ks − M ω² + j ω σ2|."""
+        """Estimate the scales of ``joint`` under a cosine torque: A = τ / |Ks − M ω² + j ω σ2|.
+
+        Parameters
+        ----------
+        joint
+            Parameters by name: ``Ks``, ``inertia``, ``sigma2`` and ``Fc`` are used, SI units.
+        torque
+            Amplitude of the torque τ [N m]; friction takes Fc of it, but no more than 70 %.
+        frequency
+            Frequency ω of the torque [rad/s].
+        rest
+            Rest position [rad].
+
+        Returns
+        -------
+        Scales
+            Torque, amplitude, speed and rest position.
+        """
         dynamic = complex(joint["Ks"] - joint["inertia"] * frequency**2, frequency * joint["sigma2"])
         moved = max(torque - joint["Fc"], 0.3 * torque) / abs(dynamic)
         known = {key: joint[key] for key in ("Ks", "inertia", "sigma2")}
@@ -68,7 +85,18 @@ class Shape:
 
     @classmethod
     def draw(cls, rng: np.random.Generator) -> Shape:
-        """Draw every feature at random."""
+        """Draw every feature at random.
+
+        Parameters
+        ----------
+        rng
+            Source of random numbers.
+
+        Returns
+        -------
+        Shape
+            Features with uniform distributions.
+        """
         return cls(
             sign=float(rng.choice([-1.0, 1.0])),
             number=float(rng.integers(6, 21)),
@@ -215,7 +243,23 @@ def resolve(effects: Mapping[str, float | Mapping[str, float]], scales: Scales, 
 
 
 def parse_effects(text: str | None) -> dict[str, float]:
-    """Read ``cogging=1,time_delay=0.5``."""
+    """Read disturbances and their sizes, as ``cogging=1,time_delay=0.5``.
+
+    Parameters
+    ----------
+    text
+        Value of the option ``--effects``; None for none.
+
+    Returns
+    -------
+    dict of str to float
+        Size by name; `resolve` checks the names.
+
+    Raises
+    ------
+    InputError
+        Where the text is no list of names with numbers.
+    """
     try:
         return {name: float(size) for name, size in (part.split("=") for part in text.split(","))} if text else {}
     except ValueError:

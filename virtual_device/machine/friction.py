@@ -15,14 +15,48 @@ ATTRACTION = 40.0
 
 
 def law_number(friction: str) -> dict[str, float]:
-    """Return the parameter that chooses a friction law by name."""
+    """Return the parameter that chooses a friction law by name.
+
+    Parameters
+    ----------
+    friction
+        Name of the law, one of `LAWS`.
+
+    Returns
+    -------
+    dict of str to float
+        ``law`` → the law's number in ``friction.h``.
+
+    Raises
+    ------
+    InputError
+        Where there is no such law.
+    """
     if friction not in LAWS:
         raise InputError(where="friction", expected=f"one of {', '.join(LAWS)}", got=repr(friction))
     return {"law": float(LAWS.index(friction))}
 
 
 def law_parameters(friction: str, coulomb: float) -> dict[str, float]:
-    """Return `OF_LAWS` for a law by name and a Coulomb friction [N m]."""
+    """Return the parameters `OF_LAWS` of a friction law.
+
+    Parameters
+    ----------
+    friction
+        Name of the law, one of `LAWS`.
+    coulomb
+        Coulomb friction [N m].
+
+    Returns
+    -------
+    dict of str to float
+        Number of the law, attraction C [N m/s] and spread, by name.
+
+    Raises
+    ------
+    InputError
+        Where there is no such law.
+    """
     return OF_LAWS | law_number(friction) | {"C": ATTRACTION * coulomb}
 
 

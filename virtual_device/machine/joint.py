@@ -39,7 +39,23 @@ def neutral() -> dict[str, float]:
 
 
 def pack(parameters: Mapping[str, float]) -> Array:
-    """Order ``parameters`` as the integrator wants them; what is absent is neutral."""
+    """Order ``parameters`` as the integrator wants them; what is absent is neutral.
+
+    Parameters
+    ----------
+    parameters
+        Some of the parameters by name, SI units.
+
+    Returns
+    -------
+    Array
+        All parameters in the order of ``joint.c``, shape (n,).
+
+    Raises
+    ------
+    InputError
+        Where ``joint.c`` has no such parameter.
+    """
     known = neutral()
     unknown = sorted(set(parameters) - set(known))
     if unknown:
@@ -48,7 +64,25 @@ def pack(parameters: Mapping[str, float]) -> Array:
 
 
 def rest_position(parameters: Mapping[str, float]) -> float:
-    """Position near epos at which springs and gravity balance without torque and with a relaxed bristle [rad]."""
+    """Return the position near epos at which springs and gravity balance without torque and with a relaxed bristle.
+
+    Parameters
+    ----------
+    parameters
+        Some of the parameters by name, SI units.
+
+    Returns
+    -------
+    float
+        Position [rad].
+
+    Raises
+    ------
+    InputError
+        Where ``joint.c`` has no such parameter.
+    NumericalError
+        Where there is no stable rest within 1.5 rad of epos.
+    """
     lib, packed = _functions(), pack(parameters)
 
     def torque(q: float) -> float:

@@ -34,7 +34,23 @@ class Truth:
     friction: Mapping[int, str] = field(default_factory=dict)
 
     def law_parameters(self, joint: int) -> dict[str, float]:
-        """Return `friction.OF_LAWS` of a joint."""
+        """Return the parameters `friction.OF_LAWS` of a joint.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint.
+
+        Returns
+        -------
+        dict of str to float
+            Number of the law, attraction C [N m/s] and spread, by name.
+
+        Raises
+        ------
+        InputError
+            Where there is no such law.
+        """
         return law_parameters(self.friction.get(joint, LAWS[0]), float(self.drives[joint, DRIVE.index("Fc")]))
 
     def packed(self) -> Array:
@@ -44,7 +60,25 @@ class Truth:
 
 
 def read_truth(path: Path | None = None) -> Truth:
-    """Read ``path``, by default the device that made the embedded campaign."""
+    """Read the numbers of an arm.
+
+    Parameters
+    ----------
+    path
+        File as ``truth.toml``; None for the device that made the embedded campaign.
+
+    Returns
+    -------
+    Truth
+        Geometry, links and drives; every joint has the first friction law.
+
+    Raises
+    ------
+    KeyError
+        Where a number is missing.
+    tomllib.TOMLDecodeError
+        Where the file is no TOML.
+    """
     data = tomllib.loads((path or Path(__file__).with_name("truth.toml")).read_text())
     links = [[row[key] for key in LINK] for row in data["link"]]
     drives = [[row[key] for key in DRIVE] for row in data["joint"]]
@@ -53,6 +87,17 @@ def read_truth(path: Path | None = None) -> Truth:
 
 
 def inertia_tensor(row: Array) -> Array:
-    """Inertia about the centroid, shape (3, 3), from one row of `Truth.links`."""
+    """Return the inertia of a link about its centroid.
+
+    Parameters
+    ----------
+    row
+        Row of `Truth.links`, shape (10,).
+
+    Returns
+    -------
+    Array
+        Inertia tensor in link axes [kg m²], shape (3, 3).
+    """
     xx, yy, zz, xy, xz, yz = row[4:]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -13,7 +13,20 @@ from haptid.virtual_device.machine.truth import DRIVE, Truth, inertia_tensor
 
 
 def is_physical(truth: Truth) -> bool:
-    """Whether masses are positive and inertias those of bodies (principal moments obey the triangle inequality)."""
+    """Return whether masses are positive, inertias are those of bodies, and stiction is at least Coulomb friction.
+
+    Principal moments of a body are positive and obey the triangle inequality.
+
+    Parameters
+    ----------
+    truth
+        Numbers of the arm.
+
+    Returns
+    -------
+    bool
+        True where all links and drives are so.
+    """
     moments = np.array([np.linalg.eigvalsh(inertia_tensor(row)) for row in truth.links])
     triangle = moments[:, 0] + moments[:, 1] > moments[:, 2]
     friction = truth.drives[:, DRIVE.index("Fs")] >= truth.drives[:, DRIVE.index("Fc")]
@@ -24,6 +37,25 @@ def vary(truth: Truth, width: float, rng: np.random.Generator) -> Truth:
     """Draw another machine, inertially within ± width; springs and friction times e^(±1.35 width); epos ± 0.3 width.
 
     Drawn again until it is physical and balanced like the first (see `is_usable`).
+
+    Parameters
+    ----------
+    truth
+        The given machine.
+    width
+        Relative width of the variation, as 0.2 for ± 20 %.
+    rng
+        Source of random numbers.
+
+    Returns
+    -------
+    Truth
+        Another machine with the same geometry.
+
+    Raises
+    ------
+    NumericalError
+        Where 10,000 draws give no usable machine.
     """
     for _ in range(10_000):
         links = np.array([_vary_link(row, width, rng) for row in truth.links])
@@ -59,7 +91,18 @@ def _vary_link(row: Array, width: float, rng: np.random.Generator) -> Array:
 
 
 def is_usable(truth: Truth) -> bool:
-    """Whether the machine is physical, balanced and stable at home, and moves at the torques of the tests."""
+    """Return whether the machine is physical, balanced and stable at home, and moves at the torques of the tests.
+
+    Parameters
+    ----------
+    truth
+        Numbers of the arm.
+
+    Returns
+    -------
+    bool
+        True where it is.
+    """
     if not is_physical(truth):
         return False
     arm, home = Arm(truth), np.zeros(6)

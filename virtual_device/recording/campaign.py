@@ -22,7 +22,29 @@ START_SPREAD = 0.4
 
 
 def joint_parameters(parameters: Mapping[str, float], runs: Sequence[Cosine], effects: Effects) -> dict[str, Any]:
-    """Resolve sizes once for all runs, at the largest torque amplitude and the median frequency."""
+    """Resolve sizes once for all runs, at the largest torque amplitude and the median frequency.
+
+    Parameters
+    ----------
+    parameters
+        Parameters of the joint by name, SI units.
+    runs
+        Torques of all runs.
+    effects
+        Disturbances: size, or parameters of ``joint.c``, by name.
+
+    Returns
+    -------
+    dict
+        Parameters that each disturbance sets, by its name.
+
+    Raises
+    ------
+    InputError
+        Where a parameter or a disturbance is unknown.
+    NumericalError
+        Where the joint has no stable rest.
+    """
     torque = max(run.amplitude for run in runs)
     scales = scales_of(parameters, torque, float(np.median([run.frequency for run in runs])))
     return {name: resolve({name: size}, scales, Shape()) for name, size in effects.items()}
@@ -38,7 +60,37 @@ def joint_runs(
     hold: str = "zero",
     seed: int = 0,
 ) -> tuple[RunTable, ...]:
-    """Simulate the locked-joint tests ``inputs`` of one joint; see `simulate_joint` for the arguments."""
+    """Simulate the locked-joint tests of one joint, as `simulate_joint` does each.
+
+    Parameters
+    ----------
+    joint
+        Number of the joint.
+    parameters
+        Parameters of the joint by name, SI units.
+    inputs
+        Torque of each run.
+    effects
+        Disturbances: size, or parameters of ``joint.c``, by name; the same in all runs.
+    sensor
+        Position sensor; that of `Sensor` where None.
+    hold
+        ``zero`` or ``linear``: torque between rows.
+    seed
+        Seed of starts, noise and scatter; each run has its own stream.
+
+    Returns
+    -------
+    tuple of RunTable
+        One run an input, in their order.
+
+    Raises
+    ------
+    InputError
+        Where a parameter or a disturbance is unknown.
+    NumericalError
+        Where the joint has no stable rest.
+    """
     fixed = joint_parameters(parameters, inputs, effects or {})
     base = complete(parameters)
     disturbed = base | {k: v for values in fixed.values() for k, v in values.items() if k in neutral()}
@@ -65,7 +117,24 @@ def joint_runs(
 
 
 def header(title: str, device: str, sensor: Sensor, hold: str = "zero") -> dict[str, Any]:
-    """Return the head of campaign.toml."""
+    """Return the head of campaign.toml.
+
+    Parameters
+    ----------
+    title
+        Title of the campaign.
+    device
+        Name of a device, or its file.
+    sensor
+        Position sensor, told where its noise is white.
+    hold
+        ``zero`` or ``linear``: torque between rows.
+
+    Returns
+    -------
+    dict
+        Tables ``campaign`` and, where the noise is white and not 0, ``sensor``.
+    """
     known = {"noise_rad": sensor.noise, "resolution_rad": sensor.resolution}
     head = {"title": title, "device": device, "measured": False, "hold": hold}
     return {"campaign": head} | ({"sensor": known} if sensor.noise > 0 and sensor.coloured == 0 else {})

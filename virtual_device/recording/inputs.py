@@ -66,6 +66,21 @@ def table3(joint: int) -> tuple[Cosine, ...]:
     """Return the runs of Table III for ``joint``, in the order of frequency.
 
     Brackets are validation runs or excluded; joints without brackets keep their middle frequency for validation.
+
+    Parameters
+    ----------
+    joint
+        Number of the joint, 0 to 5.
+
+    Returns
+    -------
+    tuple of Cosine
+        One cosine a run.
+
+    Raises
+    ------
+    InputError
+        Where there is no such joint.
     """
     _check(joint)
     made = [Cosine(amplitude=AMPLITUDE[joint], frequency=w) for w in _FIT[joint]]
@@ -80,7 +95,25 @@ _RICH_VALIDATE = ((1.15, 1.25), (0.75, 1.90), (0.95, 0.75))
 
 
 def rich(joint: int, amplitude: float | None = None) -> tuple[Cosine, ...]:
-    """Return eight cosines to fit and three to validate, of 16 s, all of different amplitude and frequency."""
+    """Return eight cosines to fit and three to validate, of 16 s, all of different amplitude and frequency.
+
+    Parameters
+    ----------
+    joint
+        Number of the joint, 0 to 5; not used where ``amplitude`` is given.
+    amplitude
+        Torque amplitude to vary about [N m]; that of Table III where None.
+
+    Returns
+    -------
+    tuple of Cosine
+        The cosines to fit, then those to validate.
+
+    Raises
+    ------
+    InputError
+        Where there is no such joint.
+    """
     if amplitude is None:
         _check(joint)
         amplitude = AMPLITUDE[joint]

@@ -51,7 +51,31 @@ def _posture(entry: dict[str, Sequence[float]]) -> tuple[float, ...]:
 
 
 def planned_runs(arm: Arm, test: PlannedTest, number: int, *, sensor: Sensor, seed: int) -> tuple[RunTable, ...]:
-    """Simulate one planned test: three runs to fit and one to validate, every free joint at a frequency of its own."""
+    """Simulate one planned test: three runs to fit and one to validate, every free joint at a frequency of its own.
+
+    Parameters
+    ----------
+    arm
+        The machine.
+    test
+        Free joints and posture of the locked ones.
+    number
+        Number of the test, in the names of the files.
+    sensor
+        Position sensor.
+    seed
+        Seed of the noise.
+
+    Returns
+    -------
+    tuple of RunTable
+        Four runs with the posture of the test.
+
+    Raises
+    ------
+    NumericalError
+        Where the arm has no rest in this posture.
+    """
     made = []
     for k, (share, frequency, use) in enumerate(RUNS):
         cosines = [

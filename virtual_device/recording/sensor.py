@@ -35,7 +35,22 @@ class Sensor:
         return float(np.sqrt(self.noise**2 + self.resolution**2 / 12.0))
 
     def read(self, t: Array, y: Array, rng: np.random.Generator) -> Array:
-        """Return readings of the positions y (n,) taken at t (n,)."""
+        """Return readings of positions: noise added, then rounded to the encoder step.
+
+        Parameters
+        ----------
+        t
+            Times of the rows [s], shape (n,).
+        y
+            Positions [rad], shape (n,).
+        rng
+            Source of random numbers.
+
+        Returns
+        -------
+        Array
+            Readings [rad], shape (n,).
+        """
         read = y + self.noise * rng.standard_normal(y.shape)
         if self.coloured > 0:
             keep = np.exp(-float(np.median(np.diff(t))) / self.correlation_time)
@@ -46,6 +61,23 @@ class Sensor:
 
 
 def cycle_factors(t: Array, period: float, scatter: float, rng: np.random.Generator) -> Array:
-    """Return 1 + s ξ_c for the cycle c = ⌊t / period⌋ of every time, ξ standard normal, shape (n,)."""
+    """Return the factor 1 + s ξ_c of the cycle c = ⌊t / period⌋ of every time, with ξ standard normal.
+
+    Parameters
+    ----------
+    t
+        Times of the rows [s], shape (n,), counted from the first.
+    period
+        Length of a cycle [s].
+    scatter
+        Relative standard deviation s of the amplitude.
+    rng
+        Source of random numbers.
+
+    Returns
+    -------
+    Array
+        Factors, shape (n,).
+    """
     cycle = np.floor((t - t[0]) / period + 1e-9).astype(int)
     return np.asarray(1.0 + scatter * rng.standard_normal(cycle[-1] + 1)[cycle])

@@ -17,7 +17,23 @@ EXACT = Sensor(noise=0.0, resolution=0.0)
 
 
 def complete(parameters: Mapping[str, float]) -> dict[str, float]:
-    """Return all parameters of the undisturbed joint, its friction law among them; those not given are neutral."""
+    """Return all parameters of the undisturbed joint, its friction law among them; those not given are neutral.
+
+    Parameters
+    ----------
+    parameters
+        Some of the base parameters by name, SI units; ``q0`` and ``v0`` are let through, and left out.
+
+    Returns
+    -------
+    dict of str to float
+        All of `joint.BASE` and `friction.OF_LAWS` by name.
+
+    Raises
+    ------
+    InputError
+        Where a name is another.
+    """
     names = (*BASE, *OF_LAWS)
     unknown = sorted(set(parameters) - set(names) - {"q0", "v0"})
     if unknown:
@@ -31,7 +47,29 @@ def _rest(joint: Mapping[str, float]) -> float:
 
 
 def scales_of(parameters: Mapping[str, float], torque: float, frequency: float) -> Scales:
-    """Estimate the scales of a joint under a cosine torque of this amplitude [N m] and frequency [rad/s]."""
+    """Estimate the scales of a joint under a cosine torque.
+
+    Parameters
+    ----------
+    parameters
+        Some of the base parameters by name, SI units.
+    torque
+        Amplitude [N m].
+    frequency
+        Frequency [rad/s].
+
+    Returns
+    -------
+    Scales
+        Torque, amplitude, speed and rest position.
+
+    Raises
+    ------
+    InputError
+        Where a parameter is unknown.
+    NumericalError
+        Where the joint has no stable rest.
+    """
     joint = complete(parameters)
     return Scales.of(joint, torque, frequency, rest_position(joint))
 

@@ -32,7 +32,18 @@ class RunTable:
     """Positions of the locked joints [rad]; home where empty."""
 
     def entry(self, joints: int) -> dict[str, Any]:
-        """Return the ``[[runs]]`` table."""
+        """Return the ``[[runs]]`` table of the run.
+
+        Parameters
+        ----------
+        joints
+            Number of joints of the device; with several of them the positions of the locked ones are told.
+
+        Returns
+        -------
+        dict
+            Entry of campaign.toml.
+        """
         entry: dict[str, Any] = {"file": self.file, "free_joints": list(self.free_joints), "use": self.use}
         if joints > 1:
             entry["locked_positions_rad"] = list(self.posture or [0.0] * joints)
@@ -47,12 +58,51 @@ class RunTable:
 
 
 def joint_columns(joint: int, t: Array, torque: Array, position: Array) -> dict[str, Array]:
-    """Return the columns of one joint, positions rounded as the table holds them."""
+    """Return the columns of one joint, positions rounded as the table holds them.
+
+    Parameters
+    ----------
+    joint
+        Number of the joint.
+    t
+        Times [s], shape (n,).
+    torque
+        Torques [N m], shape (n,).
+    position
+        Positions [rad], shape (n,).
+
+    Returns
+    -------
+    dict of str to Array
+        Column by name, as ``torque_4_Nm``.
+    """
     return {"time_s": t, f"torque_{joint}_Nm": torque, f"position_{joint}_rad": np.round(position, 7)}
 
 
 def write_campaign(folder: Path, header: Mapping[str, Any], runs: Sequence[RunTable], *, joints: int) -> Path:
-    """Write the folder: the tables first, campaign.toml last, so that a campaign that can be read is whole."""
+    """Write the folder: the tables first, campaign.toml last, so that a campaign that can be read is whole.
+
+    Parameters
+    ----------
+    folder
+        Folder to write to.
+    header
+        Tables of campaign.toml without its runs.
+    runs
+        Runs in the order of campaign.toml.
+    joints
+        Number of joints of the device.
+
+    Returns
+    -------
+    Path
+        The campaign.toml.
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
+    """
     for run in runs:
         write_bytes(folder / run.file, run.encoded())
     content = {**header, "runs": [run.entry(joints) for run in runs]}

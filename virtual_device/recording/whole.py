@@ -28,10 +28,37 @@ def coupled_run(  # noqa: PLR0913 - what a user of a test bench sets, by keyword
     posture: Sequence[float] = (0.0,) * JOINTS,
     scatter: Mapping[int, tuple[float, bool]] | None = None,
 ) -> RunTable:
-    """Drive each of ``joints`` by its own cosine (held between rows), from rest; the others stay at ``posture``.
+    """Drive some joints, each by its own cosine (held between rows), from rest; the others stay at a posture.
 
-    ``scatter`` gives joints the standard deviation of the relative amplitude of a cycle of their own torque, and
-    whether it is the torque's that scatters, or that of the reading about the place of rest.
+    Parameters
+    ----------
+    arm
+        The machine.
+    cosines
+        Torque of each driven joint, all with the same times.
+    joints
+        Numbers of the driven joints.
+    sensor
+        Position sensor.
+    name
+        Name of the table.
+    seed
+        Seed of the random numbers.
+    posture
+        Positions of the others [rad], shape (6,).
+    scatter
+        By joint, the relative standard deviation of the amplitude of a cycle of its own torque, and whether the torque
+        scatters; else the reading about the place of rest does.
+
+    Returns
+    -------
+    RunTable
+        The run, with the use of the first cosine.
+
+    Raises
+    ------
+    NumericalError
+        Where the arm has no rest in this posture.
     """
     t, rng, scatters = cosines[0].times(), np.random.default_rng(list(seed)), scatter or {}
     torque, factors = np.zeros((t.size, JOINTS)), np.ones((t.size, JOINTS))
@@ -64,7 +91,31 @@ def coupled_test(
     seed: Sequence[int],
     scatter: Mapping[int, tuple[float, bool]] | None = None,
 ) -> RunTable:
-    """Make run ``number`` of the coupled test, `COUPLED`: joints 0 and 1 driven by cosines of their own."""
+    """Make a run of the coupled test, `COUPLED`: joints 0 and 1 driven by cosines of their own.
+
+    Parameters
+    ----------
+    arm
+        The machine.
+    number
+        Number of the run in `COUPLED`.
+    sensor
+        Position sensor.
+    seed
+        Seed of the random numbers.
+    scatter
+        As in `coupled_run`.
+
+    Returns
+    -------
+    RunTable
+        The run.
+
+    Raises
+    ------
+    NumericalError
+        Where the arm has no rest at home.
+    """
     frequencies, use = COUPLED[number]
     cosines = [Cosine(amplitude=AMPLITUDE[j], frequency=w, use=use) for j, w in enumerate(frequencies)]
     name = f"joints01_{number}_w{frequencies[0]:.4g}_{frequencies[1]:.4g}.csv.gz"
@@ -98,7 +149,20 @@ class Reference:
     phase: Array
 
     def at(self, t: Array, rest: Array) -> Array:
-        """Return the reference at times t (n,), shape (n, 6) [rad]."""
+        """Return the reference at some times.
+
+        Parameters
+        ----------
+        t
+            Times [s], shape (n,).
+        rest
+            Rest position [rad], shape (6,).
+
+        Returns
+        -------
+        Array
+            Positions [rad], shape (n, 6).
+        """
         share = np.clip(t / 2.0, 0.0, 1.0)[:, None]
         rise = share**3 * (10 - 15 * share + 6 * share**2)
         wave = self.amplitude * np.sin(np.outer(t, self.frequency) + self.phase)
@@ -108,7 +172,33 @@ class Reference:
 def controlled_run(
     arm: Arm, reference: Reference, controller: Controller, *, sensor: Sensor, name: str, seed: Sequence[int]
 ) -> RunTable:
-    """Move all six joints along ``reference`` for 10 s; the recorded torque is what the controller commanded."""
+    """Move all six joints along a reference for 10 s; the recorded torque is what the controller commanded.
+
+    Parameters
+    ----------
+    arm
+        The machine.
+    reference
+        Wanted motion.
+    controller
+        Gains of the controller.
+    sensor
+        Position sensor.
+    name
+        Name of the table.
+    seed
+        Seed of the random numbers.
+
+    Returns
+    -------
+    RunTable
+        Torques, readings and references of all joints, for validation.
+
+    Raises
+    ------
+    NumericalError
+        Where the arm has no rest at home.
+    """
     t, joints = np.round(np.arange(2001) * 0.005, 6), tuple(range(JOINTS))
     rng, rest = np.random.default_rng(list(seed)), arm.rest(joints, np.zeros(JOINTS))
     wanted, state = reference.at(t, rest), arm.start(rest)
