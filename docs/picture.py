@@ -9,10 +9,10 @@ from pathlib import Path
 import click
 
 from haptid.identification.optimise.workers import Here
+from haptid.identification.output.traces import traces_of
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.sequence import Sequence
-from haptid.identification.sequence.traces import traces_of
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.devices import device_of

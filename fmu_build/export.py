@@ -9,12 +9,12 @@ from typing import Any
 
 import click
 
+from haptid.fmu_build.accuracy.accuracy import of_device as accuracy_of_device
+from haptid.fmu_build.accuracy.accuracy import of_joint as accuracy_of_joint
+from haptid.fmu_build.accuracy.accuracy import without_replaced
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.commands import export as main
 from haptid.fmu_build.content.reference_run import OverflowingError
-from haptid.fmu_build.exchange.accuracy import of_device as accuracy_of_device
-from haptid.fmu_build.exchange.accuracy import of_joint as accuracy_of_joint
-from haptid.fmu_build.exchange.accuracy import without_replaced
 from haptid.fmu_build.exchange.discrepancy_json import Finding, apply_refits, by_joint, read_finding
 from haptid.fmu_build.exchange.identification_check import (
     check_for_device,

@@ -13,9 +13,9 @@ from typing import Any
 
 import click
 
+from haptid.fmu_build.accuracy.draws import COUNT
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
-from haptid.fmu_build.exchange.draws import COUNT
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.export import export_full, export_joint, export_parameters
 from haptid.identification.baseline.prediction import predict_unseen
@@ -27,16 +27,16 @@ from haptid.identification.commands import identify as main
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.dask_workers import Cluster
 from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.output.summary import summary_text
+from haptid.identification.output.traces import traces_of
+from haptid.identification.output.written_draws import write_draws
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.result_json import SCHEMA, step_json
 from haptid.identification.sequence.resume import code_digest, data_digest, inputs_digest, kept_entries
 from haptid.identification.sequence.sequence import Build, Sequence
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.summary import summary_text
-from haptid.identification.sequence.traces import traces_of
 from haptid.identification.sequence.whole_device import Whole, whole_device
-from haptid.identification.sequence.written_draws import write_draws
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator

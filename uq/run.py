@@ -12,10 +12,10 @@ import click
 import numpy as np
 from click.core import ParameterSource
 
+from haptid.fmu_build.accuracy.draws import digest_of
+from haptid.fmu_build.accuracy.stored_draws import DRAWS_OF_POSTERIOR, POSTERIOR
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
-from haptid.fmu_build.exchange.draws import digest_of
-from haptid.fmu_build.exchange.stored_draws import DRAWS_OF_POSTERIOR, POSTERIOR
 from haptid.identification.fit.multistart import fit
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.workers import Processes, Submitting

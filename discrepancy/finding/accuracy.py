@@ -11,10 +11,10 @@ import numpy as np
 from haptid.discrepancy.torque.choice import only_configuration
 from haptid.discrepancy.torque.closed_loop import ClosedLoop
 from haptid.discrepancy.torque.fit import TorqueFit
-from haptid.fmu_build.exchange.accuracy import Accuracy
-from haptid.fmu_build.exchange.draws import COUNT, Draws
-from haptid.fmu_build.exchange.stored_draws import Known
-from haptid.fmu_build.exchange.verification import joint_in_tests, tell_verdict
+from haptid.fmu_build.accuracy.accuracy import Accuracy
+from haptid.fmu_build.accuracy.draws import COUNT, Draws
+from haptid.fmu_build.accuracy.stored_draws import Known
+from haptid.fmu_build.accuracy.verification import joint_in_tests, tell_verdict
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.resume import code_digest, data_digest
 from haptid.identification.statistics.parameter_draws import draw_parameters

@@ -10,10 +10,10 @@ from pathlib import Path
 
 from haptid.discrepancy.search.search_result import Search
 from haptid.discrepancy.study.study import Study
+from haptid.fmu_build.accuracy.accuracy import Accuracy
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
-from haptid.fmu_build.exchange.accuracy import Accuracy
 from haptid.identification.fit.multistart import fit
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit

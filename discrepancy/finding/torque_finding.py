@@ -29,9 +29,9 @@ from haptid.discrepancy.torque_search.candidate import compare_candidates
 from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.discrepancy.verdict.stability import Stretches, cut_runs, stability_of
+from haptid.fmu_build.accuracy.accuracy import Accuracy
 from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.fmu_build.description.provenance import Provenance
-from haptid.fmu_build.exchange.accuracy import Accuracy
 from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for

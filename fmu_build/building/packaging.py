@@ -15,10 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from haptid.fmu_build.accuracy.accuracy import FIRST_GUESSES, Accuracy, with_room_for_draws
 from haptid.fmu_build.content.extras import extra_files
 from haptid.fmu_build.description.interface import Interface, interface_of
 from haptid.fmu_build.description.provenance import GUESS, Provenance, provenance_of
-from haptid.fmu_build.exchange.accuracy import FIRST_GUESSES, Accuracy, with_room_for_draws
 from haptid.fmu_build.exchange.archive import pack
 from haptid.fmu_build.native.fmi2 import native_files
 from haptid.fmu_build.native.fmi3 import native_files3, rename_picture

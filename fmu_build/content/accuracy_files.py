@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from haptid.fmu_build.accuracy.accuracy import Accuracy
+from haptid.fmu_build.accuracy.draws import draws_text
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
-from haptid.fmu_build.exchange.accuracy import Accuracy
-from haptid.fmu_build.exchange.draws import draws_text
 from haptid.support.files.files import json_text
 
 Array = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from haptid.fmu_build.exchange.accuracy import Accuracy
+from haptid.fmu_build.accuracy.accuracy import Accuracy
 
 MODES = {
     "as_fitted": "as fitted",

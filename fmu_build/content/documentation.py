@@ -12,12 +12,12 @@ import sympy as sp
 from markupsafe import Markup
 from sympy.printing.mathml import mathml
 
+from haptid.fmu_build.accuracy.accuracy import FIRST_GUESSES, Accuracy
 from haptid.fmu_build.content.accuracy_files import KnownParameter, known_parameters
 from haptid.fmu_build.content.accuracy_page import rows_of_digests, rows_of_runs, sentences_of_effects, write_snippet
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance
 from haptid.fmu_build.description.variables import Variable
-from haptid.fmu_build.exchange.accuracy import FIRST_GUESSES, Accuracy
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 

@@ -6,6 +6,7 @@ import importlib.metadata
 from collections.abc import Mapping
 from importlib import resources
 
+from haptid.fmu_build.accuracy.accuracy import FIRST_GUESSES, Accuracy
 from haptid.fmu_build.content.accuracy_files import accuracy_files
 from haptid.fmu_build.content.documentation import documentation
 from haptid.fmu_build.content.picture import picture
@@ -13,7 +14,6 @@ from haptid.fmu_build.content.reference_run import reference
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.description.provenance import Provenance, provenance_of
 from haptid.fmu_build.description.units import modelica_unit
-from haptid.fmu_build.exchange.accuracy import FIRST_GUESSES, Accuracy
 from haptid.fmu_build.exchange.ssv import ssv_bytes
 
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.simulator import ForeignSimulator
+from haptid.identification.output.summary import table_text
 from haptid.identification.result.outcome import Outcome
-from haptid.identification.sequence.summary import table_text
 from haptid.measurement.values.foreign_campaign import ForeignCampaign
 
 SENTENCES = {

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from haptid.identification.sequence.traces import Trace
+from haptid.identification.output.traces import Trace
 from haptid.identification.verification.result import RunCheck
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for

@@ -10,11 +10,11 @@ from typing import Any
 
 from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.links.consistency import summary as consistency_summary
+from haptid.identification.output.plain_comparison import tell_size_and_share
+from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row
+from haptid.identification.output.traces import Trace
 from haptid.identification.result.fit import RunScore
-from haptid.identification.sequence.plain_comparison import tell_size_and_share
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.summary import HEADER, attention, residual_unit, step_row
-from haptid.identification.sequence.traces import Trace
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
 from haptid.measurement.values.units import unit_for

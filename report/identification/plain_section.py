@@ -11,8 +11,8 @@ from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import HORIZONS_S, Figures
 from haptid.identification.baseline.plain_parameters import parameter_ids
 from haptid.identification.baseline.prediction import Prediction
+from haptid.identification.output.plain_comparison import tell_result
 from haptid.identification.result.outcome import Outcome
-from haptid.identification.sequence.plain_comparison import tell_result
 from haptid.identification.sequence.result_json import tell_why
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.run import Array

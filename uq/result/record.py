@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from haptid.fmu_build.accuracy.draws import draws_text
 from haptid.fmu_build.description.variables import structured_name
-from haptid.fmu_build.exchange.draws import draws_text
 from haptid.measurement.values.run import Array
 from haptid.support.files.files import write_text
 from haptid.uq.prediction.predict import Bands

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from haptid.fmu_build.exchange.draws import digest_of, draws_text
+from haptid.fmu_build.accuracy.draws import digest_of, draws_text
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.export import export_joint
 from haptid.fmu_build.native.platforms import this_platform

@@ -15,13 +15,13 @@ from haptid.identification.baseline.least_squares import weighted_least_squares
 from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
+from haptid.identification.output.plain_comparison import tell_comparison, tell_over_noise, tell_result
+from haptid.identification.output.summary import summary_text
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import RunScore
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
-from haptid.identification.sequence.plain_comparison import tell_comparison, tell_over_noise, tell_result
 from haptid.identification.sequence.step import Step
-from haptid.identification.sequence.summary import summary_text
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.signals.filtered_motion import common_width, filter_run
 from haptid.measurement.values.run import Run

@@ -11,16 +11,16 @@ import numpy as np
 import pytest
 from fmpy.validation import validate_fmu
 
-from haptid.fmu_build.exchange.draws import COUNT
+from haptid.fmu_build.accuracy.draws import COUNT
 from haptid.fmu_build.export import export_full
 from haptid.fmu_build.native.platforms import this_platform
 from haptid.identification.links.consistent_links import pseudo_inertia
+from haptid.identification.output.written_draws import write_draws
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.step import Step
 from haptid.identification.sequence.whole_device import Whole, whole_device
-from haptid.identification.sequence.written_draws import write_draws
 from haptid.model.device.reader import load_device
 from haptid.model.joint.coupled_joints import configuration_equations
 from tests.fmu_build.accuracy_cases import FILES, draws_of, json_of, page_of, table_of, text_of

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from haptid.fmu_build.accuracy.draws import digest_of
 from haptid.fmu_build.building.cached import identification_fmu
-from haptid.fmu_build.exchange.draws import digest_of
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.noise.noise_model import NoiseModel
 from haptid.support.errors import InputError, NumericalError

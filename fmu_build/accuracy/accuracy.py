@@ -7,12 +7,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from haptid.fmu_build.accuracy import stored_draws
+from haptid.fmu_build.accuracy.stored_draws import Known
+from haptid.fmu_build.accuracy.verification import joint_in_tests, joint_in_whole
 from haptid.fmu_build.description.variables import structured_name
-from haptid.fmu_build.exchange import stored_draws
 from haptid.fmu_build.exchange.discrepancy_json import Finding
 from haptid.fmu_build.exchange.identification_json import Identified, words_of_campaign
-from haptid.fmu_build.exchange.stored_draws import Known
-from haptid.fmu_build.exchange.verification import joint_in_tests, joint_in_whole
 from haptid.model.equations.equations import Equations
 
 NOT_SEARCHED = "no search for missing effects went into this model"
@@ -31,7 +31,7 @@ class Accuracy:
     known
         Draws and summaries of the parameters, by ids or FMU variable names.
     joints
-        Verification of each joint (`fmu_build.exchange.verification`).
+        Verification of each joint (`fmu_build.accuracy.verification`).
     effects
         Catalogue effects in the model, with estimates, evidence, stability and the gap that they close.
     searched

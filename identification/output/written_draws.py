@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from haptid.fmu_build.exchange.draws import COUNT, digest_of, draws_text
-from haptid.fmu_build.exchange.stored_draws import file_of
+from haptid.fmu_build.accuracy.draws import COUNT, digest_of, draws_text
+from haptid.fmu_build.accuracy.stored_draws import file_of
 from haptid.identification.sequence.step import Step
 from haptid.identification.sequence.whole_device import Whole
 from haptid.identification.statistics.parameter_draws import draw_parameters

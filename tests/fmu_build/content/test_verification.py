@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from haptid.fmu_build.exchange.verification import joint_in_tests
+from haptid.fmu_build.accuracy.verification import joint_in_tests
 
 
 def make_test(residual: str) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from haptid.fmu_build.exchange.draws import COUNT, Array, Draws, read_draws
+from haptid.fmu_build.accuracy.draws import COUNT, Array, Draws, read_draws
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file, read_json
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from haptid.identification.sequence.plain_comparison import tell_comparison, tell_over_noise
+from haptid.identification.output.plain_comparison import tell_comparison, tell_over_noise
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 

@@ -1,0 +1,1 @@
+"""Results of fits, posteriors and searches in, what an FMU says of its accuracy out: verification and draws."""
