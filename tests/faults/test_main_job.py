@@ -101,12 +101,18 @@ def test_a_run_that_is_killed_with_partial_results_goes_on_from_them(
     assert content(tmp_path / "out") == content(whole[0])
     walls = [c["wall_s"] for c in json.loads(file.read_text(encoding="utf-8"))["configurations"]]
     assert walls[:finished] == [c["wall_s"] for c in before["configurations"]]  # taken over, not fitted again
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["identification.json", "pages", "report.html"]
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "draws",
+        "identification.json",
+        "pages",
+        "report.html",
+    ]
 
 
 def test_a_full_disk_leaves_nothing_that_looks_whole(whole: tuple[Path, float], tmp_path: Path):
-    """The system refuses every byte of a file beyond what identification.json needs: the report does not fit."""
-    most = (whole[0] / "identification.json").stat().st_size + 2000
+    """The system refuses every byte of a file beyond what identification.json and the draws need, not the report."""
+    before = [whole[0] / "identification.json", *(whole[0] / "draws").iterdir()]
+    most = max(file.stat().st_size for file in before) + 2000
     assert (whole[0] / "report.html").stat().st_size > most
 
     def limited() -> None:
@@ -118,7 +124,7 @@ def test_a_full_disk_leaves_nothing_that_looks_whole(whole: tuple[Path, float], 
     assert "report.html: could not be written (File too large)" in errors[0]
     data = json.loads((tmp_path / "out" / "identification.json").read_text(encoding="utf-8"))
     assert data["complete"] is False
-    assert [entry.name for entry in (tmp_path / "out").iterdir()] == ["identification.json"]
+    assert sorted(entry.name for entry in (tmp_path / "out").iterdir()) == ["draws", "identification.json"]
     assert ended(tmp_path / "out")[0] == 0
     assert content(tmp_path / "out") == content(whole[0])
 

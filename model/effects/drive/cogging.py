@@ -3,7 +3,7 @@
 from functools import partial
 
 from haptid.model.effects.effect import Effect, parameter
-from haptid.model.effects.parts.waves import COARSE, series, series_amplitudes, size, wave, wave_number
+from haptid.model.effects.parts.waves import COARSE, WHOLE, series, series_amplitudes, size, wave, wave_number
 from haptid.model.effects.scales import POSITION, TORQUE
 
 HARMONICS = 3
@@ -14,7 +14,6 @@ _effect = partial(
     title="cogging torque at fixed positions",
     lives_in="position",
     side="torque",
-    shapes=(("cogging_number", COARSE),),
     rivals=("position_dependent_friction", "torque_ripple"),
 )
 
@@ -27,6 +26,7 @@ EFFECTS = (
             wave_number("cogging_number", COARSE),
         ),
         amplitudes=2,
+        shapes=(("cogging_number", COARSE),),
         relative={"cogging_sin": TORQUE, "cogging_cos": TORQUE, "cogging_number": 1 / POSITION},
         derived=size("cogging", "N m"),
         torque=-wave("cogging"),
@@ -34,8 +34,9 @@ EFFECTS = (
     _effect(
         variant="harmonics",
         formula="−Σ a_s,h·sin(h·n·q) + a_c,h·cos(h·n·q), h = 1 … 3",
-        parameters=(*FAMILY, wave_number("cogging_number", COARSE)),
+        parameters=(*FAMILY, wave_number("cogging_number", WHOLE)),
         amplitudes=len(FAMILY),
+        shapes=(("cogging_number", WHOLE),),
         relative={x.id: TORQUE for x in FAMILY} | {"cogging_number": 1 / POSITION},
         torque=-series("cogging", HARMONICS),
         torque_only=True,

@@ -5,7 +5,7 @@ from functools import partial
 import sympy as sp
 
 from haptid.model.effects.effect import Effect, parameter, q
-from haptid.model.effects.parts.waves import COARSE, series, series_amplitudes, wave, wave_number
+from haptid.model.effects.parts.waves import COARSE, WHOLE, series, series_amplitudes, wave, wave_number
 from haptid.model.effects.scales import CENTRE, POSITION
 
 HARMONICS = 3
@@ -41,10 +41,10 @@ EFFECTS = (
     _effect(
         variant="harmonics",
         formula="Fc, Fs times (1 + Σ a_s,h·sin(h·n·q) + a_c,h·cos(h·n·q)), h = 1 … 3",
-        parameters=(*FAMILY, wave_number("friction_wave_number", COARSE)),
+        parameters=(*FAMILY, wave_number("friction_wave_number", WHOLE)),
         amplitudes=len(FAMILY),
         relative={"friction_wave_number": 1 / POSITION},
-        shapes=(("friction_wave_number", COARSE),),
+        shapes=(("friction_wave_number", WHOLE),),
         coulomb_level=1 + series("friction_wave", HARMONICS),
         torque_only=True,
     ),

@@ -18,6 +18,8 @@ COARSE = tuple(float(x) for x in np.arange(1.0, 14.6, 0.5))
 A wave much longer than the travel is a polynomial of low order there: a spring or gravity, with names of their own. So
 the grid's first value, a third of a wave over the travel, is the lower bound of the wave number.
 """
+WHOLE = tuple(x for x in COARSE if x >= np.pi)
+"""The part of `COARSE` with a whole wave over the travel: harmonics of a longer one are a polynomial of high order."""
 FINE = tuple(float(x) for x in np.arange(2.0, 60.1, 0.6))
 """The same for an encoder's lines: from two thirds of a wave over the travel, where an encoder off centre ends."""
 

@@ -103,7 +103,8 @@ def test_observed_never_falls_below_its_gain() -> None:
 def test_wild_swing_is_fitted_through_the_observer_down_to_the_noise() -> None:
     run = swung(0.5, 3)
     simulator = KernelSimulator.of(pendulum(inertia=0.026, gravity_sin=0.5, sigma2=0.008, Fc=0.006))
-    found = fit_simulated(simulator, (run,), options=FitOptions(method="gauss_newton", starts=2))
+    # Of two starts both may end at a bound in the free simulation that is tried first, by the last bit of the kernel.
+    found = fit_simulated(simulator, (run,), options=FitOptions(method="gauss_newton", starts=4))
     assert found.values["inertia"] == pytest.approx(TRUE["inertia"], rel=0.01)
     assert found.values["gravity_sin"] == pytest.approx(TRUE["gravity_sin"], rel=0.01)
     assert found.runs[0].over_noise < 1.05
