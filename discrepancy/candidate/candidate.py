@@ -62,7 +62,18 @@ class Trial:
         return self.candidate.solution
 
     def against(self, before: Candidate) -> Trial:
-        """Return the trial with its gains over the model ``before``."""
+        """Return the trial with its gains over the model ``before``.
+
+        Parameters
+        ----------
+        before
+            Model that the trial extends, scored on the same runs.
+
+        Returns
+        -------
+        Trial
+            Copy with `gain` and `held_out`, positive where the trial is better.
+        """
         return replace(
             self,
             gain=before.criterion - self.candidate.criterion,
@@ -108,7 +119,18 @@ class Trial:
 
 
 def keys_of(solution: Solution) -> frozenset[str]:
-    """Return the keys of the effects in the equations as a set, whatever their order."""
+    """Return the keys of the effects in the equations as a set, whatever their order.
+
+    Parameters
+    ----------
+    solution
+        Optimum of a model with any number of effects.
+
+    Returns
+    -------
+    frozenset of str
+        Empty for the nominal model.
+    """
     return frozenset(e.key for e in solution.effects)
 
 

@@ -201,7 +201,18 @@ def _spectrum(runs: Sequence[Run], left: Sequence[Array]) -> Map:
 
 
 def excess(found: Sequence[Map]) -> float:
-    """Return the whole residual energy above the noise, in squares of the sensor's standard deviation."""
+    """Return the whole residual energy above the noise, in squares of the sensor's standard deviation.
+
+    Parameters
+    ----------
+    found
+        Residual energy per bin, one map for each variable; the first one is summed.
+
+    Returns
+    -------
+    float
+        Sum over its bins; negative where the residual is smaller than the noise.
+    """
     return float(found[0].excess.sum())
 
 

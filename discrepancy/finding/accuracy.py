@@ -46,7 +46,21 @@ class Origin:
 
 
 def origin_of(campaign: Campaign, joints: Sequence[int]) -> Origin:
-    """Return the origin of a search in a campaign for the effects of some free joints."""
+    """Return the origin of a search in a campaign for the effects of some free joints.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs.
+    joints
+        Numbers of the free joints.
+
+    Returns
+    -------
+    Origin
+        Title of the campaign, and digests of device, code and data; that of the data is None where the joints were
+        tested in several postures.
+    """
     tested = only_configuration(campaign, joints)
     kind = "measured" if campaign.measured else "SYNTHETIC"
     digests = {

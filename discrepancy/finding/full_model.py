@@ -86,7 +86,18 @@ class WholeFinding:
     rows: tuple[Missed, ...]
 
     def as_json(self, *, measured: bool) -> dict[str, Any]:
-        """Return the content of ``discrepancy/whole.json``."""
+        """Return the content of ``discrepancy/whole.json``.
+
+        Parameters
+        ----------
+        measured
+            Whether the data were measured, not simulated.
+
+        Returns
+        -------
+        dict
+            Verdict, names of the effects, and the gap on validation runs in SI units.
+        """
         return {
             "schema": SCHEMA, "joint": None, "joints": list(self.joints), "measured": measured, "verdict": self.verdict,
             "sentence": self.sentence, "effects": [{"id": name} for name in self.names],

@@ -67,7 +67,18 @@ class Staged:
         return bool(self.left.p <= THRESHOLDS.candidate.lack_p_value)
 
     def as_json(self, *, measured: bool) -> dict[str, Any]:
-        """Return the content of ``discrepancy/joint<j>_<stage>.json``."""
+        """Return the content of ``discrepancy/joint<j>_<stage>.json``.
+
+        Parameters
+        ----------
+        measured
+            Whether the data were measured, not simulated.
+
+        Returns
+        -------
+        dict
+            Gap, omnibus tests, noise model, regions of the residual and, where the catalogue was scored, its scores.
+        """
         each = self.scan.scores if self.scan else ()
         scores = [{"id": s.key, "score": s.T, "dof": s.dof, "p": s.family_p, "p_sign_flips": s.flipped_p} for s in each]
         return {

@@ -23,7 +23,20 @@ from haptid.noise.correlation import Noise, Scatter, Whitener
 
 
 def cycles_of(run: Run, scatter: Scatter) -> Cycles:
-    """Return the cycles of the torque of the joint whose amplitude scatters."""
+    """Return the cycles of the torque of the joint whose amplitude scatters.
+
+    Parameters
+    ----------
+    run
+        Run of one or several free joints.
+    scatter
+        Scatter whose ``column`` is the index of the joint in the run.
+
+    Returns
+    -------
+    Cycles
+        Cycles of that joint's torque, every begun one counted.
+    """
     return whole_cycles(alone(run, scatter.column))
 
 

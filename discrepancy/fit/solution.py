@@ -118,7 +118,20 @@ class Solution:
 
 
 def random_key(run: Run, scatter: Scatter) -> str:
-    """Return the key of a scatter: ``amplitude_scatter``, or ``joint1_amplitude_scatter`` where several joints move."""
+    """Return the key of a scatter: ``amplitude_scatter``, or ``joint1_amplitude_scatter`` where several joints move.
+
+    Parameters
+    ----------
+    run
+        Run of one or several free joints.
+    scatter
+        Scatter of one of them.
+
+    Returns
+    -------
+    str
+        The key, with the number of the joint where the run frees several.
+    """
     return SCATTER if len(run.free_joints) == 1 else f"joint{run.free_joints[scatter.column]}_{SCATTER}"
 
 

@@ -280,12 +280,34 @@ def _first_step(s: Searcher, start: Trial, white: Solution, first: Scan) -> tupl
 
 
 def explains_all(trials: Sequence[Trial]) -> bool:
-    """Say whether a trial is both adequate and acceptable."""
+    """Say whether a trial is both adequate and acceptable.
+
+    Parameters
+    ----------
+    trials
+        Judged candidates.
+
+    Returns
+    -------
+    bool
+        False without trials.
+    """
     return any(t.adequate and t.acceptable for t in trials)
 
 
 def all_far(trials: Sequence[Trial]) -> bool:
-    """Say whether there are trials, and all of them are far from noise."""
+    """Say whether there are trials, and all of them are far from noise.
+
+    Parameters
+    ----------
+    trials
+        Judged candidates.
+
+    Returns
+    -------
+    bool
+        False without trials.
+    """
     return bool(trials) and all(t.left.far for t in trials)
 
 
@@ -367,7 +389,20 @@ def _ways(s: Searcher, start: Trial, white: Solution) -> Iterator[list[Solution]
 
 
 def beats(now: Trial, start: Trial) -> bool:
-    """Say whether a trial beats the nominal model, whose noise may hold the whole discrepancy as scatter."""
+    """Say whether a trial beats the nominal model, whose noise may hold the whole discrepancy as scatter.
+
+    Parameters
+    ----------
+    now
+        Trial with effects.
+    start
+        Trial of the nominal model.
+
+    Returns
+    -------
+    bool
+        True if the criterion falls by more than `least_gain_in_criterion`.
+    """
     return start.candidate.criterion - now.candidate.criterion > THRESHOLDS.candidate.least_gain_in_criterion
 
 
@@ -393,7 +428,20 @@ def gets_on(now: Trial, before: Trial) -> bool:
 
 
 def simpler(winner: Trial, start: Trial) -> bool:
-    """Say whether an adequate trial needs fewer noise terms than the nominal model, which took an effect for noise."""
+    """Say whether an adequate trial needs fewer noise terms than the nominal model, which took an effect for noise.
+
+    Parameters
+    ----------
+    winner
+        Trial with effects.
+    start
+        Trial of the nominal model.
+
+    Returns
+    -------
+    bool
+        False for a trial that is not adequate.
+    """
     return winner.adequate and winner.solution.noise.terms < start.solution.noise.terms
 
 

@@ -89,7 +89,18 @@ class Searcher:
         return True
 
     def scan(self, solution: Solution) -> Scan:
-        """Score the catalogue on the residual of ``solution``, with the signatures at the nominal model."""
+        """Score the catalogue on the residual of ``solution``, with the signatures at the nominal model.
+
+        Parameters
+        ----------
+        solution
+            Optimum whose residual is scored.
+
+        Returns
+        -------
+        Scan
+            Best score of every effect, smallest p first.
+        """
         return scan(self.study, solution, self.found, self.entries, tests=self.tests)
 
     def trial(self, candidate: Candidate, before: Candidate | None = None) -> Trial:
@@ -364,7 +375,20 @@ class Searcher:
         return {*entry.rivals, *(other.id for other in self.entries.values() if entry.id in other.rivals)}
 
     def beside(self, solution: Solution, scored: Scan) -> list[Score]:
-        """Return the scores of effects that are not in ``solution`` in any variant, best first."""
+        """Return the scores of effects that are not in ``solution`` in any variant, best first.
+
+        Parameters
+        ----------
+        solution
+            Optimum whose effects are left out, by id.
+        scored
+            Scores of the catalogue, smallest p first.
+
+        Returns
+        -------
+        list of Score
+            In the order of ``scored``.
+        """
         return [s for s in scored.scores if self.entries[s.key].id not in solution.ids]
 
     def anew(self, scored: Scan, onto: Solution) -> list[Solution]:
@@ -416,19 +440,70 @@ class Searcher:
         return self.rank_fits(s for s, _ in done)
 
     def side_by_side(self, step: float) -> Study:
-        """Return the study at an inner step [s], with one thread for each fit, for fits that run side by side."""
+        """Return the study at an inner step [s], with one thread for each fit, for fits that run side by side.
+
+        Parameters
+        ----------
+        step
+            Inner step [s].
+
+        Returns
+        -------
+        Study
+            Copy of the study.
+        """
         return replace(at_step(self.study, step), threads=1)
 
     def map_all(self, function: Callable[..., T], *arguments: Iterable[Any]) -> list[T]:
-        """Apply ``function`` to every tuple of arguments, side by side on the study's threads."""
+        """Apply ``function`` to every tuple of arguments, side by side on the study's threads.
+
+        Parameters
+        ----------
+        function
+            Function that releases the interpreter's lock; others gain nothing.
+        *arguments
+            Iterables of one length, one for each argument.
+
+        Returns
+        -------
+        list
+            Results in the order of the arguments.
+
+        Raises
+        ------
+        ValueError
+            Where the iterables differ in length.
+        """
         return map_threads(function, *arguments, threads=self.study.threads)
 
     def rank_fits(self, fits: Iterable[Solution]) -> list[Solution]:
-        """Return the finite fits, best first."""
+        """Return the finite fits, best first.
+
+        Parameters
+        ----------
+        fits
+            Optima of the same runs.
+
+        Returns
+        -------
+        list of Solution
+            By rising `rank`; fits whose log likelihood is not finite are left out.
+        """
         return sorted((s for s in fits if np.isfinite(s.log_likelihood)), key=self.rank)
 
     def rank(self, solution: Solution) -> float:
-        """Return the BIC of a fit up to a constant: smaller is better."""
+        """Return the BIC of a fit up to a constant: smaller is better.
+
+        Parameters
+        ----------
+        solution
+            Optimum on the runs of the study.
+
+        Returns
+        -------
+        float
+            k·ln n − 2·ln L with k free parameters of effects and n rows.
+        """
         return effect_parameters(solution) * float(np.log(self.study.rows)) - 2.0 * solution.log_likelihood
 
     def look_ahead(self, ahead: dict[frozenset[str], Candidate], ready: Sequence[Solution]) -> None:
@@ -454,7 +529,20 @@ class Searcher:
             ahead.update(zip(map(keys_of, fresh), done, strict=True))
 
     def each(self, function: Callable[[Study, S], T], chosen: Sequence[S]) -> list[T]:
-        """Apply ``function`` to the study and each of ``chosen``; several run side by side on one thread each."""
+        """Apply ``function`` to the study and each of ``chosen``; several run side by side on one thread each.
+
+        Parameters
+        ----------
+        function
+            Function of a study and one element.
+        chosen
+            Elements, as sets of effects; a single one has all threads of the study.
+
+        Returns
+        -------
+        list
+            Results in the order of ``chosen``.
+        """
         study = self.study if len(chosen) == 1 else replace(self.study, threads=1)
         return self.map_all(partial(function, study), chosen)
 
@@ -535,12 +623,34 @@ def _release_fit(study: Study, tried: Tried) -> tuple[Solution, int]:
 
 
 def best_first(found: Sequence[Tried]) -> list[Tried]:
-    """Return the guided fit of least cost for every last effect, least cost first."""
+    """Return the guided fit of least cost for every last effect, least cost first.
+
+    Parameters
+    ----------
+    found
+        Effects of models, each with its fit under the observer.
+
+    Returns
+    -------
+    list of tuple
+        One pair for every key of a last effect.
+    """
     # Sorted by falling cost, the last fit of each effect that enters the dict is its cheapest.
     best = {both[-1].key: (both, low) for both, low in sorted(found, key=lambda pair: -pair[1].reached.cost)}
     return sorted(best.values(), key=lambda pair: pair[1].reached.cost)
 
 
 def effect_parameters(solution: Solution) -> int:
-    """Count the free parameters of the effects of a solution."""
+    """Count the free parameters of the effects of a solution.
+
+    Parameters
+    ----------
+    solution
+        Optimum of a model with any number of effects.
+
+    Returns
+    -------
+    int
+        0 for the nominal model; fixed parameters do not count.
+    """
     return sum(not q.fixed for e in solution.effects for q in e.parameters)

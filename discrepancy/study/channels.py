@@ -88,5 +88,16 @@ def alone(run: Run, column: int) -> Run:
 
 
 def scored_rows(run: Run) -> int:
-    """Count the scored residuals of a run: its rows from ``score_from`` on, times its joints."""
+    """Count the scored residuals of a run: its rows from ``score_from`` on, times its joints.
+
+    Parameters
+    ----------
+    run
+        Run of one or several free joints.
+
+    Returns
+    -------
+    int
+        Number of residuals.
+    """
     return (run.t.size - run.score_from) * run.y.shape[1]

@@ -131,7 +131,20 @@ class CoupledStudy(Study):
         return found
 
     def in_joint(self, effect: Effect, column: int) -> Effect:
-        """Return an effect under the names that it has in the joint at index ``column``."""
+        """Return an effect under the names that it has in the joint at index ``column``.
+
+        Parameters
+        ----------
+        effect
+            Effect of a joint alone.
+        column
+            Index among the free joints.
+
+        Returns
+        -------
+        Effect
+            Copy whose id and names bear the number of the joint.
+        """
         return place_in_joint(effect, self.joints[column])
 
     def scales(self, i: int, theta: Mapping[str, float]) -> Scales:
@@ -155,11 +168,33 @@ class CoupledStudy(Study):
         return scales_over([alone(run, i) for run in self.fitted], own | {"inertia": self.inertia(i)}, roles)
 
     def law(self, i: int) -> FrictionLaw:
-        """Return the friction law of the joint at index ``i``."""
+        """Return the friction law of the joint at index ``i``.
+
+        Parameters
+        ----------
+        i
+            Index among the free joints.
+
+        Returns
+        -------
+        FrictionLaw
+            The law that the device names for the joint.
+        """
         return law_named(self.device.joints[self.joints[i]].friction)
 
     def inertia(self, i: int) -> float:
-        """Return the inertia M_ii [kg m²] of the joint at index ``i`` at the first guesses, all joints at 0."""
+        """Return the inertia M_ii [kg m²] of the joint at index ``i`` at the first guesses, all joints at 0.
+
+        Parameters
+        ----------
+        i
+            Index among the free joints.
+
+        Returns
+        -------
+        float
+            M_ii [kg m²]; a mass [kg] for a prismatic joint.
+        """
         motion = self.motion
         M = motion.mass_matrix[i, i].subs(dict.fromkeys(map(position_symbol, self.joints), 0))
         return float(M.subs({c.symbol: self.base.parameter(c.id).initial for c in motion.coefficients}))
@@ -263,6 +298,19 @@ def place_in_joint(effect: Effect, joint: int) -> Effect:
 
 
 def take_from_joint(effect: Effect, joint: int) -> Effect:
-    """Undo the renaming of `place_in_joint`; id and parameters lose the number of joint ``joint``."""
+    """Undo the renaming of `place_in_joint`; id and parameters lose the number of joint ``joint``.
+
+    Parameters
+    ----------
+    effect
+        Effect that `place_in_joint` has renamed.
+    joint
+        Number of its joint.
+
+    Returns
+    -------
+    Effect
+        Effect of a joint alone.
+    """
     names = {id: id.removesuffix(f"_{joint}") for id in effect.own_names}
     return relabel(effect, names).but(id=effect.id.removeprefix(f"joint{joint}_"), joint=None)

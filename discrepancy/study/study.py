@@ -134,7 +134,20 @@ class Study:
         return {key: e.at(scales) for key, e in self.entries.items() if not e.random}
 
     def in_joint(self, effect: Effect, column: int) -> Effect:
-        """Return an effect under the names that it has in the joint at index ``column``: here unchanged."""
+        """Return an effect under the names that it has in the joint at index ``column``: here unchanged.
+
+        Parameters
+        ----------
+        effect
+            Effect of a joint alone.
+        column
+            Index of the joint; not used, since one joint moves.
+
+        Returns
+        -------
+        Effect
+            ``effect`` itself.
+        """
         del column
         return effect
 

@@ -48,7 +48,18 @@ class KnownDrive:
         return {q.id: q.initial for q in self.rows}
 
     def torque_of(self, run: Run) -> Run:
-        """Return a run whose input is the torque of the drive along the measured motion."""
+        """Return a run whose input is the torque of the drive along the measured motion.
+
+        Parameters
+        ----------
+        run
+            Run of the driven joint.
+
+        Returns
+        -------
+        Run
+            Torque as ``u``, shape (n_t, 1) [N m]; without inputs of the drive.
+        """
         return with_torque(run, self.drive, dict(self.values))
 
     def turn(self, runs: Sequence[Run]) -> tuple[Run, ...]:

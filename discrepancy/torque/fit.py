@@ -73,7 +73,18 @@ class TorqueFit:
         return np.concatenate([r[rows] for r, rows in zip(self.residual, self.study.unseen_rows, strict=True)])
 
     def compute_missed(self, run: Run) -> Array:
-        """Return measured minus modelled torque of a run of no fit [N m], shape (n_t,)."""
+        """Return measured minus modelled torque of a run of no fit [N m], shape (n_t,).
+
+        Parameters
+        ----------
+        run
+            Run with the position as ``u`` and the torque as ``y``.
+
+        Returns
+        -------
+        ndarray, shape (n_t,)
+            Residual torque [N m].
+        """
         return np.asarray(run.y[:, 0] - self.problem.simulator.simulate(self.theta, run).y[:, 0])
 
     @property
@@ -129,7 +140,18 @@ def descend_from_all(problem: Problem, thetas: Sequence[Array], *, threads: int)
 
 
 def rms(values: Array) -> float:
-    """Return the root mean square."""
+    """Return the root mean square.
+
+    Parameters
+    ----------
+    values
+        Values in any unit and shape.
+
+    Returns
+    -------
+    float
+        In the unit of ``values``; NaN for none.
+    """
     return float(np.sqrt(np.mean(values**2)))
 
 

@@ -27,6 +27,16 @@ def follows_load(effect: Effect) -> bool:
 
     A state of the torque's path, as a lag of the amplifier, or one that the joint's acceleration drives acts on the
     acceleration itself, and the motion does not tell the torque.
+
+    Parameters
+    ----------
+    effect
+        Effect of the catalogue.
+
+    Returns
+    -------
+    bool
+        False for an effect without states.
     """
     symbols = {s for x in effect.states for s in sp.sympify(x.rhs).free_symbols}
     return sym.load in symbols and not symbols & {sym.w, sym.a, sym.tau}
@@ -37,6 +47,16 @@ def delays_torque(effect: Effect) -> bool:
 
     Such an effect is followed forward from the recorded torque. One that changes the size of the torque is not: a model
     whose torque and whose inertia are both small would explain any motion.
+
+    Parameters
+    ----------
+    effect
+        Effect of the catalogue.
+
+    Returns
+    -------
+    bool
+        True if it acts on the input, lives in frequency, and no state of it depends on the motion or the friction.
     """
     on_path = effect.side == "input" and effect.lives_in == "frequency"
     symbols = {s for x in effect.states for s in sp.sympify(x.rhs).free_symbols}

@@ -15,7 +15,18 @@ Mask = NDArray[np.bool_]
 
 
 def alternating(rows: int) -> Mask:
-    """Return which rows are fitted, shape (rows,): all but those of every third stretch."""
+    """Return which rows are fitted, shape (rows,): all but those of every third stretch.
+
+    Parameters
+    ----------
+    rows
+        Number of rows of the run.
+
+    Returns
+    -------
+    ndarray of bool, shape (rows,)
+        True for a fitted row, False for a held-out one.
+    """
     stretch = np.arange(rows) * THRESHOLDS.torque.stretches_per_run // rows
     last = THRESHOLDS.torque.stretches_per_held_out_one - 1
     return np.asarray(stretch % THRESHOLDS.torque.stretches_per_held_out_one != last)
@@ -25,6 +36,16 @@ def rests(run: Run) -> Mask:
     """Return which rows of a turned run are at rest, shape (n_t,).
 
     A reversal passes through speed 0 as well, but not for as long as the filter reaches.
+
+    Parameters
+    ----------
+    run
+        Run with the measured motion as ``u``, and the width of its filter in ``extra``.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_t,)
+        True in stretches of low speed that are longer than twice the filter's reach.
     """
     v = measured_motion(run)[:, 1]
     slow = np.abs(v) < IDENTIFICATION.largest_rest_speed_over_rms_speed * np.sqrt(np.mean(v**2))

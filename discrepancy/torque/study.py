@@ -105,14 +105,46 @@ class TorqueStudy:
         return len(self.runs) + turns > 2
 
     def equations(self, effects: Sequence[Effect] = ()) -> Equations:
-        """Return the equations of the nominal model with ``effects``, from torque to position."""
+        """Return the equations of the nominal model with ``effects``, from torque to position.
+
+        Parameters
+        ----------
+        effects
+            Effects that are added to the nominal model.
+
+        Returns
+        -------
+        Equations
+            Equations of the joint alone.
+
+        Raises
+        ------
+        InputError
+            Where an effect needs a slot that the friction law lacks.
+        """
         return joint_equations(
             self.joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,
             friction=self.base.friction[0],
         )  # fmt: skip
 
     def driven_equations(self, effects: Sequence[Effect] = ()) -> Equations:
-        """Return the equations of the nominal model with ``effects``, from the drive's inputs where it has one."""
+        """Return the equations of the nominal model with ``effects``, from the drive's inputs where it has one.
+
+        Parameters
+        ----------
+        effects
+            Effects that are added to the nominal model.
+
+        Returns
+        -------
+        Equations
+            Without a drive those of `equations`.
+
+        Raises
+        ------
+        InputError
+            Where an effect needs a slot that the friction law lacks.
+        """
         if self.drive is None:
             return self.equations(effects)
         return joint_equations(
@@ -152,7 +184,18 @@ class TorqueStudy:
         return TorqueSimulator(equations, replace(made, kernel=replace(made.kernel, step=step)))
 
     def scales(self, values: Mapping[str, float]) -> Scales:
-        """Return the joint's scales over its runs, at fitted parameters ``values`` by id."""
+        """Return the joint's scales over its runs, at fitted parameters ``values`` by id.
+
+        Parameters
+        ----------
+        values
+            Fitted parameters by id, in SI units: inertia, Coulomb and viscous friction are read.
+
+        Returns
+        -------
+        Scales
+            Largest torque, range of positions, 99 % quantile of the speed, longest duration, and the parameters read.
+        """
         q = np.concatenate([run.u[:, 0] for run in self.runs])
         v = np.concatenate([measured_motion(run)[:, 1] for run in self.runs])
         roles = law_named(self.base.friction[0]).roles

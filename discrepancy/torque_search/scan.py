@@ -66,7 +66,18 @@ def promises(study: TorqueStudy, current: TorqueFit, entries: Mapping[str, Effec
 
 
 def orthonormal(J: Array) -> Array:
-    """Return an orthonormal basis of the columns of J, shape (n, k), by a singular value decomposition."""
+    """Return an orthonormal basis of the columns of J, shape (n, k), by a singular value decomposition.
+
+    Parameters
+    ----------
+    J
+        Columns in any units, shape (n, k); their norms are divided out.
+
+    Returns
+    -------
+    ndarray, shape (n, r)
+        Columns of U whose singular value exceeds 1e-7 of the largest: r ≤ k.
+    """
     U, s, _ = np.linalg.svd(J / np.maximum(np.linalg.norm(J, axis=0), 1e-300), full_matrices=False)
     return np.asarray(U[:, s > 1e-7 * s[0]])
 

@@ -58,7 +58,18 @@ class Axis:
         return np.asarray(self.centre + self.width * s / np.sqrt(1.0 - s**2))
 
     def coordinate(self, x: Array) -> Array:
-        """Return s(x), in (−1, 1), in the shape of x."""
+        """Return s(x), in (−1, 1), in the shape of x.
+
+        Parameters
+        ----------
+        x
+            Values in the variable's unit, any shape.
+
+        Returns
+        -------
+        ndarray, shape of ``x``
+            s = (x − c)/√((x − c)² + b²) [1].
+        """
         return np.asarray((x - self.centre) / np.hypot(x - self.centre, self.width))
 
 
