@@ -225,6 +225,16 @@ class Whitener:
         """Return ln det C = 2·n·ln σ + Σ ln(1 + λ) for n = ``rows`` readings of all joints.
 
         The ARMA filter adds no more: it is triangular with 1/σ on its diagonal.
+
+        Parameters
+        ----------
+        rows
+            Number of readings n of all joints.
+
+        Returns
+        -------
+        float
+            ln det C of the covariance C of readings over the sensor's standard deviation.
         """
         scattered = 0.0 if self.growth is None else float(np.log1p(self.growth).sum())
         return 2.0 * rows * float(np.log(self.colour.sigma)) + scattered

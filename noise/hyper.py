@@ -23,16 +23,51 @@ class HalfNormal:
     scale: float
 
     def widen(self, factor: float) -> HalfNormal:
-        """Return the prior with ``factor`` times the scale."""
+        """Return the prior with ``factor`` times the scale.
+
+        Parameters
+        ----------
+        factor
+            Positive factor [1].
+
+        Returns
+        -------
+        HalfNormal
+            A copy.
+        """
         return HalfNormal(scale=factor * self.scale)
 
     def log_density(self, log_x: Array) -> Array:
-        """Return the log density of log x, log p(x) + log x; same shape as ``log_x``."""
+        """Return the log density of log x, log p(x) + log x; same shape as ``log_x``.
+
+        Parameters
+        ----------
+        log_x
+            Natural logarithm of x in its unit, any shape.
+
+        Returns
+        -------
+        ndarray, shape of ``log_x``
+            Normalised log density.
+        """
         x = np.exp(np.minimum(log_x, 300.0))  # its square still is a finite number
         return np.asarray(0.5 * np.log(2 / np.pi) - np.log(self.scale) - 0.5 * (x / self.scale) ** 2 + log_x)
 
     def draw(self, rng: np.random.Generator, size: int) -> Array:
-        """Draw log x from the prior, shape (size,)."""
+        """Draw log x from the prior, shape (size,).
+
+        Parameters
+        ----------
+        rng
+            Source of random numbers.
+        size
+            Number of draws.
+
+        Returns
+        -------
+        ndarray, shape (size,)
+            Natural logarithms of x in its unit.
+        """
         return np.asarray(np.log(np.abs(self.scale * rng.standard_normal(size))))
 
     @property
@@ -57,16 +92,51 @@ class LogNormal:
     width: float
 
     def widen(self, factor: float) -> LogNormal:
-        """Return the prior with the same median and ``factor`` times the width."""
+        """Return the prior with the same median and ``factor`` times the width.
+
+        Parameters
+        ----------
+        factor
+            Positive factor [1].
+
+        Returns
+        -------
+        LogNormal
+            A copy.
+        """
         return LogNormal(median=self.median, width=factor * self.width)
 
     def log_density(self, log_x: Array) -> Array:
-        """Return the log density of log x; same shape as ``log_x``."""
+        """Return the log density of log x; same shape as ``log_x``.
+
+        Parameters
+        ----------
+        log_x
+            Natural logarithm of x in its unit, any shape.
+
+        Returns
+        -------
+        ndarray, shape of ``log_x``
+            Normalised log density.
+        """
         z = (log_x - np.log(self.median)) / self.width
         return np.asarray(-0.5 * z**2 - np.log(self.width) - 0.5 * np.log(2 * np.pi))
 
     def draw(self, rng: np.random.Generator, size: int) -> Array:
-        """Draw log x from the prior, shape (size,)."""
+        """Draw log x from the prior, shape (size,).
+
+        Parameters
+        ----------
+        rng
+            Source of random numbers.
+        size
+            Number of draws.
+
+        Returns
+        -------
+        ndarray, shape (size,)
+            Natural logarithms of x in its unit.
+        """
         return np.asarray(np.log(self.median) + self.width * rng.standard_normal(size))
 
     @property
@@ -97,7 +167,18 @@ class Hyper:
 
 
 def noise_prior_width(*, stated: bool) -> float:
-    """Return the standard deviation of ln(noise factor) in its prior [1], by whether the campaign states the noise."""
+    """Return the standard deviation of ln(noise factor) in its prior [1], by whether the campaign states the noise.
+
+    Parameters
+    ----------
+    stated
+        Whether the campaign states the noise; otherwise it was estimated from the rows.
+
+    Returns
+    -------
+    float
+        Standard deviation [1].
+    """
     return THRESHOLDS.stated_noise_log_std if stated else THRESHOLDS.estimated_noise_log_std
 
 

@@ -27,7 +27,18 @@ from haptid.support.errors import LONGEST, one_line, shorten
 
 
 def prepare(campaign: Campaign) -> Campaign:
-    """Estimate noise and resolution where they are not stated, then hold out runs where none validates."""
+    """Estimate noise and resolution where they are not stated, then hold out runs where none validates.
+
+    Parameters
+    ----------
+    campaign
+        As it was read; NaN marks noise and resolution that nobody stated.
+
+    Returns
+    -------
+    Campaign
+        With noise and resolution in every run, and a validation run in every fitted configuration that allows one.
+    """
     # Noise first: the estimates are from whole runs, and both parts of a split run get the same noise.
     return with_validation(campaign_with_noise(campaign))
 
@@ -84,6 +95,11 @@ def tell_remarks(campaign: Campaign) -> None:
     """Print the remarks on stderr, one line each.
 
     Commands call this after they have accepted all their input.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with its remarks; a long one is shortened.
     """
     for remark in campaign.remarks:
         click.echo(f"remark: {shorten(one_line(remark), LONGEST)}", err=True)

@@ -112,7 +112,18 @@ def _circumstances(run: Run, column: int) -> list[str]:
 
 
 def remark_lines(remarks: Iterable[Remarks]) -> list[str]:
-    """Return one line a doubt, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together."""
+    """Return one line a doubt, ``a.csv, joint 0, 1: …``: joints of a run that share it stand together.
+
+    Parameters
+    ----------
+    remarks
+        Remarks on the runs, of which the doubts are written.
+
+    Returns
+    -------
+    list of str
+        One line for each doubt of a run, in the order of the runs.
+    """
     joints: dict[tuple[str, str], list[str]] = {}
     for one in remarks:
         for joint, sentences in zip(one.run.free_joints, one.doubts, strict=True):

@@ -52,7 +52,18 @@ class Row:
 
 
 def unevenness(run: Run) -> float:
-    """Return the share of the row intervals that differ from their median by more than 1 %, from 0 to 1."""
+    """Return the share of the row intervals that differ from their median by more than 1 %, from 0 to 1.
+
+    Parameters
+    ----------
+    run
+        Run of at least two rows.
+
+    Returns
+    -------
+    float
+        Share [1]; 0 for even sampling.
+    """
     gaps = np.diff(run.t)
     return float(np.mean(np.abs(gaps / np.median(gaps) - 1) > THRESHOLDS.largest_deviation_of_even_interval))
 
@@ -123,7 +134,18 @@ def _row(one: Remarks, column: int) -> Row:
 
 
 def row_json(row: Row) -> dict[str, Any]:
-    """Return facts and remarks of a row as a value for JSON."""
+    """Return facts and remarks of a row as a value for JSON.
+
+    Parameters
+    ----------
+    row
+        One joint of one run.
+
+    Returns
+    -------
+    dict
+        Facts in SI units by names with their units, and ``remarks`` as a list.
+    """
     return {**row.facts, "remarks": list(row.remarks)}
 
 
@@ -132,7 +154,18 @@ def _own_words(run: Run) -> list[str]:
 
 
 def table_text(rows: tuple[Row, ...]) -> str:
-    """Lay the rows out as a text table of aligned columns, with the remarks below."""
+    """Lay the rows out as a text table of aligned columns, with the remarks below.
+
+    Parameters
+    ----------
+    rows
+        One for each joint of each run.
+
+    Returns
+    -------
+    str
+        Lines under a header, without a line break at the end.
+    """
     cells = [HEADER, *(row.cells for row in rows)]
     widths = [max(len(line[k]) for line in cells) for k in range(len(HEADER))]
     lines = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths, strict=True)).rstrip() for line in cells]

@@ -108,7 +108,18 @@ def _urdf_joints(text: str) -> int:
 
 
 def joint_range(count: int) -> str:
-    """Say which joints a device with ``count`` joints has: ``0 to 5``, or that it has none."""
+    """Say which joints a device with ``count`` joints has: ``0 to 5``, or that it has none.
+
+    Parameters
+    ----------
+    count
+        Number of joints that move.
+
+    Returns
+    -------
+    str
+        Words for an error message.
+    """
     return f"0 to {count - 1}" if count else "which has no joint that moves"
 
 

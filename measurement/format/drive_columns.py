@@ -108,7 +108,18 @@ def read_drive(
 
 
 def stated_ids(stated: StatedDrive) -> tuple[str, ...]:
-    """Return the ids of the drive's parameters that a campaign may state."""
+    """Return the ids of the drive's parameters that a campaign may state.
+
+    Parameters
+    ----------
+    stated
+        Drive of a joint; its controller is left out.
+
+    Returns
+    -------
+    tuple of str
+        Ids in the order of the drive's parameters.
+    """
     return tuple(q.id for q in drive_quantities(replace(stated.drive, controller=None)))
 
 

@@ -35,7 +35,18 @@ class StatedDrive:
     parameters: Mapping[str, dict[str, Any]]
 
     def guess(self, id: str) -> float:
-        """Return the stated value of a parameter, else the middle of its bounds on a logarithmic scale."""
+        """Return the stated value of a parameter, else the geometric mean of its bounds, else a default within them.
+
+        Parameters
+        ----------
+        id
+            Id of a parameter of the drive.
+
+        Returns
+        -------
+        float
+            Value in the parameter's SI unit; the default is clipped where one bound is stated.
+        """
         entry, row = self.parameters.get(id, {}), ROWS[id]
         value = stated_value(entry)
         if value is not None:

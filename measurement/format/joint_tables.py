@@ -71,7 +71,18 @@ def read_overrides(source: TomlSource, tables: dict[int, dict[str, Any]]) -> Ove
 
 
 def friction_laws(tables: dict[int, dict[str, Any]]) -> dict[int, str]:
-    """Return the id of the friction law by joint, for the joints whose tables name one."""
+    """Return the id of the friction law by joint, for the joints whose tables name one.
+
+    Parameters
+    ----------
+    tables
+        Joint → table of ``campaign.toml``.
+
+    Returns
+    -------
+    dict
+        Joint → id of its law; empty where no table names one.
+    """
     return {joint: table["friction"] for joint, table in tables.items() if "friction" in table}
 
 
@@ -98,7 +109,17 @@ def _parameters(source: TomlSource, joint_table: dict[str, Any], joint: int) -> 
 
 
 def warn_of_unused(source: TomlSource, tables: dict[int, dict[str, Any]], joints: set[int]) -> None:
-    """Warn of each table of a joint outside ``joints``, the joints that some run frees: its number may be mistyped."""
+    """Warn of each table of a joint outside ``joints``, the joints that some run frees: its number may be mistyped.
+
+    Parameters
+    ----------
+    source
+        Text of ``campaign.toml``, which names the place.
+    tables
+        Joint → table of ``campaign.toml``.
+    joints
+        Numbers of the joints that some run frees.
+    """
     for joint in sorted(set(tables) - joints):
         there = ", ".join(map(str, sorted(joints)))
         where = source.where(f"joint.{joint}")
@@ -133,6 +154,17 @@ def sensor_of(
 
 
 def drive_constants(tables: dict[int, dict[str, Any]]) -> dict[int, float]:
-    """Return torque (force) per ampere [N m/A] ([N/A]) by joint, for the joints whose tables state it."""
+    """Return torque (force) per ampere [N m/A] ([N/A]) by joint, for the joints whose tables state it.
+
+    Parameters
+    ----------
+    tables
+        Joint → table of ``campaign.toml``.
+
+    Returns
+    -------
+    dict
+        Joint → constant.
+    """
     keys = ("torque_constant_Nm_per_A", "force_constant_N_per_A")
     return {joint: float(table[key]) for joint, table in tables.items() for key in keys if key in table}

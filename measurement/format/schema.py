@@ -34,7 +34,18 @@ class Key:
 
 
 def is_number(value: object) -> TypeGuard[float]:
-    """Return whether ``value`` is a finite number; true and false, which Python counts as integers, are none."""
+    """Return whether ``value`` is a finite number; true and false, which Python counts as integers, are none.
+
+    Parameters
+    ----------
+    value
+        Value of a TOML or JSON file.
+
+    Returns
+    -------
+    bool
+        False for NaN, infinity and every other type.
+    """
     return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 

@@ -126,7 +126,18 @@ def understand_column(name: str, step: float) -> Target | None:
 
 
 def in_counts(name: str) -> bool:
-    """Whether a name is that of a position in encoder counts."""
+    """Whether a name is that of a position in encoder counts.
+
+    Parameters
+    ----------
+    name
+        Name of a column.
+
+    Returns
+    -------
+    bool
+        False where the name cannot be read.
+    """
     words = _words_of(name)
     return words is not None and words.quantity in IN_COUNTS and UNITS[words.unit][0] == COUNTS
 

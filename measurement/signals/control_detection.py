@@ -45,12 +45,38 @@ def position_control(run: Run, column: int = 0) -> str:
 
 
 def is_steady_sweep(run: Run, column: int) -> bool:
-    """Return whether a joint moves at one speed in nearly all rows in which it moves."""
+    """Return whether a joint moves at one speed in nearly all rows in which it moves.
+
+    Parameters
+    ----------
+    run
+        Run of one or several free joints.
+    column
+        Index of the joint in the run.
+
+    Returns
+    -------
+    bool
+        True if the share of steady rows exceeds `least_share_of_steady_rows`.
+    """
     return steady_share(run.t, run.y[:, column]) > THRESHOLDS.least_share_of_steady_rows
 
 
 def is_commanded(run: Run, column: int) -> bool:
-    """Return whether a torque is as smooth as a command: its noise is a small share of its range."""
+    """Return whether a torque is as smooth as a command: its noise is a small share of its range.
+
+    Parameters
+    ----------
+    run
+        Run of one or several free joints.
+    column
+        Index of the joint in the run.
+
+    Returns
+    -------
+    bool
+        True if noise over range is below `largest_noise_of_command_over_range`.
+    """
     noise = robust_std(contrasts(run.t, run.u[:, column], 4))
     return noise < THRESHOLDS.largest_noise_of_command_over_range * float(np.ptp(run.u[:, column]))
 

@@ -129,6 +129,16 @@ def with_noise(run: Run) -> Run:
     """Return the run with every NaN of ``noise`` and ``resolution`` replaced by an estimate from its own rows.
 
     Stated values are kept; a stated encoder step also enters the estimate of the noise.
+
+    Parameters
+    ----------
+    run
+        NaN in ``noise`` and ``resolution``, shape (n_joints,), marks a value that nobody stated.
+
+    Returns
+    -------
+    Run
+        With finite ``noise`` and ``resolution`` [rad] ([m]); the run itself where all are stated.
     """
     if np.isfinite(run.noise).all() and np.isfinite(run.resolution).all():
         return run

@@ -72,6 +72,21 @@ def _cells(line: str) -> int:
 
 
 def too_many_cells(where: str, columns: int, cells: int) -> InputError:
-    """Return the error of a line with more ``cells`` than the ``columns`` of the header, mostly by decimal commas."""
+    """Return the error of a line with more ``cells`` than the ``columns`` of the header, mostly by decimal commas.
+
+    Parameters
+    ----------
+    where
+        File and line, for the message.
+    columns
+        Number of cells of the header.
+    cells
+        Number of cells of the line.
+
+    Returns
+    -------
+    InputError
+        For the caller to raise.
+    """
     expected = f"{columns} cells, as the header has"
     return InputError(where, expected=expected, got=f"{cells}", todo=DECIMAL_COMMA)

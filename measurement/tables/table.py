@@ -68,7 +68,18 @@ class Table:
         )
 
     def row(self, index: int) -> str:
-        """Name a row for an error message: the line of the text file, or the row of a Parquet table, from 1."""
+        """Name a row for an error message: the line of the text file, or the row of a Parquet table, from 1.
+
+        Parameters
+        ----------
+        index
+            Index of the row, from 0.
+
+        Returns
+        -------
+        str
+            File and number; in a text file, the header and the lines before it count.
+        """
         is_text = self.path.suffix != ".parquet"
         return f"{self.path}, line {self.lines_before + index + 2}" if is_text else f"{self.path}, row {index + 1}"
 
@@ -119,7 +130,18 @@ class Table:
         return texts.iloc[index, list(self.frame.columns).index(column)]
 
     def loosely(self, column: str) -> Array:
-        """Return a column as numbers, NaN where a cell holds none, shape (n_t,)."""
+        """Return a column as numbers, NaN where a cell holds none, shape (n_t,).
+
+        Parameters
+        ----------
+        column
+            Name of a column of the table.
+
+        Returns
+        -------
+        ndarray, shape (n_t,)
+            Numbers in the unit of the column; NaN throughout for a column of true and false.
+        """
         if self.frame[column].dtype == np.float64:
             return self.frame[column].to_numpy()
         if pd.api.types.is_bool_dtype(self.frame[column].dtype):  # true and false are no numbers

@@ -60,5 +60,18 @@ class ForeignCampaign:
         return "measured" if self.measured else "synthetic"
 
     def place(self, section: str, key: str) -> str:
-        """Return the place of a table's key in ``campaign.toml``, for errors."""
+        """Return the place of a table's key in ``campaign.toml``, for errors.
+
+        Parameters
+        ----------
+        section
+            Table of ``campaign.toml``.
+        key
+            Key within it.
+
+        Returns
+        -------
+        str
+            Place that the reader recorded, else the file with the key's dotted name.
+        """
         return self.places.get((section, key), f"{self.folder / 'campaign.toml'}, {section}.{key}")

@@ -20,7 +20,18 @@ Hold = Literal["zero", "linear"]
 
 
 def freeze(values: ArrayLike) -> Array:
-    """Return a read-only float64 copy of ``values``, in C order and of the same shape."""
+    """Return a read-only float64 copy of ``values``, in C order and of the same shape.
+
+    Parameters
+    ----------
+    values
+        Numbers in any unit and shape.
+
+    Returns
+    -------
+    ndarray of float64
+        A copy: later changes of ``values`` do not reach it.
+    """
     array = np.array(values, dtype=np.float64, order="C")
     array.flags.writeable = False
     return array

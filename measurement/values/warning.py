@@ -14,7 +14,13 @@ class CampaignWarning(UserWarning):
 
 
 def warn(message: str) -> None:
-    """Issue a `CampaignWarning`; line breaks in ``message`` become blanks."""
+    """Issue a `CampaignWarning`; line breaks in ``message`` become blanks.
+
+    Parameters
+    ----------
+    message
+        Where, and what is doubtful.
+    """
     warnings.warn(" ".join(message.split()), CampaignWarning, stacklevel=3)
 
 

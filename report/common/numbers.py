@@ -41,6 +41,20 @@ def with_error(value: float, std: float) -> str:
 def round_to_error(value: float, std: float) -> str:
     """Write a value to a tenth of its standard deviation's first digit, with at least two and at most nine digits.
 
+    Parameters
+    ----------
+    value
+        Number in any unit.
+    std
+        Its standard deviation, in the same unit.
+
+    Returns
+    -------
+    str
+        Four digits where the standard deviation is not positive and finite, or the value is 0.
+
+    Examples
+    --------
     >>> round_to_error(0.0151423, 0.000066)
     '0.015142'
     """

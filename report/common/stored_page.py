@@ -48,7 +48,18 @@ def write_page(path: Path, page: Page) -> Path:
 
 
 def content_of(path: Path) -> Path:
-    """Return the file with the content of the page at ``path``."""
+    """Return the file with the content of the page at ``path``.
+
+    Parameters
+    ----------
+    path
+        The HTML file of the page.
+
+    Returns
+    -------
+    Path
+        File in the folder ``pages`` beside it.
+    """
     return path.parent / FOLDER / f"{path.stem}{SUFFIX}"
 
 

@@ -36,19 +36,52 @@ def style() -> Iterator[None]:
 
 
 def figure(width: float = 8.0, height: float = 3.0) -> Figure:
-    """Return an empty figure that belongs to no display; ``width`` and ``height`` in inches."""
+    """Return an empty figure that belongs to no display; ``width`` and ``height`` in inches.
+
+    Parameters
+    ----------
+    width, height
+        Size [inch].
+
+    Returns
+    -------
+    Figure
+        Empty, with constrained layout.
+    """
     made = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(made)
     return made
 
 
 def png(made: Figure) -> bytes:
-    """Render a figure to PNG bytes; the same figure gives the same bytes."""
+    """Render a figure to PNG bytes; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    made
+        Figure to render.
+
+    Returns
+    -------
+    bytes
+        Content of a PNG file without matplotlib's version.
+    """
     stream = io.BytesIO()
     made.savefig(stream, format="png", metadata={"Software": None})  # the entry would hold matplotlib's version
     return stream.getvalue()
 
 
 def data_uri(made: Figure) -> str:
-    """Render a figure to a ``data:`` URI for a self-contained page."""
+    """Render a figure to a ``data:`` URI for a self-contained page.
+
+    Parameters
+    ----------
+    made
+        Figure to render.
+
+    Returns
+    -------
+    str
+        PNG in base64 with its prefix.
+    """
     return "data:image/png;base64," + base64.b64encode(png(made)).decode("ascii")

@@ -68,7 +68,18 @@ def scores_picture(scan: Scan) -> Picture:
 
 
 def stage_picture(staged: Staged) -> Picture:
-    """Return the picture of one stage: scores where it has a scan, else the localisation, else the residual."""
+    """Return the picture of one stage: scores where it has a scan, else the localisation, else the residual.
+
+    Parameters
+    ----------
+    staged
+        Result of one stage.
+
+    Returns
+    -------
+    Picture
+        Picture with its caption.
+    """
     if staged.scan is not None:
         return scores_picture(staged.scan)
     return where_picture(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_picture(staged.curves)
@@ -100,5 +111,25 @@ def write_pictures(finding: Finding, folder: Path) -> None:
 
 
 def save(picture: Picture, path: Path) -> Path:
-    """Write a picture as a PNG file, whole or not at all, and return its path."""
+    """Write a picture as a PNG file, whole or not at all, and return its path.
+
+    Parameters
+    ----------
+    picture
+        Picture whose ``uri`` holds a PNG in base64.
+    path
+        PNG file to write.
+
+    Returns
+    -------
+    Path
+        ``path``.
+
+    Raises
+    ------
+    InputError
+        Where the place cannot be written (exit code 2).
+    WritingError
+        Where the disk is full or fails (exit code 1).
+    """
     return write_bytes(path, b64decode(picture.uri.partition(",")[2]))

@@ -8,7 +8,18 @@ Data = dict[str, Any]
 
 
 def configuration(joints: list[int]) -> str:
-    """Write the free joints of a configuration, as in ``4`` or ``0+1``."""
+    """Write the free joints of a configuration, as in ``4`` or ``0+1``.
+
+    Parameters
+    ----------
+    joints
+        Numbers of the free joints.
+
+    Returns
+    -------
+    str
+        Numbers joined by ``+``.
+    """
     return "+".join(str(j) for j in joints)
 
 
@@ -24,7 +35,18 @@ def ones(plan: Data) -> list[list[str]]:
 
 
 def locking_table(plan: Data) -> list[list[str]]:
-    """Return one row per configuration: number, then L (locked) or U (unlocked) for each joint."""
+    """Return one row per configuration: number, then L (locked) or U (unlocked) for each joint.
+
+    Parameters
+    ----------
+    plan
+        Locking plan, as its JSON file has it.
+
+    Returns
+    -------
+    list of list of str
+        Cells; configurations count from 1, and the joints are those that some configuration frees.
+    """
     joints = sorted({j for stage in plan["stages"] for j in stage["free_joints"]})
     return [
         [str(n), *("U" if j in stage["free_joints"] else "L" for j in joints)]
@@ -33,7 +55,19 @@ def locking_table(plan: Data) -> list[list[str]]:
 
 
 def counts(plan: Data) -> list[list[str]]:
-    """Return one row per configuration: free joints, parameters contained, new ones, combinations."""
+    """Return one row per configuration: free joints, parameters contained, new ones, combinations.
+
+    Parameters
+    ----------
+    plan
+        Locking plan, as its JSON file has it.
+
+    Returns
+    -------
+    list of list of str
+        Cells: free joints, parameters contained, new ones, parameters of the joints, combinations at home,
+        anywhere, and new ones.
+    """
     return [
         [
             configuration(stage["free_joints"]),
@@ -65,7 +99,18 @@ POSTURES_HEADER = ["free joints", "locked at [rad or m] (- free)"]
 
 
 def run_rows(plan: Data) -> list[list[str]]:
-    """Return one row per joint: its proposed runs (amplitude [N m] at frequency [rad/s]), or why there are none."""
+    """Return one row per joint: its proposed runs (amplitude [N m] at frequency [rad/s]), or why there are none.
+
+    Parameters
+    ----------
+    plan
+        Locking plan, as its JSON file has it.
+
+    Returns
+    -------
+    list of list of str
+        Cells: joint, and its runs or the reason.
+    """
     return [
         [
             str(one["joint"]),
@@ -77,7 +122,18 @@ def run_rows(plan: Data) -> list[list[str]]:
 
 
 def error_rows(plan: Data) -> list[list[str]]:
-    """Return one row per joint and parameter: first guess, expected standard error before and after."""
+    """Return one row per joint and parameter: first guess, expected standard error before and after.
+
+    Parameters
+    ----------
+    plan
+        Locking plan, as its JSON file has it.
+
+    Returns
+    -------
+    list of list of str
+        Cells: joint, parameter, first guess, standard error before and after, unit of the three.
+    """
     return [
         [
             str(one["joint"]),
@@ -93,7 +149,18 @@ def error_rows(plan: Data) -> list[list[str]]:
 
 
 def posture_rows(plan: Data) -> list[list[str]]:
-    """Return one row per proposed test: free joints, and positions of the locked ones [rad or m], - for a free one."""
+    """Return one row per proposed test: free joints, and positions of the locked ones [rad or m], - for a free one.
+
+    Parameters
+    ----------
+    plan
+        Locking plan with ``postures``, as its JSON file has it.
+
+    Returns
+    -------
+    list of list of str
+        Cells: free joints, and one text with the positions of all joints.
+    """
     return [
         [
             configuration(test["free_joints"]),
@@ -106,7 +173,18 @@ def posture_rows(plan: Data) -> list[list[str]]:
 
 
 def posture_sentence(plan: Data) -> str:
-    """Say by how much the proposed postures reduce the expected torque error of the full model."""
+    """Say by how much the proposed postures reduce the expected torque error of the full model.
+
+    Parameters
+    ----------
+    plan
+        Locking plan with ``postures``, as its JSON file has it.
+
+    Returns
+    -------
+    str
+        Expected errors [%] from the first guesses, after the tests at home, and with the proposed postures.
+    """
     found = plan["postures"]
     return (
         f"Expected torque error of the full model (rms over rms, coefficients fitted to "

@@ -11,7 +11,18 @@ from haptid.uq.thresholds import THRESHOLDS
 
 
 def lead(posteriors: Sequence[Posterior]) -> str:
-    """Say for all joints how many parameters are known, which are set by their priors, and whether chains converged."""
+    """Say for all joints how many parameters are known, which are set by their priors, and whether chains converged.
+
+    Parameters
+    ----------
+    posteriors
+        One for each joint.
+
+    Returns
+    -------
+    str
+        Sentences; joints are named where their chains disagree or are short.
+    """
     every = [(p.joint, s) for p in posteriors for s in physical(p)]
     open_ = [f"{s.id} of joint {j}" for j, s in every if s.contraction > THRESHOLDS.largest_std_over_prior_std]
     known = sum(width(s) < 0.1 for _, s in every if s.contraction <= THRESHOLDS.largest_std_over_prior_std)
@@ -31,19 +42,52 @@ def _join(joints: Sequence[int]) -> str:
 
 
 def physical(p: Posterior) -> list[ParameterSummary]:
-    """Return the summaries of the equations' parameters, without those of the noise model."""
+    """Return the summaries of the equations' parameters, without those of the noise model.
+
+    Parameters
+    ----------
+    p
+        Posterior of one joint.
+
+    Returns
+    -------
+    list of ParameterSummary
+        In the order of the posterior.
+    """
     ids = {q.id for q in p.mode.density.coordinates.free}
     return [s for s in p.parameters if s.id in ids]
 
 
 def width(s: ParameterSummary) -> float:
-    """Return the half-width of the 95 % interval over the absolute median [1]."""
+    """Return the half-width of the 95 % interval over the absolute median [1].
+
+    Parameters
+    ----------
+    s
+        Summary of one parameter.
+
+    Returns
+    -------
+    float
+        Relative half-width [1].
+    """
     low, high = s.intervals[0.95]
     return (high - low) / 2 / max(abs(s.median), 1e-300)
 
 
 def overview(posteriors: Sequence[Posterior]) -> Section:
-    """Return the table of all joints: best and least known parameter, scatter, next run, state of the sampler."""
+    """Return the table of all joints: best and least known parameter, scatter, next run, state of the sampler.
+
+    Parameters
+    ----------
+    posteriors
+        One for each joint.
+
+    Returns
+    -------
+    Section
+        Section with one table, one row for each joint.
+    """
     rows = []
     for p in posteriors:
         ordered = sorted(physical(p), key=width)
