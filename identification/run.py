@@ -112,7 +112,18 @@ class Job:
 
 
 def in_process(equations: Equations) -> Simulator:
-    """Build the simulator that runs the compiled kernel in this process."""
+    """Build the simulator that runs the compiled kernel in this process.
+
+    Parameters
+    ----------
+    equations
+        Equations without observer.
+
+    Returns
+    -------
+    Simulator
+        `KernelSimulator` with the default inner step.
+    """
     return KernelSimulator.of(equations)
 
 

@@ -48,7 +48,20 @@ class Baseline:
         return dict(zip(self.regressor.ids, self.estimate.theta.tolist(), strict=True))
 
     def of_joint(self, id: str, k: int) -> float:
-        """Return a parameter of the free joint at index k by its id without number."""
+        """Return a parameter of the free joint at index k by its id without number.
+
+        Parameters
+        ----------
+        id
+            Id without the joint's number, as ``Fc``.
+        k
+            Index of the joint among the free ones.
+
+        Returns
+        -------
+        float
+            Estimate in the parameter's unit.
+        """
         joints = self.regressor.joints
         return self.values[id if len(joints) == 1 else f"{id}_{joints[k]}"]
 

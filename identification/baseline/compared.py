@@ -48,9 +48,19 @@ class Compared:
     runs: tuple[Run, ...]
 
     def badness(self, name: str, use: str) -> float:
-        """Return the mean `Figures.badness` of a model, ``model`` or ``baseline``, over the runs of one use.
+        """Return the mean `Figures.badness` of a model over the runs of one use.
 
-        Infinite where there is no such model or run.
+        Parameters
+        ----------
+        name
+            ``model`` or ``baseline``.
+        use
+            ``fit`` or ``validate``.
+
+        Returns
+        -------
+        float
+            Infinite where there is no such model or run.
         """
         values = [both[name].badness for (_, of), both in self.figures.items() if of == use and name in both]
         return float(np.mean(values)) if values else np.inf
@@ -71,7 +81,20 @@ class Compared:
         return {"value": values[0] if single else values, "unit": units[0] if single else units}
 
     def as_json(self, file: str, use: str) -> dict[str, Any] | None:
-        """Return ``figures`` of a run; None where it has none."""
+        """Return ``figures`` of a run, as ``identification.json`` holds them.
+
+        Parameters
+        ----------
+        file
+            File of the run.
+        use
+            Its use.
+
+        Returns
+        -------
+        dict or None
+            `Figures.as_json` of ``model`` and ``baseline``; None where the run has no figures.
+        """
         both = self.figures.get((file, use))
         return None if both is None else {name: one.as_json() for name, one in both.items()}
 

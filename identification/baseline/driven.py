@@ -74,7 +74,22 @@ def compare_driven(
 
 
 def without_drive(equations: Equations, drive: Drive, *, prismatic: bool) -> Equations:
-    """Return the nominal equations of the same joint with the torque as input."""
+    """Return the nominal equations of the same joint with the torque as input.
+
+    Parameters
+    ----------
+    equations
+        Equations of one joint with a drive.
+    drive
+        Its drive.
+    prismatic
+        Whether the joint slides.
+
+    Returns
+    -------
+    Equations
+        From torque to position, with the same parameters and friction law, those of the drive left out.
+    """
     own = {q.id for q in drive_quantities(drive)}
     rows = tuple(q for q in equations.parameters if q.id not in own)
     return joint_equations(equations.joints[0], parameters=rows, prismatic=prismatic, friction=equations.friction[0])

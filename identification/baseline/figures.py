@@ -50,7 +50,18 @@ class Model:
     baseline: Baseline | None = None
 
     def torque(self, motion: FilteredMotion) -> Array:
-        """Compute the recorded torque that a motion needs, shape (n, n_joints)."""
+        """Compute the recorded torque that a motion needs.
+
+        Parameters
+        ----------
+        motion
+            Filtered motion of a run.
+
+        Returns
+        -------
+        ndarray, shape (n, n_joints)
+            Torque [N m], or force [N] of a prismatic joint.
+        """
         return self.baseline.torque(motion) if self.baseline else self.inverse.torque(self.theta, motion)
 
     @property

@@ -143,7 +143,18 @@ class Regressor:
 
 
 def acceleration_symbol(joint: int) -> sp.Symbol:
-    """Return the symbol a<j> of a joint's acceleration [rad/s²]."""
+    """Return the symbol of a joint's acceleration.
+
+    Parameters
+    ----------
+    joint
+        Number j of the joint.
+
+    Returns
+    -------
+    sympy.Symbol
+        Real symbol ``a<j>`` [rad/s²] or [m/s²].
+    """
     return sp.Symbol(f"a{joint}", real=True)
 
 

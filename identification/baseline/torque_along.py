@@ -75,7 +75,22 @@ class TorqueAlong:
         )
 
     def value(self, theta: Array, id: str, k: int) -> float:
-        """Return a parameter of the free joint at index k; 0 where the equations have none."""
+        """Return a parameter of the free joint at index k.
+
+        Parameters
+        ----------
+        theta
+            Parameters, shape (n_p,).
+        id
+            Id without the joint's number, as ``Fc``.
+        k
+            Index of the joint among the free ones.
+
+        Returns
+        -------
+        float
+            Value in the parameter's unit; 0 where the equations have no such parameter.
+        """
         full = id if len(self.prismatic) == 1 else f"{id}_{self.regressor.joints[k]}"
         ids = [q.id for q in self.equations.parameters]
         return float(theta[ids.index(full)]) if full in ids else 0.0

@@ -24,7 +24,20 @@ LEAST_SIZE_OVER_UNIT = 1e-3
 
 
 def equations_of(name: str, quantities: tuple[Quantity, ...]) -> Equations:
-    """Return equations that hold parameters and no formula: an FMU shows none."""
+    """Return equations that hold parameters and no formula: an FMU shows none.
+
+    Parameters
+    ----------
+    name
+        Name and title of the equations.
+    quantities
+        Parameters of the FMU.
+
+    Returns
+    -------
+    Equations
+        Without joints, states, inputs and outputs.
+    """
     return Equations(
         name=name,
         title=name,

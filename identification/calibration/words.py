@@ -40,12 +40,34 @@ CHECKED = ("run", "use", "rows", "seconds", "output", "range", "noise")
 
 
 def sentence_of(outcome: Outcome) -> str:
-    """Return the sentence of an outcome, without joints and torques."""
+    """Return the sentence of an outcome, without joints and torques.
+
+    Parameters
+    ----------
+    outcome
+        Outcome of a fit.
+
+    Returns
+    -------
+    str
+        Words of `SENTENCES`, or the outcome's value where it has none there.
+    """
     return SENTENCES.get(outcome, outcome.value)
 
 
 def parameter_rows(calibration: Calibration) -> list[tuple[str, ...]]:
-    """Return the cells of `HEADER`, a row for each parameter."""
+    """Return the cells of `HEADER`, a row for each parameter.
+
+    Parameters
+    ----------
+    calibration
+        A calibrated FMU.
+
+    Returns
+    -------
+    list of tuple of str
+        Name, value, standard deviation (empty where it is 0), unit and status.
+    """
     fit = calibration.fit
     return [
         (q.structured, f"{value:.6g}", f"{std:.2g}" if std else "", q.unit, fit.statuses[q.id])
@@ -54,7 +76,18 @@ def parameter_rows(calibration: Calibration) -> list[tuple[str, ...]]:
 
 
 def run_rows(calibration: Calibration) -> list[tuple[str, ...]]:
-    """Return the cells of `RUNS`, a row for each run and output."""
+    """Return the cells of `RUNS`, a row for each run and output.
+
+    Parameters
+    ----------
+    calibration
+        A calibrated FMU.
+
+    Returns
+    -------
+    list of tuple of str
+        File, use, output, RMSE in the output's unit, and RMSE over the noise.
+    """
     rows: list[tuple[str, ...]] = []
     sigma = {run.file: run.sensor_std for run in calibration.campaign.runs}
     for score in calibration.fit.runs:
@@ -97,7 +130,18 @@ def checked_text(campaign: ForeignCampaign, simulator: ForeignSimulator) -> str:
 
 
 def attention(calibration: Calibration) -> list[str]:
-    """List what needs attention: parameters at bounds or not identifiable, and campaigns without a run to check on."""
+    """List what needs attention: parameters at bounds or not identifiable, and campaigns without a run to check on.
+
+    Parameters
+    ----------
+    calibration
+        A calibrated FMU.
+
+    Returns
+    -------
+    list of str
+        A sentence each; empty where nothing needs attention.
+    """
     said = []
     for status, words in (
         ("at_bound", "at a bound"),
@@ -113,7 +157,18 @@ def attention(calibration: Calibration) -> list[str]:
 
 
 def summary_text(calibration: Calibration) -> str:
-    """Write the command's summary: parameters, runs, outcome, and what needs attention."""
+    """Write the command's summary: parameters, runs, outcome, and what needs attention.
+
+    Parameters
+    ----------
+    calibration
+        A calibrated FMU.
+
+    Returns
+    -------
+    str
+        Paragraphs with a blank line between them.
+    """
     fit = calibration.fit
     reached = f"{len(fit.basins[0].starts)} of {fit.starts} starts share the best minimum, " if fit.free else ""
     how = f"{reached}{fit.simulations} simulations, {fit.wall_s:.1f} s"

@@ -96,7 +96,18 @@ class JointTest:
         return tuple(q.id for q in self.equations.parameters if q.id not in self.stated)
 
     def compare(self, values: Mapping[str, float]) -> Compared:
-        """Hold a fit, given by its values by id, against the plain model."""
+        """Hold a fit against the plain model.
+
+        Parameters
+        ----------
+        values
+            Fitted values by parameter id, in SI units.
+
+        Returns
+        -------
+        Compared
+            The plain model, and the figures of both models on every run.
+        """
         theta = np.array([values[q.id] for q in self.equations.parameters])
         return compare_driven(self.equations, theta, self.runs, self.device, self.posture)
 

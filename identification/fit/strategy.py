@@ -227,7 +227,18 @@ def quiet(found: Fit, options: FitOptions) -> bool:
 
 
 def first_guess(simulator: Simulator) -> Array:
-    """Return the first guesses of all parameters of a simulator's equations, shape (n_p,)."""
+    """Return the first guesses of all parameters of a simulator's equations.
+
+    Parameters
+    ----------
+    simulator
+        Any simulator.
+
+    Returns
+    -------
+    ndarray, shape (n_p,)
+        In the order of ``equations.parameters``.
+    """
     return np.array([q.initial for q in simulator.equations.parameters])
 
 

@@ -65,7 +65,18 @@ class Variable:
 
 
 def variables_of(description: Any) -> dict[str, Variable]:
-    """Return the variables of a model description that fmpy read, by name."""
+    """Return the variables of a model description.
+
+    Parameters
+    ----------
+    description
+        Model description, as fmpy read it.
+
+    Returns
+    -------
+    dict
+        `Variable` by name.
+    """
     return {v.name: _variable(v) for v in description.modelVariables}
 
 
@@ -130,7 +141,22 @@ def writer(fmu: Any, description: Any, names: Sequence[str]) -> Callable[[Array]
 
 
 def reader(fmu: Any, description: Any, names: Sequence[str]) -> Callable[[], Array]:
-    """Return the function that reads variables of an instance, parameters as `writer`'s, shape (n_names,)."""
+    """Return the function that reads variables of an instance.
+
+    Parameters
+    ----------
+    fmu
+        Instance, as fmpy made it.
+    description
+        Its model description.
+    names
+        Variables in the order of the values.
+
+    Returns
+    -------
+    callable
+        Takes nothing and returns the values, shape (n_names,).
+    """
     groups = _by_type(description, names)
 
     def read() -> Array:

@@ -66,7 +66,20 @@ class Cluster(Submitting, AbstractContextManager["Cluster"]):
         self.count = max(len(self._client.scheduler_info()["workers"]), 1)
 
     def submit(self, function: Callable[..., Any], *task: Any) -> Any:
-        """Start a task; Dask tries the task again where its worker is lost."""
+        """Start a task; Dask tries the task again where its worker is lost.
+
+        Parameters
+        ----------
+        function
+            Function that can be pickled.
+        *task
+            Its arguments.
+
+        Returns
+        -------
+        distributed.Future
+            Result to come; the function runs with single-threaded BLAS.
+        """
         return self._client.submit(single_threaded, function, *task, retries=3, pure=False)
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:

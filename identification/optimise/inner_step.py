@@ -24,7 +24,20 @@ from haptid.model.kernel.generate import DEFAULT_STEP
 
 
 def at_inner_step(problem: Problem, step: float) -> Problem:
-    """Return the problem with inner steps of at most ``step`` [s], where its simulator's inner step can be chosen."""
+    """Return the problem with another inner step, where its simulator's inner step can be chosen.
+
+    Parameters
+    ----------
+    problem
+        Problem of a fit.
+    step
+        Longest inner step [s].
+
+    Returns
+    -------
+    Problem
+        The same problem with the simulator at that step.
+    """
     return replace(problem, simulator=at_step(problem.simulator, step))
 
 

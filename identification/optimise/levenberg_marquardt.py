@@ -47,7 +47,18 @@ class Descent:
 
     @classmethod
     def at(cls, x: Array) -> Descent:
-        """Return a descent that begins at the unknowns x (n,): no simulation yet, the cost infinite."""
+        """Return a descent that has not yet begun.
+
+        Parameters
+        ----------
+        x
+            First unknowns, shape (n,).
+
+        Returns
+        -------
+        Descent
+            Without simulations; its cost is infinite.
+        """
         return cls(x=x, cost=float("inf"), calls=0, converged=False)
 
 

@@ -48,7 +48,22 @@ class Here:
     """Runs one task after the other in this process."""
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
-        """See `Workers`."""
+        """Run tasks one after the other until enough are done.
+
+        Parameters
+        ----------
+        function
+            Function of a task's arguments.
+        tasks
+            Arguments of the tasks, in their order.
+        more
+            As in `Workers.until`.
+
+        Returns
+        -------
+        list
+            Results of the first tasks, in order.
+        """
         results: list[T] = []
         for task in tasks:
             if more(results) <= 0:
@@ -66,11 +81,44 @@ class Submitting:
     count: int
 
     def submit(self, function: Callable[..., T], *task: Any) -> Any:
-        """Start a task and return its future."""
+        """Start a task and return its future.
+
+        Parameters
+        ----------
+        function
+            Function that the workers run.
+        *task
+            Its arguments.
+
+        Returns
+        -------
+        Any
+            Object with ``result()`` and ``cancel()``.
+
+        Raises
+        ------
+        NotImplementedError
+            Here: subclasses say how.
+        """
         raise NotImplementedError
 
     def until(self, function: Callable[..., T], tasks: Sequence[tuple[Any, ...]], more: Enough) -> list[T]:
-        """See `Workers`; as many tasks as there are workers run from the beginning."""
+        """Run tasks until enough are done; as many tasks as there are workers run from the beginning.
+
+        Parameters
+        ----------
+        function
+            Function of a task's arguments.
+        tasks
+            Arguments of the tasks, in their order.
+        more
+            As in `Workers.until`.
+
+        Returns
+        -------
+        list
+            Results of the first tasks, in order; tasks beyond them are cancelled.
+        """
         futures: list[Any] = []
         results: list[T] = []
         while (needed := more(results)) > 0 and len(results) < len(tasks):
@@ -91,7 +139,20 @@ class Processes(Submitting, AbstractContextManager["Processes"]):
         self._pool: Pool | None = None
 
     def submit(self, function: Callable[..., T], *task: Any) -> Future[T]:
-        """Start a task."""
+        """Start a task; the processes start with the first one.
+
+        Parameters
+        ----------
+        function
+            Function that can be pickled.
+        *task
+            Its arguments.
+
+        Returns
+        -------
+        Future
+            Result to come; the function runs with single-threaded BLAS.
+        """
         if self._pool is None:
             self._pool = Pool(self.count)
         return self._pool.submit(single_threaded, function, *task)

@@ -78,7 +78,20 @@ def _over_runs(values: list[Array]) -> Array:
 
 
 def tell_size(value: float, unit: str) -> str:
-    """Write a quantity with its unit, or ``diverged`` where a simulation did not stay finite."""
+    """Write a quantity with its unit.
+
+    Parameters
+    ----------
+    value
+        Quantity in ``unit``.
+    unit
+        SI unit without prefix.
+
+    Returns
+    -------
+    str
+        Two digits with a prefix that suits, or ``diverged`` where the value is not finite.
+    """
     return with_prefix(value, unit, 2) if np.isfinite(value) else "diverged"
 
 

@@ -42,7 +42,17 @@ def linear_unit(quantity: Quantity) -> float:
 
 
 def positive(quantity: Quantity) -> bool:
-    """Whether a quantity is positive over its whole range, so that it can move in its logarithm."""
+    """Whether a quantity is positive over its whole range, so that it can move in its logarithm.
+
+    Parameters
+    ----------
+    quantity
+        Parameter with its bounds and first guess.
+
+    Returns
+    -------
+    bool
+    """
     return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
 
 
@@ -207,7 +217,17 @@ class Parametrisation:
         return np.where(self.log, theta[..., list(self.free)], self.unit)
 
     def log_slope(self, s: Array) -> Array:
-        """Return ln(dp/ds) of coordinates s (…, n_free), shape (…, n_free); its sum is the log-volume of the map."""
+        """Return ln(dp/ds); its sum is the log-volume of the map.
+
+        Parameters
+        ----------
+        s
+            Coordinates, shape (…, n_free).
+
+        Returns
+        -------
+        ndarray, shape (…, n_free)
+        """
         return np.where(self.log, s, np.log(self.unit))
 
     def meets_orderings(self, theta: Array) -> NDArray[np.bool_]:

@@ -145,15 +145,48 @@ class Problem:
         return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
 
     def theta(self, x: Array) -> Array:
-        """Return the physical parameters θ (n_p,) of the unknowns x (n,)."""
+        """Return the physical parameters of the unknowns.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        ndarray, shape (n_p,)
+            θ in the order of ``equations.parameters``.
+        """
         return self.parametrisation.physical(x[: self.n_parameters])
 
     def x0(self, x: Array) -> tuple[Array, ...]:
-        """Return the initial state of every run, shape (n_x,) each, of the unknowns x (n,)."""
+        """Return the initial state of every run.
+
+        Parameters
+        ----------
+        x
+            Unknowns, shape (n,).
+
+        Returns
+        -------
+        tuple of ndarray
+            Initial states in the order of the runs, shape (n_x,) each.
+        """
         return tuple(start.at(x[part]) for start, part in zip(self.starts, self.slices(), strict=True))
 
     def first(self, theta: Array) -> Array:
-        """Return the unknowns x (n,) at the parameters theta (n_p,), with every run started at δ = 0."""
+        """Return the unknowns at given parameters, with every run started at δ = 0.
+
+        Parameters
+        ----------
+        theta
+            Parameters in the order of ``equations.parameters``, shape (n_p,).
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Unknowns x.
+        """
         x = np.zeros(self.size)
         x[: self.n_parameters] = self.parametrisation.to_coordinates(theta)
         return x

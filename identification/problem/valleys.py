@@ -40,7 +40,20 @@ class Spring:
     position_unit: float
 
     def physical(self, s: Array) -> tuple[Array, Array]:
-        """Return Ks [N m/rad] and epos [rad] of coordinates s (…, n), shape (…,) each."""
+        """Return stiffness and rest position of the spring.
+
+        Parameters
+        ----------
+        s
+            Coordinates, shape (…, n).
+
+        Returns
+        -------
+        Ks : ndarray, shape (…,)
+            Stiffness [N m/rad].
+        epos : ndarray, shape (…,)
+            Rest position [rad].
+        """
         moved = s[..., self.stiffness]
         Ks = np.exp(moved) if self.log else self.stiffness_centre + self.stiffness_unit * moved
         return Ks, self.position_centre + self.position_unit * s[..., self.position]
@@ -89,7 +102,18 @@ class Valleys:
         return cls(springs=tuple(springs))
 
     def forward(self, s: Array) -> Array:
-        """Map coordinates s (…, n) to z (…, n)."""
+        """Map coordinates to z.
+
+        Parameters
+        ----------
+        s
+            Coordinates, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…, n)
+            Ks [N m/rad] and o [N m] at the places of Ks and epos, the others as in ``s``.
+        """
         z = s.copy()
         for spring in self.springs:
             Ks, epos = spring.physical(s)
@@ -140,7 +164,18 @@ class Valleys:
         return J
 
     def log_volume(self, z: Array) -> Array:
-        """Return ln |∂s/∂z| of z (…, n), shape (…,); NaN where Ks ≤ 0."""
+        """Return ln |∂s/∂z|.
+
+        Parameters
+        ----------
+        z
+            Ks and o at the places of Ks and epos, shape (…, n).
+
+        Returns
+        -------
+        ndarray, shape (…,)
+            NaN where Ks ≤ 0.
+        """
         volume = np.zeros(z.shape[:-1])
         for spring in self.springs:
             Ks = np.where(z[..., spring.stiffness] > 0, z[..., spring.stiffness], np.nan)

@@ -167,7 +167,18 @@ def _run_json(score: RunScore, step: Step) -> dict[str, Any]:
 
 
 def finite(value: float) -> float | None:
-    """Return the number, or None where it is not finite, which JSON cannot write."""
+    """Return a number as JSON can write it.
+
+    Parameters
+    ----------
+    value
+        Any number.
+
+    Returns
+    -------
+    float or None
+        None where the number is NaN or infinite.
+    """
     return float(value) if math.isfinite(value) else None
 
 

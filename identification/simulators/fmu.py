@@ -134,7 +134,17 @@ class FmuSimulator:
         return cls(path, digest, equations, _references(slave, equations))
 
     def with_step(self, step: float) -> FmuSimulator:
-        """Return the same FMU with inner steps of at most ``step`` [s]."""
+        """Return the same FMU with another inner step.
+
+        Parameters
+        ----------
+        step
+            Longest inner step [s].
+
+        Returns
+        -------
+        FmuSimulator
+        """
         return replace(self, step=step)
 
     def _check(self, theta: Array) -> None:

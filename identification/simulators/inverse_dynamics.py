@@ -194,7 +194,18 @@ def torque_run(run: Run, width: float | None = None) -> Run:
 
 
 def torque_runs(runs: Sequence[Run]) -> tuple[Run, ...]:
-    """Exchange torque and position of all runs of a joint, with one filter for all (`torque_run`)."""
+    """Exchange torque and position of all runs of a joint, with one filter for all (`torque_run`).
+
+    Parameters
+    ----------
+    runs
+        Runs of one joint.
+
+    Returns
+    -------
+    tuple of Run
+        `torque_run` of each, with the `common_width` of all.
+    """
     width = common_width(runs)
     return tuple(torque_run(run, width) for run in runs)
 
@@ -242,7 +253,19 @@ class TorqueSimulator:
 
     @classmethod
     def of_torque(cls, equations: Equations, *, step: float = DEFAULT_STEP) -> TorqueSimulator:
-        """Compile a torque equation that `torque_equations` returned, with an inner step [s]."""
+        """Compile a torque equation.
+
+        Parameters
+        ----------
+        equations
+            Torque equation, as `torque_equations` returns it.
+        step
+            Inner step [s].
+
+        Returns
+        -------
+        TorqueSimulator
+        """
         return cls(equations, CompiledKernel.of(equations, step=step))
 
     def simulate(
@@ -286,7 +309,19 @@ class TorqueSimulator:
 
 
 def filter_as(run: Run, torque: Array) -> Array:
-    """Filter a torque along the motion of a `torque_run` as its measured torque was filtered, shape (n_t, …)."""
+    """Filter a torque along the motion of a `torque_run` as its measured torque was filtered.
+
+    Parameters
+    ----------
+    run
+        Run of `torque_run`, which holds the width of the filter.
+    torque
+        Torque [N m] or its derivatives, shape (n_t, …).
+
+    Returns
+    -------
+    ndarray, shape (n_t, …)
+    """
     return convolve_gaussian(torque, float(run.extra[WIDTH][0]))
 
 

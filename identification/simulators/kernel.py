@@ -52,13 +52,41 @@ class KernelSimulator:
         return cls(equations, CompiledKernel.of(with_observer(equations)))
 
     def with_step(self, step: float) -> KernelSimulator:
-        """Return the same kernel with inner steps of at most ``step`` [s]."""
+        """Return the same kernel with another inner step.
+
+        Parameters
+        ----------
+        step
+            Longest inner step [s].
+
+        Returns
+        -------
+        KernelSimulator
+        """
         return replace(self, step=step)
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """See `identification.simulators.protocol.Simulator`."""
+        """Simulate a run by the compiled kernel; see `identification.simulators.protocol.Simulator`.
+
+        Parameters
+        ----------
+        theta
+            Parameters in the order of ``equations.parameters``, shape (n_p,).
+        run
+            Times, torques and, for the observer, measured positions.
+        x0
+            Initial state, shape (n_x,); `initial_state` where None.
+        gain
+            Observer gain L [1/s]; 0 simulates freely.
+        sensitivities
+            Whether the derivatives of the outputs are computed too.
+
+        Returns
+        -------
+        Trajectory
+        """
         start = initial_state(self.equations, run) if x0 is None else x0
         inputs, linear = observer_inputs(run, gain), observer_hold(run)
         if not sensitivities:

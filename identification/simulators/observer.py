@@ -39,11 +39,39 @@ class Observed:
         return self.base.equations
 
     def with_step(self, step: float) -> Observed:
-        """Return the same simulator with inner steps of at most ``step`` [s]."""
+        """Return the same simulator with another inner step, where its base has one.
+
+        Parameters
+        ----------
+        step
+            Longest inner step [s].
+
+        Returns
+        -------
+        Observed
+        """
         return replace(self, base=at_step(self.base, step))
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False
     ) -> Trajectory:
-        """See `identification.simulators.protocol.Simulator`; a ``gain`` below ``least`` is raised to it."""
+        """Simulate a run through the observer; see `identification.simulators.protocol.Simulator`.
+
+        Parameters
+        ----------
+        theta
+            Parameters in the order of ``equations.parameters``, shape (n_p,).
+        run
+            Times, torques and measured positions.
+        x0
+            Initial state, shape (n_x,); that of the base where None.
+        gain
+            Observer gain L [1/s]; raised to ``least`` where it is below.
+        sensitivities
+            Whether the derivatives of the outputs are computed too.
+
+        Returns
+        -------
+        Trajectory
+        """
         return self.base.simulate(theta, run, x0=x0, gain=max(gain, self.least), sensitivities=sensitivities)

@@ -73,7 +73,17 @@ class Stepped(Protocol):
     """Simulator whose inner step can be chosen."""
 
     def with_step(self, step: float) -> Simulator:
-        """Return the same simulator with inner steps of at most ``step`` [s]."""
+        """Return the same simulator with another inner step.
+
+        Parameters
+        ----------
+        step
+            Longest inner step [s].
+
+        Returns
+        -------
+        Simulator
+        """
 
 
 def at_step(simulator: Simulator, step: float) -> Simulator:

@@ -236,7 +236,18 @@ def _draw_quantity(quantity: Quantity, log: bool, widen: float, rng: np.random.G
 
 
 def prior_words(quantity: Quantity) -> str:
-    """Write the prior of a parameter in words, as a report shows it."""
+    """Write the prior of a parameter in words, as a report shows it.
+
+    Parameters
+    ----------
+    quantity
+        Free parameter.
+
+    Returns
+    -------
+    str
+        Normal with mean and standard deviation, or flat, and the interval, in the parameter's unit.
+    """
     interval = f"[{quantity.lower:.3g}, {quantity.upper:.3g}]"
     if quantity.prior is not None:
         return f"normal, {quantity.prior.mean:.4g} ± {quantity.prior.std:.2g}, in {interval}"

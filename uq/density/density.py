@@ -45,7 +45,18 @@ class Density:
         return self.coordinates.equations
 
     def hyper(self, eta: Array) -> dict[str, Array]:
-        """Return the values of the noise model's parameters by id, shape (n_sets,) each, at η (n_sets, n)."""
+        """Return the values of the noise model's parameters.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (n_sets, n).
+
+        Returns
+        -------
+        dict
+            Values by id, shape (n_sets,) each.
+        """
         values = self.coordinates.values(eta)
         first = len(self.coordinates.free)
         return {h.id: values[:, first + i] for i, h in enumerate(self.coordinates.hyper)}

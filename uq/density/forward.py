@@ -40,15 +40,38 @@ class Forward(Protocol):
         """
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """Return the positions of a fine inner step minus those of this one [rad], shape (n_sets, n_t).
+        """Return the positions of a fine inner step minus those of this one.
 
-        0 where the inner step cannot be chosen. Parameters as in `__call__`.
+        Parameters
+        ----------
+        thetas
+            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
+        run
+            The run.
+        x0
+            Initial state, shape (n_x,).
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t)
+            Difference [rad]; 0 where the inner step cannot be chosen.
         """
 
 
 @lru_cache(maxsize=64)
 def kernel_of(equations: Equations) -> KernelSimulator:
-    """Return the in-process simulator of ``equations``, built once per process."""
+    """Return the in-process simulator of ``equations``, built once per process.
+
+    Parameters
+    ----------
+    equations
+        Equations without observer.
+
+    Returns
+    -------
+    KernelSimulator
+        With the default inner step.
+    """
     return KernelSimulator.of(equations)
 
 
@@ -75,7 +98,22 @@ class KernelForward:
         return self._with_step(thetas, run, x0, self.step)
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:
-        """See `Forward`."""
+        """Return the positions of a fine inner step minus those of this one; see `Forward`.
+
+        Parameters
+        ----------
+        thetas
+            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
+        run
+            The run.
+        x0
+            Initial state, shape (n_x,).
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t)
+            Difference [rad]; 0 where ``step`` is at most `THRESHOLDS.inner_step_of_correction_s`.
+        """
         if self.step <= THRESHOLDS.inner_step_of_correction_s:
             return np.zeros((len(thetas), run.t.size))
         return self._with_step(thetas, run, x0, THRESHOLDS.inner_step_of_correction_s) - self(thetas, run, x0)
@@ -100,5 +138,20 @@ class EachForward:
         return np.array([self.simulator.simulate(theta, run, x0=x0).y[:, 0] for theta in thetas])
 
     def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
-        """See `Forward`."""
+        """Return zeros: the inner step is taken as it is; see `Forward`.
+
+        Parameters
+        ----------
+        thetas
+            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
+        run
+            The run.
+        x0
+            Not used.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t)
+            Zeros [rad].
+        """
         return np.zeros((len(thetas), run.t.size))

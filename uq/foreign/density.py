@@ -40,7 +40,25 @@ class ForeignDensity(Density):
     correlation_time: float
 
     def log_likelihoods(self, eta: Array, simulated: Sequence[Array] | None = None) -> Array:  # noqa: ARG002 # see `Density`
-        """Return the log likelihood of each run, shape (n_sets, n_runs); −∞ where the FMU refuses the parameters."""
+        """Return the log likelihood of each run.
+
+        Parameters
+        ----------
+        eta
+            Coordinates, shape (n_sets, n).
+        simulated
+            Not used: every run is simulated here.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_runs)
+            −∞ where the FMU refuses the parameters.
+
+        Raises
+        ------
+        NumericalError
+            Where the FMU ends its process, or gives no answer in time.
+        """
         thetas, nu = self.coordinates.thetas(eta), self.coordinates.values(eta)[:, -1]
         made = np.empty((len(eta), len(self.runs)))
         for i, theta in enumerate(thetas):

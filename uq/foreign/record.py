@@ -60,7 +60,18 @@ def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
 
 
 def variable_names(posterior: ForeignPosterior) -> tuple[str, ...]:
-    """Return the names of the coordinates: variables of the FMU, then the noise factor."""
+    """Return the names of the coordinates.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of an FMU's parameters.
+
+    Returns
+    -------
+    tuple of str
+        Variables of the FMU, then the noise factor.
+    """
     free = posterior.coordinates.free
     return (*(q.structured for q in free), *(h.id for h in posterior.coordinates.hyper))
 
@@ -107,7 +118,18 @@ def save_chains(posterior: ForeignPosterior, path: Path) -> Path:
 
 
 def summary_text(posterior: ForeignPosterior) -> str:
-    """Write the command's summary: a sentence for each parameter, and one on the sampler."""
+    """Write the command's summary: a sentence for each parameter, the share of readings in each band, and the sampler.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of an FMU's parameters.
+
+    Returns
+    -------
+    str
+        Lines; the first names the FMU.
+    """
     drawn = posterior.sample
     known = "settled" if drawn.reached else "the chain is too short to settle it: final figures without --quick"
     least = min(p.diagnostics.ess_bulk for p in posterior.parameters)

@@ -46,7 +46,23 @@ class Calibrated:
 
 
 def holds_calibration(folder: Path | None) -> bool:
-    """Whether a folder holds the results of a calibration: an ``identification.json`` that names an FMU."""
+    """Whether a folder holds the results of a calibration: an ``identification.json`` that names an FMU.
+
+    Parameters
+    ----------
+    folder
+        Folder to look into, or None.
+
+    Returns
+    -------
+    bool
+        False for None, for a folder without the file, and for a folder with a ``campaign.toml``.
+
+    Raises
+    ------
+    InputError
+        Where ``identification.json`` cannot be read.
+    """
     if folder is None or not (folder / FILE).is_file() or (folder / "campaign.toml").is_file():
         return False
     return MODEL in read_json(folder / FILE, "an identification.json")

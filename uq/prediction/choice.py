@@ -62,7 +62,18 @@ class Problem:
         return max(float(np.ptp(run.y[:, 0])) for run in self.fitted)
 
     def density(self, model: NoiseModel) -> Density:
-        """Return the posterior density under a noise model, not yet linearised."""
+        """Return the posterior density under a noise model, not yet linearised.
+
+        Parameters
+        ----------
+        model
+            Noise model.
+
+        Returns
+        -------
+        Density
+            Of the fitted runs.
+        """
         equations = self.simulator.equations
         hyper = model.hyper(noise_width=self.noise_width, travel=self.travel)
         return Density(
@@ -233,6 +244,17 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
 
 
 def best(scored: Sequence[Scored]) -> Scored:
-    """Return the first (simplest) noise model whose score is close enough to the best."""
+    """Return the first (simplest) noise model whose score is close enough to the best.
+
+    Parameters
+    ----------
+    scored
+        Scored models, the simplest first.
+
+    Returns
+    -------
+    Scored
+        Its score is below the highest by at most `THRESHOLDS.least_gain_of_held_out_score`.
+    """
     top = max(s.score for s in scored)
     return next(s for s in scored if s.score >= top - THRESHOLDS.least_gain_of_held_out_score)

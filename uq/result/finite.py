@@ -80,6 +80,18 @@ def check_finite(posterior: Posterior) -> Posterior:
 def with_null(value: Any) -> Any:
     """Replace NaN and infinity by None, which JSON writes as null: a diagnostic of too few draws or cycles, say.
 
+    Parameters
+    ----------
+    value
+        Dicts, lists and tuples, nested, of numbers and text.
+
+    Returns
+    -------
+    Any
+        The same with lists for tuples.
+
+    Examples
+    --------
     >>> with_null({"ess": [float("nan"), 1.5], "tau": float("inf")})
     {'ess': [None, 1.5], 'tau': None}
     """

@@ -97,7 +97,18 @@ def save_draws(posteriors: Sequence[Posterior], path: Path, rng: np.random.Gener
 
 
 def correlation_json(posterior: Posterior) -> dict[str, Any]:
-    """Return the correlation of the joint's parameters over all chains, as ``posterior.json`` holds it."""
+    """Return the correlation of the joint's parameters over all chains, as ``posterior.json`` holds it.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of a joint.
+
+    Returns
+    -------
+    dict
+        ``ids`` of the free parameters, and their ``matrix`` (n × n) as lists.
+    """
     coordinates = posterior.mode.density.coordinates
     n = len(coordinates.free)
     values = coordinates.values(posterior.sample.flat())[:, :n]
@@ -200,7 +211,18 @@ def _share_by_content(bands: Bands) -> dict[str, float]:
 
 
 def parameter_json(p: ParameterSummary) -> dict[str, Any]:
-    """Return the posterior of one parameter as ``posterior.json`` holds it."""
+    """Return the posterior of one parameter as ``posterior.json`` holds it.
+
+    Parameters
+    ----------
+    p
+        Summary of the parameter.
+
+    Returns
+    -------
+    dict
+        Values in the parameter's unit, diagnostics, prior and verdict.
+    """
     return {
         "mean": p.mean,
         "std": p.std,

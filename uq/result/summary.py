@@ -162,5 +162,16 @@ def _scatter_verdict(id: str, median: float, interval: tuple[float, float]) -> s
 
 
 def percent(share: float) -> str:
-    """Write a share in percent with two digits, as in 0.42 %."""
+    """Write a share in percent with two digits, as in 0.42 %.
+
+    Parameters
+    ----------
+    share
+        Share [1].
+
+    Returns
+    -------
+    str
+        Whole percent from 99.5 % up.
+    """
     return f"{100 * share:.2g} %" if 100 * share < 99.5 else f"{100 * share:.0f} %"

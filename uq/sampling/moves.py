@@ -45,18 +45,57 @@ class Proposal:
 
     @classmethod
     def of(cls, mean: Array, covariance: Array) -> Proposal:
-        """Make a proposal with a covariance (n, n) as scale matrix, its diagonal raised by 1e-9 against singularity."""
+        """Make a proposal of mean and covariance.
+
+        Parameters
+        ----------
+        mean
+            Centre, shape (n,).
+        covariance
+            Scale matrix, shape (n, n); its diagonal is raised by 1e-9 of itself against singularity.
+
+        Returns
+        -------
+        Proposal
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            Where the raised matrix is not positive definite.
+        """
         lifted = covariance + np.diag(1e-9 * np.diag(covariance) + 1e-300)
         return cls(mean=mean, lower=np.asarray(np.linalg.cholesky(lifted), dtype=np.float64))
 
     def log_density(self, x: Array) -> Array:
-        """Return the log density of points (n_sets, n) up to a constant, shape (n_sets,)."""
+        """Return the log density up to a constant.
+
+        Parameters
+        ----------
+        x
+            Points, shape (n_sets, n).
+
+        Returns
+        -------
+        ndarray, shape (n_sets,)
+        """
         z = np.linalg.solve(self.lower, (x - self.mean).T)
         nu = THRESHOLDS.degrees_of_freedom_of_proposals
         return np.asarray(-0.5 * (nu + self.mean.size) * np.log1p(np.sum(z**2, axis=0) / nu))
 
     def draw(self, random: Any, size: int) -> Array:
-        """Draw independent points, shape (size, n), with a NumPy random state: normal draws over √(χ²/ν)."""
+        """Draw independent points: normal draws over √(χ²/ν).
+
+        Parameters
+        ----------
+        random
+            NumPy random state.
+        size
+            Number of points.
+
+        Returns
+        -------
+        ndarray, shape (size, n)
+        """
         nu = THRESHOLDS.degrees_of_freedom_of_proposals
         normal = random.randn(size, self.mean.size)
         scale = np.sqrt(random.chisquare(nu, size) / nu)
