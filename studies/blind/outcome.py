@@ -77,9 +77,22 @@ class Outcome:
 def score_case(
     label: Mapping[str, Any], found: Mapping[str, Any] | None, *, left_out: Sequence[str] = (), reason: str = ""
 ) -> Outcome:
-    """Score one finding (None: the workflow failed, for ``reason``) against its label.
+    """Score one finding against its label.
 
-    ``left_out`` are entries that the catalogue lacked: a case that hides one of them is outside the catalogue.
+    Parameters
+    ----------
+    label
+        Label of the case: what is hidden, and the parameters of the joint.
+    found
+        Finding of the workflow, as its JSON holds it; None where the workflow failed.
+    left_out
+        Entries that the catalogue lacked; a case that hides one of them is outside the catalogue.
+    reason
+        Why the workflow failed.
+
+    Returns
+    -------
+    Outcome
     """
     truth = tuple(sorted(label["effects"]))
     names = tuple(sorted({e["id"] for e in found["effects"]})) if found else ()

@@ -38,6 +38,18 @@ def main(path: Path) -> None:
 def share(row: Row) -> str:
     """Write a rate with its interval.
 
+    Parameters
+    ----------
+    row
+        ``hits``, ``n``, ``share``, ``low`` and ``high``, as `rate` of `studies.blind.score` returns them.
+
+    Returns
+    -------
+    str
+        Shares in percent; ``no case`` where n is 0.
+
+    Examples
+    --------
     >>> share({"hits": 9, "n": 10, "share": 0.9, "low": 0.596, "high": 0.982})
     '9 of 10 (90 %; 60 to 98 %)'
     """
@@ -53,7 +65,18 @@ def _percent(x: float) -> str:
 
 
 def headlines(study: Row) -> list[str]:
-    """Return the figures in one line each."""
+    """Return the figures in one line each.
+
+    Parameters
+    ----------
+    study
+        Content of the study's JSON.
+
+    Returns
+    -------
+    list of str
+        Sentences.
+    """
     alarms, outside, left = study["false_alarms"], study["outside_the_catalogue"], study["leave_one_out"]
     settled, closed, cover = study["settled_by_one_run"], study["gap_closed_on_unseen_runs"], study["coverage"]["all"]
     wall, runs = study["wall_s_per_joint"], study["simulations_per_joint"]
@@ -79,7 +102,20 @@ def _number(x: float | None) -> str:
 
 
 def blind_page(study: Row, picture: str) -> str:
-    """Return the page as Markdown."""
+    """Return the page as Markdown.
+
+    Parameters
+    ----------
+    study
+        Content of the study's JSON.
+    picture
+        File name of the confusion matrix, to which the page links.
+
+    Returns
+    -------
+    str
+        Markdown.
+    """
     parts = [
         "# Blind study of the search for missing effects\n",
         "A virtual device, with formulas and integrator of its own, hides effects in campaigns; the search sees the "

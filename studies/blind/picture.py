@@ -15,7 +15,18 @@ WORDS = ("nothing", "ambiguous, truth among", "ambiguous", "unlisted", "failed")
 
 
 def columns_of(counts: Counts) -> list[str]:
-    """Return the names that were told, then the other verdicts."""
+    """Return the columns of a matrix: the names that were told, then the other verdicts.
+
+    Parameters
+    ----------
+    counts
+        Counts by what was hidden, then by verdict.
+
+    Returns
+    -------
+    list of str
+        Names in alphabetical order, sets of several names, then the verdicts of `WORDS`.
+    """
     told = {column for row in counts.values() for column in row}
     several = sorted(c for c in told if c.startswith("several"))
     words = [w for w in WORDS if w in told]
@@ -23,7 +34,19 @@ def columns_of(counts: Counts) -> list[str]:
 
 
 def confusion_picture(cases: Counts, left_out: Counts) -> Figure:
-    """Draw the matrix of the cases and, beside it, of those worked through without their true entry."""
+    """Draw the matrix of the cases and, beside it, of those worked through without their true entry.
+
+    Parameters
+    ----------
+    cases
+        Counts of the cases, by what was hidden, then by verdict.
+    left_out
+        Counts of the cases without their true entry. Counts that are empty get no panel.
+
+    Returns
+    -------
+    Figure
+    """
     panels = [(counts, title) for counts, title in (
         (cases, "whole catalogue"), (left_out, "true entry left out"),
     ) if counts]  # fmt: skip

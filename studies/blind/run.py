@@ -131,6 +131,18 @@ class _Passes:
 def shares(passes: Sequence[str]) -> dict[str, float]:
     """Return by which share of the time the last job of each pass is begun.
 
+    Parameters
+    ----------
+    passes
+        Names of the passes, in their order.
+
+    Returns
+    -------
+    dict
+        Share of the time by pass; the last one's is 1.
+
+    Examples
+    --------
     >>> shares(["without"])
     {'without': 1.0}
     """
@@ -151,6 +163,18 @@ def _without(out: Path, jobs: Sequence[Job], labels: Mapping[str, Any]) -> list[
 def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
     """Return ids of entries, and of those that have the same equations under other names.
 
+    Parameters
+    ----------
+    ids
+        Ids of catalogue entries.
+
+    Returns
+    -------
+    tuple of str
+        These ids first, each id once.
+
+    Examples
+    --------
     >>> with_twins(["tendon_slack"])
     ('tendon_slack', 'backlash')
     """

@@ -18,6 +18,20 @@ NOTHING, SEVERAL = "nothing", "several"
 def rate(hits: int, n: int) -> Row:
     """Return hits, n, their share and its 95 % interval (Wilson 1927).
 
+    Parameters
+    ----------
+    hits
+        Number of cases that count.
+    n
+        Number of cases.
+
+    Returns
+    -------
+    dict
+        ``hits``, ``n``, ``share``, ``low``, ``high``; the last three are None where n is 0.
+
+    Examples
+    --------
     >>> rate(9, 10)["low"] < 0.9 < rate(9, 10)["high"]
     True
     """
@@ -28,12 +42,36 @@ def rate(hits: int, n: int) -> Row:
 
 
 def share_of(outcomes: Sequence[Outcome], test: Callable[[Outcome], bool]) -> Row:
-    """Return the `rate` at which outcomes pass a test."""
+    """Return the `rate` at which outcomes pass a test.
+
+    Parameters
+    ----------
+    outcomes
+        Scored cases.
+    test
+        Whether an outcome counts.
+
+    Returns
+    -------
+    dict
+        As `rate` returns it.
+    """
     return rate(sum(map(test, outcomes)), len(outcomes))
 
 
 def confusion(outcomes: Iterable[Outcome]) -> dict[str, dict[str, int]]:
-    """Count verdicts by what was hidden: rows are truths, columns names or verdicts."""
+    """Count verdicts by what was hidden: rows are truths, columns names or verdicts.
+
+    Parameters
+    ----------
+    outcomes
+        Scored cases.
+
+    Returns
+    -------
+    dict
+        Number of cases by truth, then by name or verdict, both in alphabetical order.
+    """
     counts: dict[str, Counter[str]] = {}
     for o in outcomes:
         counts.setdefault(_truth(o), Counter())[_classify(o)] += 1
@@ -61,7 +99,18 @@ def _classify(o: Outcome) -> str:
 
 
 def by_kind_and_size(outcomes: Sequence[Outcome]) -> list[Row]:
-    """Right verdicts, and effects named exactly, for every kind and size."""
+    """Return the rates of right verdicts, and of effects named exactly, for every kind and size.
+
+    Parameters
+    ----------
+    outcomes
+        Scored cases.
+
+    Returns
+    -------
+    list of dict
+        ``kind``, ``size``, and ``right`` and ``exact`` as `rate` returns them.
+    """
     rows = []
     for kind, size in sorted({(o.kind, o.size) for o in outcomes}):
         group = [o for o in outcomes if (o.kind, o.size) == (kind, size)]
@@ -71,7 +120,19 @@ def by_kind_and_size(outcomes: Sequence[Outcome]) -> list[Row]:
 
 
 def false_alarms(outcomes: Sequence[Outcome]) -> Row:
-    """Something found where nothing was hidden, by colour of the noise, and a name beside scatter that is alone."""
+    """Return the rates at which something was found where nothing was hidden, and at which more was found than scatter.
+
+    Parameters
+    ----------
+    outcomes
+        Scored cases of all kinds.
+
+    Returns
+    -------
+    dict
+        Rates over the cases that hide nothing (``all``, ``white_noise``, ``correlated_noise``), and
+        ``beside_scatter`` over the cases that hide scatter alone: unlisted, or a name that is not hidden.
+    """
     clean = [o for o in outcomes if o.kind == "none"]
     scatter = [o for o in outcomes if o.kind == "scatter"]
 
@@ -90,7 +151,18 @@ def false_alarms(outcomes: Sequence[Outcome]) -> Row:
 
 
 def outside(outcomes: Sequence[Outcome]) -> Row:
-    """Count what was flagged as outside the catalogue, named confidently, or not found."""
+    """Return the rates of cases that were flagged as outside the catalogue, named confidently, or not found.
+
+    Parameters
+    ----------
+    outcomes
+        Scored cases whose truth the catalogue lacks.
+
+    Returns
+    -------
+    dict
+        ``flagged``, ``confident_wrong_name`` and ``missed``, as `rate` returns them.
+    """
     return {
         "flagged": share_of(outcomes, lambda o: o.result == "flagged"),
         "confident_wrong_name": share_of(outcomes, lambda o: o.verdict == "named"),
@@ -99,7 +171,18 @@ def outside(outcomes: Sequence[Outcome]) -> Row:
 
 
 def summarise_spread(values: Iterable[float | None]) -> Row:
-    """Return the number, median, ninth decile and maximum of what is there."""
+    """Return the number, median, ninth decile and maximum of what is there.
+
+    Parameters
+    ----------
+    values
+        Numbers of one unit; None where there is none.
+
+    Returns
+    -------
+    dict
+        ``n``, ``median``, ``p90`` and ``max`` in that unit; the last three are None where n is 0.
+    """
     known = np.array([v for v in values if v is not None], dtype=float)
     if known.size == 0:
         return {"n": 0, "median": None, "p90": None, "max": None}
@@ -108,7 +191,18 @@ def summarise_spread(values: Iterable[float | None]) -> Row:
 
 
 def coverage(outcomes: Sequence[Outcome]) -> Row:
-    """Share of 95 % intervals of the effects' own parameters that hold the truth: all together, and per parameter."""
+    """Return the share of 95 % intervals of the effects' own parameters that hold the truth.
+
+    Parameters
+    ----------
+    outcomes
+        Scored cases.
+
+    Returns
+    -------
+    dict
+        Rate over ``all`` parameters, and ``parameters`` with a rate by ``<effect>.<parameter>``.
+    """
     checked = [p for o in outcomes for p in o.parameters]
     names = sorted({(p.effect, p.parameter) for p in checked})
     each = {
@@ -120,7 +214,21 @@ def coverage(outcomes: Sequence[Outcome]) -> Row:
 
 
 def count_settled(first: Sequence[Outcome], again: Sequence[Outcome]) -> Row:
-    """Ambiguous verdicts with a proposed run, and how many are named exactly once that run was made."""
+    """Count ambiguous verdicts with a proposed run, and those that are named exactly once that run was made.
+
+    Parameters
+    ----------
+    first
+        Scored cases.
+    again
+        Cases scored again with the proposed run.
+
+    Returns
+    -------
+    dict
+        Numbers ``ambiguous`` and ``proposed`` of the first; rates ``settled`` and ``settled_wrongly`` of the
+        second.
+    """
     proposed = [o for o in first if o.verdict == "ambiguous" and o.proposed]
     return {
         "ambiguous": sum(o.verdict == "ambiguous" for o in first),
@@ -131,7 +239,22 @@ def count_settled(first: Sequence[Outcome], again: Sequence[Outcome]) -> Row:
 
 
 def summary(cases: Sequence[Outcome], left_out: Sequence[Outcome], again: Sequence[Outcome]) -> Row:
-    """Return all figures: of the cases, of those without their true entry, of those with one run more."""
+    """Return all figures of a study.
+
+    Parameters
+    ----------
+    cases
+        Scored cases.
+    left_out
+        Cases scored with their true entry left out of the catalogue.
+    again
+        Ambiguous cases scored with the proposed run.
+
+    Returns
+    -------
+    dict
+        Figures as the study's JSON holds them.
+    """
     named = [o for o in cases if o.result == "named"]
     return {
         "results": dict(Counter(o.result for o in cases)),

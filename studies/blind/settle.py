@@ -16,7 +16,25 @@ from studies.blind.study import ROOT, Job, last_line
 
 
 def with_run(out: Path, outcomes: Sequence[Outcome]) -> list[Job]:
-    """Return the cases whose alternatives the proposed run would tell apart, that run in a copy of the campaign."""
+    """Return the cases whose alternatives the proposed run would tell apart, that run in a copy of the campaign.
+
+    Parameters
+    ----------
+    out
+        Folder of the study.
+    outcomes
+        Scored cases.
+
+    Returns
+    -------
+    list of Job
+        A job for each ambiguous case with a proposed run that should tell.
+
+    Raises
+    ------
+    NumericalError
+        Where the virtual device cannot simulate the proposed run.
+    """
     jobs = []
     for o in outcomes:
         first = Job(case=o.case, campaign=out / "cases" / o.case, out=out / "found" / o.case)
@@ -28,7 +46,18 @@ def with_run(out: Path, outcomes: Sequence[Outcome]) -> list[Job]:
 
 
 def options_of(proposal: Mapping[str, Any]) -> list[str]:
-    """Return the options of the virtual device for a ``next_experiment``."""
+    """Return the options of the virtual device for a ``next_experiment``.
+
+    Parameters
+    ----------
+    proposal
+        ``next_experiment`` of a finding, SI units.
+
+    Returns
+    -------
+    list of str
+        ``--<name>=<value>`` for each quantity that the proposal holds.
+    """
     names = {
         "torque_amplitude_Nm": "amplitude",
         "frequency_rad_s": "frequency",

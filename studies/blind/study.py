@@ -44,7 +44,20 @@ class Job:
     without: tuple[str, ...] = ()
 
     def command(self, seed: int, threads: int) -> list[str]:
-        """Return the command line of the workflow: it gets the campaign, and no more."""
+        """Return the command line of the workflow: it gets the campaign, and no more.
+
+        Parameters
+        ----------
+        seed
+            Seed of the workflow.
+        threads
+            Number of its workers.
+
+        Returns
+        -------
+        list of str
+            Program and arguments.
+        """
         left_out = ["--without", ",".join(self.without)] if self.without else []
         return [
             sys.executable, "-m", "discrepancy.run", str(self.campaign), "--out", str(self.out), "--seed", str(seed),
@@ -64,7 +77,18 @@ class Job:
 
 
 def digest(packages: Sequence[str] = PACKAGES) -> str:
-    """Return twelve hex digits of the code of some packages, the blind study itself left out."""
+    """Return twelve hex digits of the code of some packages, the blind study itself left out.
+
+    Parameters
+    ----------
+    packages
+        Names of top-level packages.
+
+    Returns
+    -------
+    str
+        Start of the SHA-256 of their paths and content.
+    """
     found = hashlib.sha256()
     for package in packages:
         for path in sorted((ROOT / package).rglob("*")):
@@ -117,18 +141,52 @@ def _make_cases(command: Sequence[str], cases: Path, tell: Callable[[int], None]
 
 
 def count_cases(cases: Path) -> int:
-    """Count the cases that are written below a folder."""
+    """Count the cases that are written below a folder.
+
+    Parameters
+    ----------
+    cases
+        Folder with a folder for each case.
+
+    Returns
+    -------
+    int
+        Number of folders with a ``campaign.toml``.
+    """
     return len(list(cases.glob("*/campaign.toml")))
 
 
 def last_line(text: str) -> str:
-    """Return the last line that says something."""
+    """Return the last line that says something.
+
+    Parameters
+    ----------
+    text
+        What a command wrote.
+
+    Returns
+    -------
+    str
+        Stripped line; ``no message`` where all are blank.
+    """
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     return lines[-1] if lines else "no message"
 
 
 def worked(job: Job, stamp: str) -> bool:
-    """Whether the result of the same code is there."""
+    """Whether the result of the same code is there.
+
+    Parameters
+    ----------
+    job
+        Job.
+    stamp
+        Digest of the code.
+
+    Returns
+    -------
+    bool
+    """
     done = job.out / STAMP
     return done.exists() and json.loads(done.read_text(encoding="utf-8"))["code"] == stamp
 
@@ -137,6 +195,21 @@ def work(job: Job, running: Running, *, seed: int, limit: float, stamp: str, thr
     """Run the workflow on one campaign, in place of any result that is there.
 
     A failure is kept as such; what was stopped is not, and is begun again.
+
+    Parameters
+    ----------
+    job
+        Campaign, and the folder of the result.
+    running
+        Commands that run at the moment, so that all can be ended.
+    seed
+        Seed of the workflow.
+    limit
+        Longest duration [s].
+    stamp
+        Digest of the code, kept beside the result.
+    threads
+        Threads of the workflow.
     """
     done = job.out / STAMP
     for old in (done, job.out / FAILED, *(job.out / "discrepancy").glob("joint*.json")):
@@ -158,9 +231,27 @@ def work(job: Job, running: Running, *, seed: int, limit: float, stamp: str, thr
 def work_all(
     jobs: Sequence[Job], *, seed: int, workers: int, limit: float, until: float, tell: Callable[[], None]
 ) -> tuple[Job, ...]:
-    """Work through the jobs, none begun after the time ``until`` (`time.monotonic`); return those that were done.
+    """Work through jobs in parallel; results of the same code that are there already count whatever the time.
 
-    Results of the same code that are there already count whatever the time.
+    Parameters
+    ----------
+    jobs
+        Jobs.
+    seed
+        Seed of each workflow.
+    workers
+        Number of jobs that run at the same time; they share the threads of this machine.
+    limit
+        Longest duration of a job [s].
+    until
+        Time after which no job is begun [s], by `time.monotonic`.
+    tell
+        Called whenever a job is over.
+
+    Returns
+    -------
+    tuple of Job
+        Jobs that were done, in the order of their cases.
     """
     stamp, finished, running = digest(), [], Running()
     threads = max(1, (os.cpu_count() or 1) // workers)

@@ -99,6 +99,22 @@ FORMULAS: dict[str, Value] = {
 def true_value(id: str, hidden: Hidden, base: Mapping[str, float]) -> float | None:
     """Return the true value of a catalogue's parameter; None where the case does not hold it.
 
+    Parameters
+    ----------
+    id
+        Id of a parameter in the catalogue.
+    hidden
+        Parameters of the hidden disturbance by the maker's names.
+    base
+        Parameters of the undisturbed joint by name, SI units.
+
+    Returns
+    -------
+    float or None
+        Value in the catalogue's unit.
+
+    Examples
+    --------
     >>> true_value("cogging_cos", {"cogging": 2.0, "cogging_phase": math.pi / 2}, {})
     2.0
     >>> true_value("saturation_cut", {"saturation_hard": 0.01}, {}) is None

@@ -17,7 +17,21 @@ FAMILY = 0.05
 
 
 def judge_ranks(outcomes: Sequence[Outcome], names: Sequence[str]) -> dict[str, Any]:
-    """Rank histogram, χ² p-value and coverage of every parameter, with the probability of so large a departure."""
+    """Judge the ranks of every parameter by histogram, χ² p-value and coverage, with their binomial p-values.
+
+    Parameters
+    ----------
+    outcomes
+        Data sets of one joint.
+    names
+        Coordinates in the order of the ranks.
+
+    Returns
+    -------
+    dict
+        Entry of the joint in the result's JSON; ``calibrated`` where the smallest p-value is not below
+        ``alarm_below``.
+    """
     ranked = [o for o in outcomes if o.ranks is not None]
     made: dict[str, Any] = {
         "ranked": len(ranked),
@@ -54,7 +68,20 @@ def _band(count: int, level: float) -> list[float]:
 
 
 def table(joint: str, result: dict[str, Any]) -> str:
-    """Lay the result of one joint out as text."""
+    """Lay the result of one joint out as text.
+
+    Parameters
+    ----------
+    joint
+        Number of the joint.
+    result
+        As `judge_ranks` returns it.
+
+    Returns
+    -------
+    str
+        A line for each parameter, between a head and the verdict.
+    """
     lines = [f"joint {joint}: {result['ranked']} data sets ranked, {len(result['failed'])} failed"]
     for name, found in result["parameters"].items():
         shares = "  ".join(f"{level}: {share:.3f}" for level, share in found["coverage"].items())
@@ -63,7 +90,17 @@ def table(joint: str, result: dict[str, Any]) -> str:
 
 
 def verdict(result: dict[str, Any]) -> str:
-    """One sentence: whether anything departs from nominal by more than chance allows."""
+    """Say in one sentence whether anything departs from nominal by more than chance allows.
+
+    Parameters
+    ----------
+    result
+        As `judge_ranks` returns it.
+
+    Returns
+    -------
+    str
+    """
     numbers = (
         f"smallest of {result['tests']} p-values {result['smallest_p']:.2g}, alarm below {result['alarm_below']:.2g}"
     )
@@ -71,7 +108,18 @@ def verdict(result: dict[str, Any]) -> str:
 
 
 def page(stored: dict[str, Any]) -> str:
-    """Render the stored result as a page of the documentation."""
+    """Render the stored result as a page of the documentation.
+
+    Parameters
+    ----------
+    stored
+        Content of the result's JSON.
+
+    Returns
+    -------
+    str
+        Markdown.
+    """
     text = "# Are the printed intervals right?\n\n" + (
         f"`{stored['command']}`, {stored['date']}, Python {stored['python']}, {stored['wall_s'] / 60:.0f} minutes with "
         f"{stored['workers']} process. The same numbers: `calibration.json` beside this page.\n\n"

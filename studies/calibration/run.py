@@ -109,7 +109,20 @@ class _Study:
 
 
 def design_of(campaign: Campaign, joint: int) -> Design:
-    """Return runs like the campaign's, shorter, of a joint with normal priors around its first guesses."""
+    """Design data sets like a joint's runs, with normal priors around its first guesses.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with runs of the joint.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    Design
+        Amplitude and frequency of the first three runs for fitting; amplitude scatter in the readings.
+    """
     equations = with_priors(equations_for(campaign, device_of(campaign), (joint,)))
     runs = campaign.runs_of((joint,), "fit")[:3]
     torques = tuple((float(np.ptp(run.u)) / 2, _omega(run.t, run.u[:, 0])) for run in runs)
@@ -123,7 +136,18 @@ def _omega(t: Array, u: Array) -> float:
 
 
 def with_priors(equations: Equations) -> Equations:
-    """Put normal priors of relative width ``PRIOR`` around the first guesses; about 0 they are 1e-4 wide."""
+    """Put normal priors of relative width ``PRIOR`` around the first guesses; about 0 they are 1e-4 wide.
+
+    Parameters
+    ----------
+    equations
+        Equations of a joint.
+
+    Returns
+    -------
+    Equations
+        With a prior on every free parameter.
+    """
     changes: dict[str, dict[str, Any]] = {}
     for q in equations.parameters:
         if not q.fixed:
@@ -133,7 +157,18 @@ def with_priors(equations: Equations) -> Equations:
 
 
 def names_of(design: Design) -> tuple[str, ...]:
-    """Coordinates that are ranked."""
+    """Return the coordinates that are ranked.
+
+    Parameters
+    ----------
+    design
+        Design of the data sets.
+
+    Returns
+    -------
+    tuple of str
+        Ids of the free parameters, then of the noise model's.
+    """
     hyper = design.model.hyper(noise_width=THRESHOLDS.stated_noise_log_std, travel=0.5)
     return (*(q.id for q in design.equations.parameters if not q.fixed), *(h.id for h in hyper))
 

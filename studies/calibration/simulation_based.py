@@ -89,7 +89,24 @@ class Outcome:
 
 
 def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np.random.Generator) -> tuple[Run, ...]:
-    """Draw runs from the model at η (n,)."""
+    """Draw runs from the model, with scatter of the cycles and noise.
+
+    Parameters
+    ----------
+    design
+        Design of the data sets.
+    eta
+        True coordinates η, shape (n,).
+    coordinates
+        Coordinates with the priors of the design.
+    rng
+        Random generator, which moves on.
+
+    Returns
+    -------
+    tuple of Run
+        A run for each torque of the design; positions are NaN where the simulation diverged.
+    """
     equations = design.equations
     theta = coordinates.thetas(eta)
     hyper = dict(zip(coordinates.names, coordinates.values(eta), strict=True))
@@ -122,7 +139,22 @@ def synthetic_runs(design: Design, eta: Array, coordinates: Coordinates, rng: np
 
 
 def rank_one_set(design: Design, number: int, seed: int) -> Outcome:
-    """Draw the data set ``number``, sample its posterior, rank its truth."""
+    """Draw a data set, sample its posterior and rank its truth.
+
+    Parameters
+    ----------
+    design
+        Design of the data sets.
+    number
+        Number of the data set.
+    seed
+        Seed; with ``number`` it fixes all random draws.
+
+    Returns
+    -------
+    Outcome
+        Without ranks where the true motion does not stay finite.
+    """
     rng = np.random.default_rng([seed, number])
     hyper = design.model.hyper(noise_width=NOISE.stated_noise_log_std, travel=0.5)
     coordinates = Coordinates.of(design.equations, hyper=hyper)
@@ -155,12 +187,38 @@ def _mode(design: Design, runs: tuple[Run, ...], seed: int, step: float) -> Lapl
 
 
 def chi_square_bins(ranks: Sequence[int], bins: int = 20) -> Array:
-    """Count the ranks 0..RANKS in equal bins, shape (bins,)."""
+    """Count the ranks 0..RANKS in equal bins.
+
+    Parameters
+    ----------
+    ranks
+        Ranks of one coordinate.
+    bins
+        Number of bins.
+
+    Returns
+    -------
+    ndarray, shape (bins,)
+        Number of ranks in each bin.
+    """
     counts, _ = np.histogram(ranks, bins=bins, range=(-0.5, RANKS + 0.5))
     return counts.astype(np.float64)
 
 
 def coverage(ranks: Sequence[int], level: float) -> float:
-    """Share of data sets whose truth lies in the equal-tailed interval of this level."""
+    """Return the share of data sets whose truth lies in the equal-tailed interval of a level.
+
+    Parameters
+    ----------
+    ranks
+        Ranks of one coordinate.
+    level
+        Probability of the interval [1].
+
+    Returns
+    -------
+    float
+        Share [1].
+    """
     place = (np.asarray(ranks) + 0.5) / (RANKS + 1)
     return float(np.mean(np.abs(place - 0.5) <= level / 2))

@@ -38,9 +38,22 @@ def read_label(out: Path, case: str) -> dict[str, Any]:
 
 
 def cosine_of(request: Mapping[str, Any]) -> Cosine:
-    """Return the run that was asked for: ``amplitude``, ``offset`` [N m], ``frequency`` [rad/s], ``duration`` [s].
+    """Return the run that was asked for.
 
-    ``end_frequency`` [rad/s] or None where it is not swept.
+    Parameters
+    ----------
+    request
+        ``amplitude``, ``offset`` [N m], ``frequency`` [rad/s], ``duration`` [s]; perhaps ``end_frequency`` [rad/s],
+        None where the frequency is not swept, and ``spacing`` of the rows [s].
+
+    Returns
+    -------
+    Cosine
+
+    Raises
+    ------
+    InputError
+        Where a frequency is not above 0, or the duration is not between 0 and `LONGEST`.
     """
     end = request.get("end_frequency")
     slowest = request["frequency"] if end is None else min(request["frequency"], end)

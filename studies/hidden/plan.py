@@ -46,9 +46,33 @@ def plan(
     inputs: str,
     effects: Sequence[str] = (),
 ) -> list[Case]:
-    """Draw ``count`` cases; every kind goes through its effects and sizes in random order before one comes again.
+    """Draw cases; every kind goes through its effects and sizes in random order before one comes again.
 
-    Where ``effects`` names some, no others are hidden (`RANDOM` always may be).
+    Parameters
+    ----------
+    count
+        Number of cases.
+    rng
+        Random generator, which moves on.
+    kinds
+        Names of `KINDS`, each with its share.
+    sizes
+        Names of `SIZES`.
+    inputs
+        Torques of the runs: ``rich``, ``table3`` or ``mixed``.
+    effects
+        Where not empty, no others are hidden (`RANDOM` always may be).
+
+    Returns
+    -------
+    list of Case
+        In random order.
+
+    Raises
+    ------
+    InputError
+        Where a kind, a size or an effect is unknown, no kind or size is given, or a kind can hide none of the
+        effects.
     """
     for name, known, chosen in (("kinds", KINDS, kinds), ("sizes", SIZES, sizes)):
         if not set(chosen) <= set(known) or not chosen:

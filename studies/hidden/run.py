@@ -39,7 +39,22 @@ TOLD = ("inertia", "Ks", "sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
 
 
 def draw_joint(case: Case, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, dict[str, float]]]:
-    """Draw the joint, and what its campaign tells of it (nothing for a joint of the built-in device)."""
+    """Draw the joint of a case, and what its campaign tells of it.
+
+    Parameters
+    ----------
+    case
+        Case.
+    rng
+        Random generator, which moves on.
+
+    Returns
+    -------
+    parameters : dict
+        Parameters of the joint by name, SI units.
+    known : dict
+        Entries of ``[joint.<j>.parameters]`` by name; empty for a joint of the built-in device.
+    """
     design, home = Arm(read_truth()), np.zeros(JOINTS)
     drawn = Arm(vary(read_truth(), WIDTH, rng)).locked_joint(case.joint, home)
     if case.device != "single_joint":
@@ -111,6 +126,25 @@ def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
 
     A joint that runs away under its disturbances, or whose own parameters take them up, is drawn again; in the end it
     is one without gravity, which hides least.
+
+    Parameters
+    ----------
+    folder
+        Folder of the campaign; its name is that of the case.
+    case
+        What is hidden, and where.
+    seed
+        Numbers that fix all random draws; the third one chooses the last joint.
+
+    Returns
+    -------
+    dict
+        Label of the case.
+
+    Raises
+    ------
+    NumericalError
+        Where this happens to the last joint, too.
     """
     for attempt in range(1, DRAWS):
         try:

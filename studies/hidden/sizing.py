@@ -53,18 +53,55 @@ class Reach:
     slopes: Array
 
     def effect(self, values: Mapping[str, float]) -> Array:
-        """Change of the positions by the disturbance ``values``, shape (n,)."""
+        """Return how a disturbance changes the positions.
+
+        Parameters
+        ----------
+        values
+            Parameters of the disturbance by name, SI units.
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Disturbed minus undisturbed positions [rad].
+
+        Raises
+        ------
+        NumericalError
+            Where the disturbed joint runs away.
+        """
         return np.asarray(positions({**self.parameters, **values}, self.runs) - self.motion)
 
     def share(self, change: Array) -> float:
-        """RMS of a change over the RMS of the motion about its mean."""
+        """Return a change relative to the motion.
+
+        Parameters
+        ----------
+        change
+            Change of the positions [rad], shape (n,).
+
+        Returns
+        -------
+        float
+            RMS of the change over the RMS of the motion about its mean [1].
+        """
         return float(_rms(change) / np.std(self.motion))
 
     def left(self, change: Array) -> float:
-        """RMS of what a refit leaves of a change [rad]: Gauss-Newton steps, the slopes taken anew where they mislead.
+        """Return what a refit leaves of a change, by Gauss-Newton steps with the slopes taken anew where they mislead.
 
         To first order alone a refit that has to go far (weight and stiffness that take up a bent spring) seems to leave
         more than it does. Where no step leads on, it is what the slopes promise.
+
+        Parameters
+        ----------
+        change
+            Change of the positions [rad], shape (n,).
+
+        Returns
+        -------
+        float
+            RMS [rad].
         """
         moved, slopes, fresh, rest = np.zeros(self.slopes.shape[1]), self.slopes, True, _rms(change)
         left = change
@@ -129,14 +166,53 @@ def _refit_step(slopes: Array, left: Array) -> tuple[Array, float]:
 
 
 def positions(parameters: Mapping[str, float], runs: Sequence[Cosine], shift: float = 0.0) -> Array:
-    """Noise-free readings of all runs from rest (moved by ``shift``), one after another, every fourth row."""
+    """Simulate all runs without noise.
+
+    Parameters
+    ----------
+    parameters
+        Parameters of the joint, disturbed or not, by name, SI units.
+    runs
+        Runs.
+    shift
+        Start relative to the rest position [rad].
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Every fourth noise-free encoder reading [rad], one run after another.
+
+    Raises
+    ------
+    NumericalError
+        Where the joint has no stable rest, or runs away.
+    """
     start = rest_position(parameters) + shift
     made = [integrate(parameters, run.times(), run.torque(), start=(start, 0.0), max_step=COARSE)[2] for run in runs]
     return np.concatenate([readings[::4] for readings in made])
 
 
 def reach(parameters: Mapping[str, float], runs: Sequence[Cosine], fixed: Sequence[str] = ("Kp",)) -> Reach:
-    """Differentiate the motion with respect to the parameters that a fit may change, and to the start of each run."""
+    """Differentiate the motion with respect to the parameters that a fit may change, and to the start of each run.
+
+    Parameters
+    ----------
+    parameters
+        Parameters of the undisturbed joint by name, SI units.
+    runs
+        Tests on which disturbances are judged.
+    fixed
+        Names of the parameters that a fit may not change.
+
+    Returns
+    -------
+    Reach
+
+    Raises
+    ------
+    NumericalError
+        Where the joint has no stable rest, or runs away.
+    """
     motion, columns = positions(parameters, runs), []
     free = tuple(name for name in BASE if name not in fixed)
     for name in free:
@@ -152,17 +228,64 @@ def reach(parameters: Mapping[str, float], runs: Sequence[Cosine], fixed: Sequen
 
 
 def threshold_size(base: Reach, effect: Callable[[float], Values], target: float) -> float:
-    """Size at which a refit leaves ``target`` [rad] of the disturbance."""
+    """Return the size at which a refit leaves a stated rest of the disturbance.
+
+    Parameters
+    ----------
+    base
+        Undisturbed joint.
+    effect
+        Parameters of the disturbance as a function of its size.
+    target
+        RMS that a refit should leave [rad].
+
+    Returns
+    -------
+    float
+        Size [1] between `SMALLEST` and `LARGEST`.
+    """
     return _solve(lambda k: base.left(base.effect(effect(k))), target)
 
 
 def share_size(base: Reach, effect: Callable[[float], Values], share: float) -> float:
-    """Size at which the disturbance is ``share`` of the motion."""
+    """Return the size at which the disturbance is a stated share of the motion.
+
+    Parameters
+    ----------
+    base
+        Undisturbed joint.
+    effect
+        Parameters of the disturbance as a function of its size.
+    share
+        RMS of the disturbance over that of the motion [1].
+
+    Returns
+    -------
+    float
+        Size [1] between `SMALLEST` and `LARGEST`.
+    """
     return _solve(lambda k: base.share(base.effect(effect(k))), share)
 
 
 def marked_size(base: Reach, effect: Callable[[float], Values], share: float, floor: float) -> float:
-    """Size at which the disturbance is ``share`` of the motion, or larger where a refit would leave less than floor."""
+    """Return the size at which the disturbance is a share of the motion, larger where a refit would leave too little.
+
+    Parameters
+    ----------
+    base
+        Undisturbed joint.
+    effect
+        Parameters of the disturbance as a function of its size.
+    share
+        RMS of the disturbance over that of the motion [1].
+    floor
+        Least RMS that a refit should leave [rad].
+
+    Returns
+    -------
+    float
+        Size [1] between `SMALLEST` and `LARGEST`.
+    """
     size = share_size(base, effect, share)
     if base.left(base.effect(effect(size))) < floor:
         size = max(size, threshold_size(base, effect, floor))
@@ -191,5 +314,20 @@ def _finite(measure: Callable[[float], float], size: float) -> float:
 
 
 def formula(name: str, scales: Scales, shape: Shape) -> Callable[[float], Values]:
-    """Return the parameters of a disturbance as a function of its size."""
+    """Return the parameters of a disturbance as a function of its size.
+
+    Parameters
+    ----------
+    name
+        Name of the disturbance.
+    scales
+        Orders of magnitude of the joint in its tests.
+    shape
+        Features that the size leaves open.
+
+    Returns
+    -------
+    callable
+        Takes the size [1], returns parameters by name, SI units.
+    """
     return lambda size: FORMULAS[name](scales, size, shape)
