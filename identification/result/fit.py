@@ -205,5 +205,16 @@ class Fit:
         raise KeyError(id)
 
     def but(self, **changes: Any) -> Fit:
-        """Return a copy with the fields that ``changes`` names replaced."""
+        """Return a copy with the fields that ``changes`` names replaced.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Fit
+            The copy, its arrays read-only.
+        """
         return replace(self, **changes)

@@ -140,5 +140,16 @@ class Density:
         return replace(self, terms=tuple(made))
 
     def but(self, **changes: Any) -> Density:
-        """Return a copy with ``changes``."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Density
+            The copy.
+        """
         return replace(self, **changes)
