@@ -132,6 +132,23 @@ def column_sizes(jacobian: Array) -> Array:
     return np.maximum(np.linalg.norm(jacobian, axis=0), 1e-300)
 
 
+def correlation_of(covariance: Array) -> tuple[Array, Array]:
+    """Return the correlation matrix of a covariance, and its standard deviations.
+
+    Parameters
+    ----------
+    covariance
+        Positive semidefinite, shape (n, n).
+
+    Returns
+    -------
+    correlation, std : ndarray, shape (n, n) and (n,)
+        A variance of 0 has the tiny standard deviation 1e-150, so that nothing is divided by 0.
+    """
+    std = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return np.asarray(covariance / np.outer(std, std)), np.asarray(std)
+
+
 def scaled_covariance(jacobian: Array) -> tuple[Array, Array]:
     """Return the covariance of least squares in columns of unit norm, and the columns' norms.
 

@@ -17,9 +17,12 @@ from haptid.fmu_build.accuracy.stored_draws import Known
 from haptid.fmu_build.accuracy.verification import joint_in_tests, tell_verdict
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.resume import code_digest, data_digest
-from haptid.identification.statistics.parameter_draws import draw_parameters
+from haptid.identification.statistics.parameter_draws import draw_free
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array
+from haptid.model.equations.equations import Equations
+from haptid.support.linear_algebra import correlation_of
 
 OF_REFIT = "covariance of the refit with the named effects, in the coordinates in which it moved"
 Entries = Sequence[Mapping[str, Any]]
@@ -108,15 +111,9 @@ def of_refit(fit: Fit, effects: Entries, gaps: Mapping[str, Any], origin: Origin
             for score in fit.runs
         ],
     }
-    rng = np.random.default_rng([seed, 31])
-    drawn = draw_parameters(fit.equations, fit.theta, fit.free, fit.covariance, count=COUNT, rng=rng)
-    values = drawn[:, [fit.index(id) for id in fit.free]]
-    std = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
+    draws = _draw(fit.equations, fit.theta, fit.free, fit.covariance, seed)
     return _accuracy(
-        Known(
-            draws=Draws(columns=fit.free, values=values, source=OF_REFIT, seed=seed),
-            correlation=(fit.free, fit.covariance / np.outer(std, std)),
-        ),
+        Known(draws=draws, correlation=(fit.free, correlation_of(fit.covariance)[0])),
         [joint_in_tests([test], joint) for joint in joints],
         [{"joint": list(joints) if len(joints) > 1 else joints[0], **entry, "gap": gaps} for entry in effects],
         origin,
@@ -165,11 +162,14 @@ def of_torque_fit(
         why = "the values were refitted through the recorded controller, which gives no covariance"
         return _accuracy(Known(draws=None, why=why), told, named, origin)
     ids, equations = fit.problem.parametrisation.ids, fit.problem.simulator.equations
-    rng = np.random.default_rng([seed, 31])
-    drawn = draw_parameters(equations, fit.theta, ids, fit.covariance, count=COUNT, rng=rng)
-    places = [[q.id for q in equations.parameters].index(id) for id in ids]
-    draws = Draws(columns=ids, values=drawn[:, places], source=OF_REFIT, seed=seed)
+    draws = _draw(equations, fit.theta, ids, fit.covariance, seed)
     return _accuracy(Known(draws=draws), told, named, origin)
+
+
+def _draw(equations: Equations, theta: Array, free: tuple[str, ...], covariance: Array, seed: int) -> Draws:
+    rng = np.random.default_rng([seed, 31])
+    values = draw_free(equations, theta, free, covariance, count=COUNT, rng=rng)
+    return Draws(columns=free, values=values, source=OF_REFIT, seed=seed)
 
 
 def _accuracy(

@@ -35,7 +35,7 @@ from haptid.fmu_build.description.provenance import Provenance
 from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
-from haptid.model.effects.effect import Effect
+from haptid.model.effects.effect import Effect, id_of
 from haptid.support.processes.threads import on_one_thread
 
 
@@ -147,7 +147,7 @@ class TorqueFinding:
         """Sentence on what could as well stand in the place of a named effect; empty where there is nothing."""
         places: dict[str, list[str]] = {}
         for rival in self.search.rivals:
-            places.setdefault(rival.replaces.partition(":")[0], []).append(rival.key.partition(":")[0])
+            places.setdefault(id_of(rival.replaces), []).append(id_of(rival.key))
         told = [
             f"{' or '.join(dict.fromkeys(others))} could as well stand for {name}" for name, others in places.items()
         ]
@@ -422,7 +422,7 @@ def _alternatives_json(found: TorqueSearch) -> list[dict[str, Any]]:
         ]
     others = [c for step in found.steps for c in step.candidates if c is not step.taken]
     listed = others[: THRESHOLDS.verdict.most_alternatives_listed]
-    return [{"ids": [c.key.partition(":")[0]], "evidence": c.evidence, "bic": c.bic} for c in listed]
+    return [{"ids": [id_of(c.key)], "evidence": c.evidence, "bic": c.bic} for c in listed]
 
 
 def _effect_json(finding: TorqueFinding, effect: Effect) -> dict[str, Any]:

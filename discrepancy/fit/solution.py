@@ -22,7 +22,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.optimise.levenberg_marquardt import minimise
 from haptid.identification.problem.residuals import Blocks, Problem
 from haptid.measurement.values.run import Array, Run
-from haptid.model.effects.effect import Effect
+from haptid.model.effects.effect import Effect, id_of
 from haptid.model.equations.equations import Equations
 from haptid.noise.correlation import Noise, Scatter, Whitener
 from haptid.support.processes.threads import map_threads
@@ -114,7 +114,7 @@ class Solution:
     @property
     def ids(self) -> tuple[str, ...]:
         """Ids of the effects, including the random ones, each once; variants of an effect share its id."""
-        return tuple(dict.fromkeys(key.partition(":")[0] for key in self.keys))
+        return tuple(dict.fromkeys(id_of(key) for key in self.keys))
 
 
 def random_key(run: Run, scatter: Scatter) -> str:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from haptid.discrepancy.torque.fit import TorqueFit, fit_model
 from haptid.discrepancy.torque.study import TorqueStudy
 from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_candidates
+from haptid.model.effects.effect import id_of
 from haptid.support.errors import NumericalError
 
 
@@ -66,7 +67,7 @@ def find_rivals(
         if taken.key not in named:
             continue
         for other in candidates:
-            if other.acceptable and other.key.partition(":")[0] not in ids:
+            if other.acceptable and id_of(other.key) not in ids:
                 rival = _exchange(study, final, taken, other)
                 if rival is not None:
                     found.append(rival)

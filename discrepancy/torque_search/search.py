@@ -25,7 +25,7 @@ from haptid.discrepancy.torque_search.candidate import TorqueCandidate, compare_
 from haptid.discrepancy.torque_search.ripple import with_ripple
 from haptid.discrepancy.torque_search.rivals import Rival, find_rivals
 from haptid.discrepancy.torque_search.scan import Promise, promises
-from haptid.model.effects.effect import Effect
+from haptid.model.effects.effect import Effect, id_of
 from haptid.support.errors import NumericalError
 from haptid.support.processes.threads import map_threads
 
@@ -180,8 +180,8 @@ def _simplest_form(winner: TorqueCandidate, ranked: Sequence[TorqueCandidate]) -
     Gains over the model before are counted in correlation lengths of each form's own residual, so that they do not
     compare two forms; a family of harmonics has to gain over the single wave itself.
     """
-    id, size = winner.key.partition(":")[0], winner.model.problem.n_parameters
-    smaller = [c for c in ranked if c.key.partition(":")[0] == id and c.model.problem.n_parameters < size]
+    id, size = id_of(winner.key), winner.model.problem.n_parameters
+    smaller = [c for c in ranked if id_of(c.key) == id and c.model.problem.n_parameters < size]
     for form in sorted(smaller, key=lambda c: c.model.problem.n_parameters):
         if form.acceptable and not compare_candidates(winner.key, form.model, winner.model).acceptable:
             return form

@@ -15,6 +15,7 @@ import numpy as np
 from haptid.fmu_build.accuracy.draws import COUNT, Array, Draws, read_draws
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file, read_json
+from haptid.support.linear_algebra import correlation_of
 
 POSTERIOR, DRAWS_OF_POSTERIOR = "posterior.json", "parameters_posterior.csv"
 """Files that the posterior leaves beside identification.json."""
@@ -97,9 +98,7 @@ def of_joint(data: Mapping[str, Any], joint: int, folder: Path | None) -> Known:
     covariance = np.array(test.get("covariance") or [])
     if known.draws is None or covariance.ndim != 2:
         return known
-    std = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    correlation = covariance / np.outer(std, std)
-    return Known(draws=known.draws, correlation=(tuple(test["free"]), correlation))
+    return Known(draws=known.draws, correlation=(tuple(test["free"]), correlation_of(covariance)[0]))
 
 
 def of_device(data: Mapping[str, Any], name: str, folder: Path | None) -> Known:

@@ -15,7 +15,7 @@ from haptid.fmu_build.accuracy.draws import COUNT, digest_of, draws_text
 from haptid.fmu_build.accuracy.stored_draws import file_of
 from haptid.identification.sequence.step import Step
 from haptid.identification.sequence.whole_device import Whole
-from haptid.identification.statistics.parameter_draws import draw_parameters
+from haptid.identification.statistics.parameter_draws import draw_free
 from haptid.measurement.values.run import Array
 from haptid.support.files.files import write_text
 
@@ -61,8 +61,8 @@ def write_draws(
             continue
         fit = step.fit
         rng = np.random.default_rng([seed, 29, joints[0]])
-        drawn = draw_parameters(fit.equations, fit.theta, fit.free, fit.covariance, count=COUNT, rng=rng)
-        told[model] = _write(folder, model, fit.free, drawn[:, [fit.index(id) for id in fit.free]], OF_FIT, seed)
+        drawn = draw_free(fit.equations, fit.theta, fit.free, fit.covariance, count=COUNT, rng=rng)
+        told[model] = _write(folder, model, fit.free, drawn, OF_FIT, seed)
     if whole is not None:
         ids = [id for id in whole.values if len({draw[id] for draw in whole.draws}) > 1]
         drawn = np.array([[draw[id] for id in ids] for draw in whole.draws])

@@ -22,7 +22,7 @@ from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.planning.inertial_belief import LinkBelief, Measurement
 from haptid.model.rigid_body.inertial_parameters import standard_ids, to_standard
-from haptid.support.linear_algebra import symmetric_inverse
+from haptid.support.linear_algebra import correlation_of, symmetric_inverse
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,8 +106,7 @@ def _condition_on(step: Step, one: Measurement, pi: Array, rng: np.random.Genera
     known = [fit.free.index(c.id) for c in one.coefficients]
     rest = [k for k in range(len(fit.free)) if k not in known]
     # Correlations instead of covariances: the cut of the pseudo-inverse must not depend on the parameters' units.
-    std = np.sqrt(np.maximum(np.diag(fit.covariance), 1e-300))
-    C = fit.covariance / np.outer(std, std)
+    C, std = correlation_of(fit.covariance)
     shift, left = np.zeros(len(rest)), C[np.ix_(rest, rest)]
     if known:
         change = (one.rows @ pi - [fit.values[c.id] for c in one.coefficients]) / std[known]

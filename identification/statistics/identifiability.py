@@ -16,7 +16,7 @@ from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Combination
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
-from haptid.support.linear_algebra import inverse, profile_out
+from haptid.support.linear_algebra import correlation_of, inverse, profile_out
 
 
 def felt_sizes(parametrisation: Parametrisation, runs: Sequence[Run]) -> Array:
@@ -190,6 +190,5 @@ def _members(parametrisation: Parametrisation, H: Array, status: dict[str, str])
     open_ones = [k for k, id in enumerate(parametrisation.ids) if status[id] in ("unidentifiable", "prior")]
     # H is singular where the data do not see a direction at all: the ridge keeps its correlations finite.
     covariance = inverse(H + 1e-9 * np.eye(len(H)))
-    scale = np.sqrt(np.diag(covariance))
-    correlation = np.abs(covariance / np.outer(scale, scale))
+    correlation = np.abs(correlation_of(covariance)[0])
     return [k for k in range(len(H)) if k in open_ones or any(correlation[k, o] > 0.95 for o in open_ones)]

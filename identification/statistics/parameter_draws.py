@@ -15,6 +15,7 @@ from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
+from haptid.support.linear_algebra import correlation_of
 
 
 def draw_parameters(
@@ -72,12 +73,32 @@ def draw_parameters(
     return np.array(kept[:count])
 
 
+def draw_free(
+    equations: Equations, theta: Array, free: Sequence[str], covariance: Array, *, count: int, rng: np.random.Generator
+) -> Array:
+    """Draw as `draw_parameters`, and return the fitted parameters alone.
+
+    Parameters
+    ----------
+    equations, theta, free, covariance, count, rng
+        As for `draw_parameters`.
+
+    Returns
+    -------
+    ndarray, shape (count, n_free)
+        One column for each of ``free``, in its order.
+    """
+    place = {q.id: k for k, q in enumerate(equations.parameters)}
+    drawn = draw_parameters(equations, theta, free, covariance, count=count, rng=rng)
+    return np.asarray(drawn[:, [place[id] for id in free]])
+
+
 def _root(covariance: Array, slope: Array) -> Array:
     """Return a root of the covariance of the coordinates, shape (n_free, n_free), from that of the parameters."""
     in_coordinates = covariance / np.outer(slope, slope)
     # Correlations instead of covariances: rounding must not depend on the parameters' units.
-    std = np.sqrt(np.maximum(np.diag(in_coordinates), 1e-300))
-    values, vectors = np.linalg.eigh(in_coordinates / np.outer(std, std))
+    correlation, std = correlation_of(in_coordinates)
+    values, vectors = np.linalg.eigh(correlation)
     return np.asarray(std[:, None] * vectors * np.sqrt(np.maximum(values, 0.0)))
 
 

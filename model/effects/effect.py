@@ -396,6 +396,21 @@ def match_parameters(one: Effect, other: Effect) -> dict[str, str] | None:
     return ids if here == _expressions(other) else None
 
 
+def id_of(key: str) -> str:
+    """Return the id of an effect by its `Effect.key`.
+
+    Parameters
+    ----------
+    key
+        ``id``, or ``id:variant``.
+
+    Returns
+    -------
+    str
+    """
+    return key.partition(":")[0]
+
+
 def _expressions(effect: Effect) -> list[sp.Expr | None]:
     """All formulas of an effect."""
     found = [getattr(effect, name) for name in FORMULAS]
