@@ -79,7 +79,8 @@ def _exchange(study: TorqueStudy, final: TorqueFit, taken: TorqueCandidate, othe
     kept = tuple(effect for effect in final.effects if effect.key != taken.key)
     new = next(effect for effect in other.model.effects if effect.key == other.key)
     exchanged = other.model
-    if kept:
+    # The candidate's own model may still hold effects of earlier rounds that elimination left out, or lack later ones.
+    if {effect.key for effect in exchanged.effects} != {new.key, *(effect.key for effect in kept)}:
         start = final.values | {q.id: other.model.values[q.id] for q in new.parameters}
         try:
             exchanged = fit_model(study, (*kept, new), start)

@@ -1,8 +1,14 @@
 """A name is certain only where the runs tell it from what could stand in its place."""
 
+from dataclasses import replace
+
 import pytest
 
+from haptid.discrepancy.torque.fit import fit_model
+from haptid.discrepancy.torque_search.candidate import compare_candidates
+from haptid.discrepancy.torque_search.rivals import find_rivals
 from haptid.discrepancy.torque_search.search import TorqueSearch, search_torque
+from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from tests.discrepancy.torque.test_torque import sweep
 
@@ -23,6 +29,25 @@ def test_a_wave_that_the_noise_does_not_hide_has_no_rival(waves: float, size: fl
     found = search(waves, size)
     assert [effect.id for effect in found.final.effects] == ["cogging"]
     assert found.rivals == ()
+
+
+def test_a_rival_does_not_keep_what_elimination_left_out():
+    study = sweep(0.001, 2.5)
+    base = fit_model(study, starts=1, seed=0)
+    scales = study.scales(base.values)
+    cogging, cubic, asymmetric = (catalogue()[key].at(scales) for key in KEYS)
+    early = fit_model(study, (cubic,), base.values | starts_of(cubic))
+    taken, other = (
+        compare_candidates(new.key, early, fit_model(study, (cubic, new), early.values | starts_of(new)))
+        for new in (cogging, asymmetric)
+    )
+    final = fit_model(study, (cogging,), taken.model.values)
+    rivals = find_rivals(study, final, [(taken, [replace(other, bic=1.0, evidence=100.0, errors_gained=100.0)])])
+    assert [[effect.key for effect in rival.model.effects] for rival in rivals] == [["asymmetric_spring"]]
+
+
+def starts_of(effect: Effect) -> dict[str, float]:
+    return {q.id: q.initial for q in effect.parameters}
 
 
 def search(waves: float, size: float) -> TorqueSearch:
