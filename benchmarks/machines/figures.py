@@ -60,11 +60,17 @@ class Results:
 
     @property
     def names(self) -> list[str] | None:
-        """Ids of the named effects; None without a result. What only stands in for an unlisted effect is no name."""
+        """Ids of the named effects; None without a result. What only stands in for an unlisted effect is no name.
+
+        Where the runs cannot tell some effects apart, those that stand in every alternative are named.
+        """
         result = self.missing.result
         if result is None:
             return None
-        return [e["id"] for e in result["effects"]] if result["verdict"] in ("named", "partly_named") else []
+        ids = [e["id"] for e in result["effects"]]
+        if result["verdict"] == "ambiguous":
+            return [id for id in ids if all(id in other["ids"] for other in result["alternatives"])]
+        return ids if result["verdict"] in ("named", "partly_named") else []
 
     def torque_left(self, use: str) -> float | None:
         """Return the RMS torque that the model with the named effects leaves [N m]; None where position was scored."""

@@ -94,7 +94,7 @@ def _section(one: Mapping[str, Any]) -> list[str]:
     if missing is not None:
         lines += ["", f"What is missing: `{missing['verdict']}`. {missing['sentence']}"]
         # Under any other verdict an effect only stands in for what is missing.
-        if missing["verdict"] in ("named", "partly_named"):
+        if missing["verdict"] in ("named", "partly_named", "ambiguous"):
             lines += _effects(missing["effects"])
     return lines
 
