@@ -15,14 +15,15 @@ from haptid.discrepancy.finding.full_model import whole_finding
 from haptid.discrepancy.finding.stages import run_stages
 from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
 from haptid.discrepancy.study.coupled_study import coupled_study_of
-from haptid.discrepancy.study.study import Study, study_of
+from haptid.discrepancy.study.study import Study, study_of, with_positions
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit
+from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit, read_zeros
 from haptid.discrepancy.torque.study import torque_study_of
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
 from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
 from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.sequence.carried_fit import FILE
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.devices import device_of
@@ -178,6 +179,10 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> Findings:
     carried = read_carried_fit(read, study.fitted[0].free_joints, study.base, out)
     study = replace(study, effort=choices["effort"], carried=carried)
+    zeros = read_zeros(read, study.fitted[0].free_joints, out)
+    if zeros:
+        study = with_positions(study, zeros)
+        click.echo(f"{study.title.lower()}: the encoder zeros of {out / FILE} are taken out of the readings", err=True)
     bar: Any = progress(total=None, title=study.title.lower(), quiet=choices["quiet"])
     if choices["stage"] != "all":
         with bar:

@@ -26,6 +26,13 @@ class Thresholds:
     most_starts_of_trial: int = 2
     """Largest number of starts of the fit through an observer that decides whether the torque is fitted [1]."""
 
+    # Encoder zeros: what each run's zero has to explain before readings are no longer taken for positions.
+    encoder_zero_std_over_travel: float = 0.05
+    """Standard deviation of the prior of a run's encoder zero over the travel of the joint [1]."""
+    largest_residual_with_zeros_over_without: float = 2.0 / 3.0
+    """Largest RMS residual with encoder zeros over the one without [1] at which they are taken. Whatever else is
+    missing differs a little from run to run too, and must not be taken for a zero."""
+
     largest_stiction_over_coulomb: float = 3.0
     """Largest Fs over the first guess of Fc [1] in a fit of the torque, where the user states none."""
     stiction_prior_mean_over_coulomb: float = 1.2

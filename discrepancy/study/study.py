@@ -7,7 +7,7 @@ simulators. Every stage of the search takes a study.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.study.simulators import Factory, TwoStep
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.identification.fit.zeros_fit import correct_readings
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
-from haptid.measurement.values.run import Run
+from haptid.measurement.values.run import Array, Run
 from haptid.model.effects.effect import Effect
 from haptid.model.effects.registry import catalogue
 from haptid.model.effects.scales import Scales
@@ -228,6 +229,26 @@ def study_of(campaign: Campaign, joint: int, entries: Mapping[str, Effect], *, t
         joint=joint, fitted=fitted, unseen=unseen, sealed=sealed, base=base, entries=entries, prismatic=slides,
         noise_given=campaign.noise_given, threads=threads,
     )  # fmt: skip
+
+
+def with_positions(study: Study, zeros: Mapping[str, Array]) -> Study:
+    """Take encoder zeros that differ from run to run out of the readings of a study.
+
+    Parameters
+    ----------
+    study
+        Study of one joint or several.
+    zeros
+        Reading at position 0 of every joint, shape (n_joints,), [rad] or [m], by the file of the run.
+
+    Returns
+    -------
+    Study
+        The same study whose runs hold positions. The fit that it would begin at is left out: its initial states are
+        readings.
+    """
+    fitted, unseen, sealed = (correct_readings(runs, zeros) for runs in (study.fitted, study.unseen, study.sealed))
+    return replace(study, fitted=fitted, unseen=unseen, sealed=sealed, carried=None)
 
 
 def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]:

@@ -18,13 +18,14 @@ from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.optimise.workers import Here
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.carried_fit import carried_fit, earlier_residual
+from haptid.identification.sequence.carried_fit import carried_fit, earlier_residual, earlier_zeros
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 
 
@@ -98,6 +99,28 @@ def read_carried_fit(
     return (
         None if tested is None else carried_fit(campaign, device_of(campaign), tested, base, out, springless=springless)
     )
+
+
+def read_zeros(campaign: Campaign, free: Sequence[int], out: Path) -> dict[str, Array]:
+    """Return the encoder zeros that an identification found below ``out`` in the same runs.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the runs.
+    free
+        Numbers of the free joints.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    dict
+        Reading at position 0 of every joint, shape (n_joints,), [rad] or [m], by the file of the run; empty where there
+        is none.
+    """
+    tested = only_configuration(campaign, free)
+    return {} if tested is None else earlier_zeros(campaign, device_of(campaign), tested, out)
 
 
 def only_configuration(campaign: Campaign, free: Sequence[int]) -> Configuration | None:

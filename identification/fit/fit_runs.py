@@ -6,6 +6,7 @@
 2. Fit by simulation, freely or through an observer. Under position control few starts do at first.
 3. Keep that fit where its residual is at the noise: a position is the stricter test. Above the noise its standard
    deviations are widened by the jackknife, and of a model that explains nothing no parameter is identified.
+   Where encoder zeros of each run leave clearly less, they are fitted too (`identification.fit.zeros_fit`).
 4. Under position control of a single joint, fit the torque as well (`identification.fit.torque_fit`), and keep the fit
    with the better figures (`Figures.badness`) on the fitted runs.
 5. Hold the fit against the plain model. Where that predicts the runs that no fit saw better, it is the result.
@@ -28,6 +29,7 @@ from haptid.identification.fit.own_bounds import fit_within_own_bounds
 from haptid.identification.fit.plain_fit import plain_fit
 from haptid.identification.fit.strategy import choose_for, fit_simulated, quiet
 from haptid.identification.fit.torque_fit import fit_torque, restrain_stribeck
+from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros
 from haptid.identification.optimise.workers import Workers
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
@@ -111,6 +113,21 @@ class JointTest:
         theta = np.array([values[q.id] for q in self.equations.parameters])
         return compare_driven(self.equations, theta, self.runs, self.device, self.posture)
 
+    def with_positions(self, found: Fit) -> JointTest:
+        """Return the same test with positions for readings, where the fit found encoder zeros.
+
+        Parameters
+        ----------
+        found
+            Fit of the runs.
+
+        Returns
+        -------
+        JointTest
+            Both models of `compare` are then held against positions.
+        """
+        return replace(self, runs=correct_readings(self.runs, encoder_zeros(found)))
+
 
 def fit_runs(test: JointTest, *, options: FitOptions | None = None, workers: Workers | None = None) -> Fitted:
     """Fit one configuration by the strategy that its runs allow.
@@ -157,10 +174,15 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     def fit_position(equations: Equations, options: FitOptions) -> Fit:
         return fit_simulated(test.build(equations), test.runs, options=options, workers=workers)
 
-    # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
-    seen = fit_within_own_bounds(fit_position, test.equations, test.runs, () if both else test.own, trial)
+    def fit_within(equations: Equations, options: FitOptions) -> Fit:
+        # Through the observer of a controlled joint stiction costs nothing, and a wider range would only let it grow.
+        return fit_within_own_bounds(fit_position, equations, test.runs, () if both else test.own, options)
+
+    seen = fit_within(test.equations, trial)
+    if not both and not quiet(seen, options):
+        seen = fit_with_zeros(fit_within, seen, test.runs, options) or seen
     seen = _widen_above_noise(test, seen, options, workers)
-    best = Fitted(fit=seen, torque_scored=False, compared=test.compare(seen.values))
+    best = Fitted(fit=seen, torque_scored=False, compared=test.with_positions(seen).compare(seen.values))
     if quiet(seen, options) or not both:
         return best
     found = fit_torque(test.equations, test.runs, stated=test.stated, options=options, workers=workers)

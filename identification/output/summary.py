@@ -8,6 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
+
+from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.output.plain_comparison import tell_comparison, tell_over_noise
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
@@ -153,4 +156,9 @@ def attention(step: Step) -> list[str]:
         if ids:
             said.append(f"{words}: {', '.join(ids)}")
     said += [f"contradicts an earlier test: {a.name} (p = {a.p:.1e})" for a in step.agreements if a.contradicts]
+    zeros = encoder_zeros(fit)
+    if zeros:
+        spread = np.ptp(np.array(list(zeros.values())), axis=0)
+        far = ", ".join(f"{value:.2g}" for value in spread)
+        said.append(f"the encoders' zeros differ by up to {far} {fit.equations.states[0].unit}, fitted run by run")
     return said + list(fit.warnings)

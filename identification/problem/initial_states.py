@@ -5,6 +5,8 @@ per run.
 
 - Position: m is the first sample, w the sensor's standard deviation; the first row of the residual is its prior.
 - Velocity: m is the measured velocity, else 0; w comes from the first samples; the prior is δ ~ N(0, 1).
+- A state whose start value differs from run to run (`State.start_std`): m is its start, w that standard deviation, the
+  prior δ ~ N(0, 1).
 """
 
 from __future__ import annotations
@@ -114,4 +116,8 @@ def start_of(equations: Equations, run: Run, *, free_velocity: bool = False) -> 
         # The prior N(0, w²) is centred at rest without measured velocities: w must then cover the slope itself.
         unit += list(np.maximum(3.0 * std, 0.3 * np.abs(base[n : 2 * n]) if run.v is not None else np.abs(slope)))
         prior += [True] * n
+    differing = [k for k, state in enumerate(equations.states) if state.start_std > 0]
+    states += differing
+    unit += [equations.states[k].start_std for k in differing]
+    prior += [True] * len(differing)
     return Start(base=base, states=tuple(states), unit=np.array(unit), prior=np.array(prior))

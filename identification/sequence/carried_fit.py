@@ -24,6 +24,7 @@ from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.resume import data_digest
 from haptid.identification.statistics.absent import SPRING
 from haptid.measurement.values.campaign import Campaign
+from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
 from haptid.support.errors import InputError
@@ -122,6 +123,33 @@ def earlier_residual(
         return EarlierResidual(at_noise=bool(at_noise) and position, plain=plain)
     except (KeyError, TypeError, IndexError):  # changed by hand
         return None
+
+
+def earlier_zeros(
+    campaign: Campaign, device: Device | None, configuration: Configuration, out: Path
+) -> dict[str, Array]:
+    """Return the encoder zeros that an earlier identification found in the runs of a configuration.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with parameter entries and friction laws.
+    device
+        Device of the campaign; None for a single joint.
+    configuration
+        Free joints, posture and runs.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    dict
+        Reading at position 0 of every joint, shape (n_joints,), [rad] or [m], by the file of the run. Empty where it
+        found none, and where the folder has no results of the same data, entries and code.
+    """
+    entry = _entry_of(campaign, device, configuration, out)
+    zeros = None if entry is None else entry.get("encoder_zeros")
+    return {} if zeros is None else {file: np.array(zero) for file, zero in zeros["runs"].items()}
 
 
 def _entry_of(

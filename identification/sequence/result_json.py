@@ -9,12 +9,14 @@ from typing import Any
 
 import numpy as np
 
+from haptid.identification.fit.zeros_fit import encoder_zeros
 from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.step import Step
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
+from haptid.model.joint.encoder_zero import with_encoder_zeros, zero_states
 
 SCHEMA = "identification/1"
 
@@ -80,6 +82,7 @@ def step_json(step: Step) -> dict[str, Any]:
         "free": list(fit.free),
         "covariance": fit.covariance.tolist(),
         "information": fit.information.tolist(),
+        "encoder_zeros": _zeros_json(fit),
         "initial_states": {file: x.tolist() for file, x in fit.x0.items()},
         "sigma": {file: s.tolist() for file, s in fit.sigma.items()},
     }
@@ -91,6 +94,15 @@ def _replaced_json(step: Step) -> dict[str, dict[str, float]]:
         return {}
     ids = [q.id for q in step.fit.equations.parameters]
     return {"replaced": dict(zip(ids, step.compared.models["model"].theta.tolist(), strict=True))}
+
+
+def _zeros_json(fit: Fit) -> dict[str, Any] | None:
+    """Keep the reading at position 0 of every run and joint; None where readings are positions."""
+    zeros = encoder_zeros(fit)
+    if not zeros:
+        return None
+    spread = [fit.equations.states[k].start_std for k in zero_states(fit.equations)]
+    return {"prior_std": spread, "runs": {file: zero.tolist() for file, zero in zeros.items()}}
 
 
 def parameter_json(quantity: Quantity, value: float, std: float, status: str) -> dict[str, Any]:
@@ -140,6 +152,13 @@ def tell_why(fit: Fit, *, torque_scored: bool) -> str:
     str
         Without a full stop.
     """
+    why = _simulation_words(fit, torque_scored=torque_scored)
+    if not zero_states(fit.equations):
+        return why
+    return f"{why}; the encoders' zeros differ from run to run, and are fitted with the initial states"
+
+
+def _simulation_words(fit: Fit, *, torque_scored: bool) -> str:
     if torque_scored or fit.observer_gain:
         return fit.outcome.value
     drive = fit.equations.drive
@@ -215,7 +234,7 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
     entry
         Entry as `step_json` wrote it.
     equations
-        Equations of the fit, with the same parameters.
+        Equations of the fit, with the same parameters; without the encoder zeros that the entry may have.
 
     Returns
     -------
@@ -228,7 +247,9 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
     KeyError
         Where the entry lacks a key, a parameter of the equations, or has an unknown outcome.
     """
-    by_id = entry["parameters"]
+    by_id, zeros = entry["parameters"], entry.get("encoder_zeros")
+    if zeros is not None:
+        equations = with_encoder_zeros(equations, zeros["prior_std"])
     return Fit(
         equations=equations.with_parameters(_ranges(by_id, equations)),
         theta=np.array([by_id[q.id]["value"] for q in equations.parameters]),

@@ -134,7 +134,7 @@ class Sequence:
                     configuration=configuration,
                     fit=fitted,
                     torque_scored=torque,
-                    compared=self._test(configuration, equations).compare(judged),
+                    compared=self._test(configuration, equations).with_positions(fitted).compare(judged),
                 )
         with name_campaign_in_errors(self.campaign, configuration.free_joints):
             made = fit_runs(self._test(configuration, equations), options=self.options, workers=self.workers)

@@ -35,6 +35,8 @@ class State:
         Typical magnitude, in ``unit``.
     structured
         Structured name of the FMU variable.
+    start_std
+        Standard deviation of the start value over the runs, in ``unit``; 0 where ``start`` holds for every run.
     """
 
     id: str
@@ -43,6 +45,7 @@ class State:
     start: float = 0.0
     nominal: float = 1.0
     structured: str = ""
+    start_std: float = 0.0
 
     @property
     def symbol(self) -> sp.Symbol:
