@@ -85,6 +85,8 @@ def export_full(
     ------
     InputError
         Where two findings are of one joint, the parameter set is at fault, or the reference run overflows.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     equations = full_equations(device.with_friction(friction_by_joint(identification)), by_joint(findings))
     identified = of_device(identification)
@@ -129,6 +131,8 @@ def export_joint(
     ------
     InputError
         Where the joint was not tested alone, the parameter set is at fault, or the reference run overflows.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     entries, identified = entries_of(identification, joint), of_joint(identification, joint)
     # The inertia of a prismatic joint is a mass: its unit says which kind of joint was identified.
@@ -160,6 +164,11 @@ def export_parameters(device: Device, identification: Mapping[str, Any], path: P
     -------
     Path
         ``path``. The set holds every parameter by FMU variable name; first guesses where none was identified.
+
+    Raises
+    ------
+    InputError
+        Where the identification names an unknown friction law.
     """
     equations = full_equations(device.with_friction(friction_by_joint(identification)))
     return write_ssv(path, *of_device(identification).among(equations).name_values(equations), name=device.name)
@@ -249,6 +258,13 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     -------
     dict
         Path, packaging, digest and size of the FMU.
+
+    Raises
+    ------
+    InputError
+        Where a file or an option is at fault, or an effect is to be taken along to a joint alone.
+    NumericalError
+        Where the compiler fails.
     """
     kind = _packaging(kind, fmi)
     data, wanted = read_identification(source), parse_joints(joints)

@@ -35,6 +35,13 @@ def build_fmus(device: str, out: Path, joints: str | None, kind: Kind, quiet: bo
     -------
     dict
         Under ``fmus`` the path, title, packaging, digest and size of each.
+
+    Raises
+    ------
+    InputError
+        Where there is no such device, its file is at fault, or a reference run gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     loaded = load_device(device)
     sets = configurations(loaded, parse_joints(joints))

@@ -42,11 +42,35 @@ class Commands(click.Group):
     """A group whose commands are imported when they are called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 # click's signature
-        """Return the names in the order in which a user needs them."""
+        """List the commands without importing any.
+
+        Parameters
+        ----------
+        ctx
+            Context of the call; it has no influence.
+
+        Returns
+        -------
+        list of str
+            Names in the order in which a user needs them.
+        """
         return list(COMMANDS)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:  # click's signature
-        """Import the command."""
+        """Import a command; where its extra is missing, say so and end.
+
+        Parameters
+        ----------
+        ctx
+            Context of the call.
+        cmd_name
+            Name that the user typed.
+
+        Returns
+        -------
+        click.Command or None
+            None for an unknown name.
+        """
         if cmd_name not in COMMANDS:
             return None
         if cmd_name in EXTRAS and not ctx.resilient_parsing:  # a shell that completes names needs no extra
@@ -57,7 +81,20 @@ class Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """Refuse an unknown command in one line, with the one it may have meant."""
+        """Refuse an unknown command in one line, with the one it may have meant.
+
+        Parameters
+        ----------
+        ctx
+            Context of the call; an unknown command ends it with exit code 2.
+        args
+            Name of the command and its arguments.
+
+        Returns
+        -------
+        tuple
+            Name, command, and the arguments left for it, as click's own.
+        """
         if args[0] not in COMMANDS and not args[0].startswith("-"):
             near = get_close_matches(args[0], COMMANDS, n=1)
             meant = f"; did you mean {near[0]}?" if near else ""
@@ -66,7 +103,15 @@ class Commands(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002 # click's signature
-        """Write the list of commands without importing any."""
+        """Write the list of commands without importing any.
+
+        Parameters
+        ----------
+        ctx
+            Context of the call; it has no influence.
+        formatter
+            Help text that the list is added to.
+        """
         with formatter.section("Commands"):
             formatter.write_dl([(name, told) for name, (_, told) in COMMANDS.items()])
 

@@ -59,7 +59,15 @@ class Check:
 
 
 class CheckFailedError(Exception):
-    """A check found a problem; the arguments are what was found and what to do."""
+    """A check found a problem.
+
+    Parameters
+    ----------
+    found
+        What was found, one line.
+    todo
+        Remedy.
+    """
 
     def __init__(self, found: str, todo: str) -> None:
         super().__init__(found)

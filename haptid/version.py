@@ -13,7 +13,13 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 
 def version() -> str:
-    """Return the version of the installed haptid, or that of a clone that is run in place."""
+    """Find the version of the installed haptid, or that of a clone that is run in place.
+
+    Returns
+    -------
+    str
+        As ``0.1.0``, with ``, in a clone`` after that of a clone.
+    """
     from importlib import metadata  # noqa: PLC0415 (30 ms, which no help needs)
 
     try:
@@ -25,7 +31,18 @@ def version() -> str:
 
 
 def version_option(function: F) -> F:
-    """Add ``--version`` to a command; the version is looked up when it is asked for."""
+    """Add ``--version`` to a command; the version is looked up when it is asked for.
+
+    Parameters
+    ----------
+    function
+        Command that click declares.
+
+    Returns
+    -------
+    callable
+        The same command with the option.
+    """
     return click.option(
         "--version",
         is_flag=True,

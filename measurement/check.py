@@ -36,6 +36,11 @@ def check_campaign(campaign: Path | None, quiet: bool, model: Path | None, limit
     -------
     dict
         Facts of the campaign and of every joint of every run, and what was remarked.
+
+    Raises
+    ------
+    InputError
+        At the first fault of the campaign.
     """
     if campaign is not None and (model is not None or is_foreign(campaign)):
         return _check_foreign(campaign, model, limit_s)

@@ -49,6 +49,12 @@ def make_campaign(
     -------
     dict
         Folder, title, device and runs of the campaign.
+
+    Raises
+    ------
+    InputError
+        Where the folder holds no table that can be read, the new folder is not empty, or an answer or option is at
+        fault.
     """
     refuse_overwrite(out)
     tables, layouts = _tables(folder)

@@ -40,6 +40,11 @@ def plan_device(device: str, out: Path, design: bool, **options: Any) -> Data:
     -------
     dict
         Content of locking_plan.json.
+
+    Raises
+    ------
+    InputError
+        Where there is no such device, or its file is at fault.
     """
     loaded = load_device(device)
     for joint in range(len(loaded.joints)):

@@ -67,6 +67,11 @@ class Regressed:
             Columns that span the subspace, shape (n_t, k).
         beside
             Orthonormal basis to which the new one is made orthogonal, shape (n_t, m); none where None.
+
+        Returns
+        -------
+        Regressed
+            Orthonormal basis of what the columns span beyond ``beside``, at most k columns.
         """
         unit = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
         if beside is not None:
@@ -91,6 +96,8 @@ def _residual_periodogram(r: Array, run: Run, lines: Sequence[float] = ()) -> tu
     ----------
     r
         Residual over the sensor's standard deviation, shape (n_t,).
+    run
+        Run of the residual.
     lines
         Angular frequencies [rad/s] that are regressed out as well, with a linear drift of their amplitude.
 

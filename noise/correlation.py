@@ -108,7 +108,18 @@ class Scatter:
     column: int = 0
 
     def but(self, **changes: Any) -> Scatter:
-        """Return a copy with ``changes``."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Scatter
+            The copy.
+        """
         return replace(self, **changes)
 
 
@@ -138,7 +149,18 @@ class Noise:
         return any(scatter.path == "torque" for scatter in self.scatters)
 
     def but(self, **changes: Any) -> Noise:
-        """Return a copy with ``changes``."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Noise
+            The copy.
+        """
         return replace(self, **changes)
 
 
@@ -195,6 +217,11 @@ class Whitener:
         S
             s·M over the sensor's standard deviation, shape (n_t, n_joints, n_cycles); no scatter where None or where
             an entry is not finite: the simulation behind S diverged, and its residual is infinite anyway.
+
+        Returns
+        -------
+        Whitener
+            C^−½ for the covariance C of sensor noise and scatter, in units of the sensor's variance.
         """
         if S is None or not np.isfinite(S).all():
             return cls(colour=colour)

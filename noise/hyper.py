@@ -183,26 +183,43 @@ def noise_prior_width(*, stated: bool) -> float:
 
 
 def noise_factor(width: float) -> Hyper:
-    """Return the factor on the sensor's standard deviation √(noise² + resolution²/12).
+    """Describe the factor on the sensor's standard deviation √(noise² + resolution²/12).
 
     Parameters
     ----------
     width
         Standard deviation of the factor's logarithm in the prior [1].
+
+    Returns
+    -------
+    Hyper
+        Log-normal prior of median 1.
     """
     text = "sensor noise over its stated standard deviation"
     return Hyper(id="noise_factor", unit="1", description=text, prior=LogNormal(median=1.0, width=width), start=1.0)
 
 
 def cycle_scatter() -> Hyper:
-    """Return the scatter s of a cycle's amplitude factor 1 + s·ξ, ξ ~ N(0, 1)."""
+    """Describe the scatter s of a cycle's amplitude factor 1 + s·ξ, ξ ~ N(0, 1).
+
+    Returns
+    -------
+    Hyper
+        Half-normal prior of scale `THRESHOLDS.scatter_prior_scale` [1].
+    """
     text = "relative scatter of the amplitude from cycle to cycle"
     prior = HalfNormal(scale=THRESHOLDS.scatter_prior_scale)
     return Hyper(id="cycle_scatter", unit="1", description=text, prior=prior, start=3e-4)
 
 
 def run_scatter() -> Hyper:
-    """Return the scatter s of a run's amplitude factor 1 + s·ξ, ξ ~ N(0, 1)."""
+    """Describe the scatter s of a run's amplitude factor 1 + s·ξ, ξ ~ N(0, 1).
+
+    Returns
+    -------
+    Hyper
+        Half-normal prior of scale `THRESHOLDS.scatter_prior_scale` [1].
+    """
     text = "relative scatter of the amplitude from run to run"
     prior = HalfNormal(scale=THRESHOLDS.scatter_prior_scale)
     return Hyper(id="run_scatter", unit="1", description=text, prior=prior, start=3e-4)

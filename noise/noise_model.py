@@ -48,7 +48,7 @@ class NoiseModel:
         return _WORDS[self.scatter] + "".join(extra)
 
     def hyper(self, *, noise_width: float, travel: float) -> tuple[Hyper, ...]:
-        """Return the parameters of this noise model.
+        """List the parameters of this noise model with their priors.
 
         Parameters
         ----------
@@ -56,6 +56,11 @@ class NoiseModel:
             Standard deviation of ln(noise factor) in its prior [1].
         travel
             Largest travel of the runs [rad].
+
+        Returns
+        -------
+        tuple of Hyper
+            Noise factor, then the scatters and the model error where the model has them.
         """
         parts = [hyper.noise_factor(noise_width)]
         parts += [hyper.cycle_scatter()] if self.scatter != "none" else []
@@ -65,13 +70,19 @@ class NoiseModel:
 
 
 def candidates(runs: int, cycles: int) -> tuple[NoiseModel, ...]:
-    """Return the noise models to compare, the simplest first.
+    """List the noise models to compare.
 
     Parameters
     ----------
     runs, cycles
         Number of fitted runs, and of their cycles together. A scatter needs three samples: with fewer cycles (runs)
         no candidate has a scatter from cycle to cycle (from run to run).
+
+    Returns
+    -------
+    tuple of NoiseModel
+        The simplest first: without scatter, with each scatter, with each scatter from run to run too, and with a
+        correlated model error.
     """
     models = [NoiseModel()]
     if cycles >= 3:

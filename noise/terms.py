@@ -81,7 +81,18 @@ class Terms:
         return np.asarray(self.run.y[:, 0] - self.correction)
 
     def but(self, **changes: Any) -> Terms:
-        """Return a copy with ``changes``."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Terms
+            The copy.
+        """
         return replace(self, **changes)
 
 
@@ -96,6 +107,11 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
         The run.
     x0
         Initial state around which the start is linearised, shape (n_x,); that of the first sample where None.
+
+    Returns
+    -------
+    Terms
+        The run with cycles and prior of its initial states; ``fixed`` has no column yet and ``correction`` is 0.
     """
     start = start_of(equations, run)
     travel = float(np.ptp(run.y[:, 0]))
@@ -117,6 +133,18 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
 
 def linearise(terms: Terms, trajectory: Trajectory) -> Terms:
     """Take the columns ∂y/∂x₀ of the initial states from a trajectory; the other fixed columns stay.
+
+    Parameters
+    ----------
+    terms
+        The run.
+    trajectory
+        Simulation of the run with sensitivities, from the initial state ``terms.x0``.
+
+    Returns
+    -------
+    Terms
+        Copy whose first columns in ``fixed`` are those of ``states``.
 
     Raises
     ------
@@ -143,6 +171,11 @@ def scatter_columns(terms: Terms, simulator: Simulator, theta: Array, model: Noi
         Parameters at which the columns are taken, shape (n_p,).
     model
         Random parts of the data; without scatter on the torque ``terms`` is returned as it is.
+
+    Returns
+    -------
+    Terms
+        Copy with the columns of all cycles in ``fixed``, after those of the initial states.
     """
     if model.scatter != "torque":
         return terms

@@ -57,6 +57,8 @@ def whiten(
     ------
     ValueError
         Where the shapes of ``columns``, ``t`` and ``keep`` disagree.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     out = np.array(columns, dtype=np.float64, order="C")
     times, seen = np.ascontiguousarray(t), np.ascontiguousarray(keep, dtype=np.int8)
@@ -80,6 +82,12 @@ def gram(columns: Array) -> Array:
     Returns
     -------
     ndarray, shape (n_columns, n_columns)
+        Σ_t of the products, in the units of the columns.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     v = np.ascontiguousarray(columns, dtype=np.float64)
     out = np.empty((v.shape[0], v.shape[0]))

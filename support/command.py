@@ -257,5 +257,10 @@ def progress(
         Text before the bar.
     quiet
         Whether the bar is not shown (--quiet).
+
+    Returns
+    -------
+    tqdm
+        The bar: iterable, and a context manager that removes it.
     """
     return tqdm(iterable, total=total, desc=title, disable=quiet, file=sys.stderr, dynamic_ncols=True, leave=False)  # type: ignore[return-value] # the stub allows an iterable of nothing

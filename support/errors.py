@@ -50,6 +50,11 @@ def one_line(text: str) -> str:
     text
         Any text, of a file or an exception, say.
 
+    Returns
+    -------
+    str
+        Text without line breaks and control characters.
+
     Examples
     --------
     >>> one_line("joint\n 4 \x1b[2J")
@@ -60,7 +65,19 @@ def one_line(text: str) -> str:
 
 
 def shorten(text: str, most: int) -> str:
-    """Return ``text`` with its middle replaced by … where it has more than ``most`` characters.
+    """Replace the middle of a text by … where it is too long.
+
+    Parameters
+    ----------
+    text
+        Any text.
+    most
+        Most characters of the result.
+
+    Returns
+    -------
+    str
+        ``text``, or its beginning and its end with … between them, together ``most`` characters.
 
     Examples
     --------

@@ -18,6 +18,11 @@ def plain(value: float, digits: int = 2) -> str:
     digits
         Significant digits; a number of more digits before the point is rounded and written out.
 
+    Returns
+    -------
+    str
+        The number, rounded.
+
     Examples
     --------
     >>> plain(129.4), plain(9.96), plain(0.0456), plain(2.5e7)
@@ -38,6 +43,11 @@ def with_prefix(value: float, unit: str, digits: int = 3) -> str:
         SI unit without prefix; two units joined by ``or`` both take the prefix.
     digits
         Significant digits.
+
+    Returns
+    -------
+    str
+        Number and unit with its prefix.
 
     Examples
     --------

@@ -201,7 +201,18 @@ def begin(study: Study, current: Solution, effect: Effect, score: Score) -> Solu
 
 
 def likeliest(*fits: Solution) -> Solution:
-    """Return the fit of largest log-likelihood; fits that are not finite come last."""
+    """Choose the fit of largest log-likelihood.
+
+    Parameters
+    ----------
+    *fits
+        Fits to the same runs, at least one.
+
+    Returns
+    -------
+    Solution
+        The first of the largest; a fit whose log-likelihood is not finite only where all are such.
+    """
     return max(fits, key=lambda s: s.log_likelihood if np.isfinite(s.log_likelihood) else -np.inf)
 
 

@@ -43,7 +43,13 @@ class Detectable:
     unit: str
 
     def as_json(self) -> dict[str, object]:
-        """Return the fields under their names in the JSON."""
+        """Convert to an entry of ``smallest_detectable`` in the finding's JSON.
+
+        Returns
+        -------
+        dict
+            ``id`` (key of the effect), ``parameter``, ``value`` in ``unit``, ``unit``.
+        """
         return {"id": self.key, "parameter": self.parameter, "value": self.size, "unit": self.unit}
 
 

@@ -54,7 +54,14 @@ class Region:
     files: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, object]:
-        """Return the fields of INTERFACES, with the share of rows, and with the files where the variable is the run."""
+        """Convert to an entry of ``where`` in the finding's JSON.
+
+        Returns
+        -------
+        dict
+            ``variable``, ``from`` and ``to`` in its unit, ``share_of_gap`` and ``share_of_rows`` [1], and ``files``
+            where the variable is the run.
+        """
         named = {"files": list(self.files)} if self.files else {}
         return {
             "variable": self.variable, "from": self.lower, "to": self.upper,

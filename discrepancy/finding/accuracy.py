@@ -63,6 +63,11 @@ def origin_of(campaign: Campaign, joints: Sequence[int]) -> Origin:
     Origin
         Title of the campaign, and digests of device, code and data; that of the data is None where the joints were
         tested in several postures.
+
+    Raises
+    ------
+    InputError
+        Where the file of the device is at fault.
     """
     tested = only_configuration(campaign, joints)
     kind = "measured" if campaign.measured else "SYNTHETIC"

@@ -136,6 +136,8 @@ def find(
     ------
     NumericalError
         If no start of the nominal fit gives a finite simulation.
+    InputError
+        Where the reference run of the rebuilt FMU gives no finite numbers.
     """
     began = time.perf_counter()
     found = search(study, seed=seed, starts=starts, tell=tell)

@@ -57,7 +57,13 @@ class Missed:
     expected: float
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fields by name."""
+        """Convert to an entry of ``gap.validate`` in the JSON of several joints.
+
+        Returns
+        -------
+        dict
+            All fields by name; RMS in rad or m.
+        """
         return {name: getattr(self, name) for name in self.__slots__}
 
 
@@ -131,6 +137,13 @@ def whole_finding(
     -------
     WholeFinding
         Verdict with the RMS of every joint in every run.
+
+    Raises
+    ------
+    InputError
+        Where two findings are of the same joint, or as `verify`.
+    NumericalError
+        As `verify`.
     """
     effects, controller = by_joint(findings), campaign.extra.get("controller")
     identified = of_device(identification)

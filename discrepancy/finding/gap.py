@@ -50,7 +50,14 @@ class Gap:
         return min(share, 1.0) if share <= THRESHOLDS.finding.largest_share_beside_scatter else self.closed
 
     def as_json(self) -> dict[str, float | None]:
-        """Return the fields of INTERFACES, and the share beside the scatter."""
+        """Convert to an entry of ``gap`` in the finding's JSON.
+
+        Returns
+        -------
+        dict
+            ``before``, ``after`` and ``noise`` in the fields' unit, the shares ``closed`` and ``closed_beside_scatter``
+            [1]; ``floor`` and ``black_box``, which only a search in torque knows, are None.
+        """
         return {
             "before": self.before, "after": self.after, "noise": self.noise, "closed": self.closed,
             "closed_beside_scatter": self.closed_beside_scatter, "floor": None, "black_box": None,

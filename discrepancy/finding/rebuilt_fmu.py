@@ -54,6 +54,13 @@ def refit(study: Study, found: Search, effects: tuple[Effect, ...], kind: Kind) 
     Returns
     -------
     Fit
+
+    Raises
+    ------
+    InputError
+        Where the reference run of the FMU gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails, the FMU cannot be loaded, or no start gives a finite simulation.
     """
     equations = study.equations(effects, joint=study.joint)
     simulator = FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
@@ -83,6 +90,13 @@ def rebuild(refitted: Fit, name: str, out: Path, kind: Kind, accuracy: Accuracy)
     -------
     Rebuilt
         FMU and fit.
+
+    Raises
+    ------
+    InputError
+        Where the reference run of the FMU gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     equations = refitted.equations
     provenance = {

@@ -226,6 +226,8 @@ def find_torque(  # noqa: PLR0913 # one argument an option
     ------
     NumericalError
         If no start of the nominal fit gives a finite torque.
+    InputError
+        Where the reference run of the rebuilt FMU gives no finite numbers.
     """
     began = time.perf_counter()
     known = readable(entries, study.base, prismatic=study.prismatic)

@@ -80,7 +80,13 @@ class Searcher:
     cut: bool = False
 
     def is_over(self) -> bool:
-        """Say whether the effort of the study is spent; if so, record that combinations are left out."""
+        """Say whether the effort of the study is spent; if so, record that combinations are left out.
+
+        Returns
+        -------
+        bool
+            True where as many runs as ``study.effort`` have been simulated.
+        """
         if self.simulations < self.study.effort:
             return False
         if not self.cut:
@@ -273,7 +279,18 @@ class Searcher:
         return None
 
     def best_of_each(self, *begun: Sequence[Solution]) -> list[Solution]:
-        """Return the best preliminary fit of every last effect, best first."""
+        """Keep the best preliminary fit of every last effect.
+
+        Parameters
+        ----------
+        *begun
+            Preliminary fits, each with at least one effect.
+
+        Returns
+        -------
+        list of Solution
+            One for each key of a last effect, best first by `rank`.
+        """
         first: dict[str, Solution] = {}
         for found in sorted((s for each in begun for s in each), key=self.rank):
             first.setdefault(found.effects[-1].key, found)

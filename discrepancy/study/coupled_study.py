@@ -48,6 +48,8 @@ class CoupledStudy(Study):
     known
         Effects by joint, in SI units, that the tests of each joint alone have named; they are part of the nominal
         model.
+    most
+        Largest number of catalogue effects that are begun on top of a model; None for no limit.
     """
 
     joints: tuple[int, ...]
@@ -88,6 +90,11 @@ class CoupledStudy(Study):
         -------
         Equations
             Equations whose first guess of each inertia is the one at the first guesses with all joints at 0.
+
+        Raises
+        ------
+        InputError
+            Where an effect needs a slot that its joint's friction law lacks.
         """
         del joint
         plain = {j: list(self.known.get(j, ())) for j in self.joints}

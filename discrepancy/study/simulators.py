@@ -39,6 +39,11 @@ def compile_kernel(equations: Equations, *, many: bool = False, tangent: bool = 
     -------
     CompiledKernel
         Kernel from the cache of this process, or a freshly compiled one.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     key = (equations.digest, many, tangent)
     if key not in _compiled:

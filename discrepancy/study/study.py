@@ -112,6 +112,11 @@ class Study:
         -------
         Equations
             Equations without observer.
+
+        Raises
+        ------
+        InputError
+            Where an effect needs a slot that the joint's friction law lacks.
         """
         return joint_equations(
             joint, parameters=self.base.parameters, effects=effects, prismatic=self.prismatic,

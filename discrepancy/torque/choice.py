@@ -44,6 +44,15 @@ def is_searched_by_torque(campaign: Campaign, joint: int, out: Path) -> bool:
     Returns
     -------
     bool
+        True where the joint is controlled and its simulated position stays above the noise; under a free torque only
+        where the identification's result is the plain model. False without runs to fit.
+
+    Raises
+    ------
+    InputError
+        Where the file of the device is at fault, or as `equations_for`.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     runs = campaign.runs_of((joint,))
     if not campaign.runs_of((joint,), "fit"):
@@ -94,6 +103,11 @@ def read_carried_fit(
     -------
     Fit or None
         None where there is none.
+
+    Raises
+    ------
+    InputError
+        Where the file of the device is at fault.
     """
     tested = only_configuration(campaign, free)
     return (

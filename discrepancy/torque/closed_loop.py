@@ -40,7 +40,13 @@ class ClosedLoop:
     rms: Mapping[str, float]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the errors by use."""
+        """Convert to ``closed_loop`` of the finding's JSON.
+
+        Returns
+        -------
+        dict
+            ``mean_absolute`` and ``rms`` [rad], or [m] of a prismatic joint, by use.
+        """
         return {use: {"mean_absolute": self.mean_absolute[use], "rms": self.rms[use]} for use in self.rms}
 
 
@@ -60,6 +66,13 @@ def refit_through_controller(model: TorqueFit, *, starts: int, seed: int) -> Clo
     -------
     ClosedLoop or None
         None where the study has no drive with a known controller, or the start gives no finite simulation.
+
+    Raises
+    ------
+    InputError
+        Where a run has a joint without sensor noise and resolution.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     study = model.study
     if study.drive is None or not study.drive.drive.is_closed:

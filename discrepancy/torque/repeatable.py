@@ -17,12 +17,17 @@ from haptid.measurement.signals import repeats
 
 
 def floor_of(model: TorqueFit) -> float | None:
-    """Estimate the RMS of the residual torque that does not repeat [N m]; None where too few rows are passed again.
+    """Estimate the RMS of the residual torque that does not repeat.
 
     Parameters
     ----------
     model
         Fitted model; its residual holds what repeats as well.
+
+    Returns
+    -------
+    float or None
+        RMS [N m], or [N] of a prismatic joint; None where too few rows are passed again.
     """
     rows = list(zip(_cells(model), model.residual, model.study.moving, strict=True))
     return repeats.floor_of([cells[moving] for cells, _, moving in rows], [left[moving] for _, left, moving in rows])

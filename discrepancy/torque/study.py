@@ -225,6 +225,11 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     -------
     TorqueStudy
         Study with held-out rows: the runs to validate on, or alternating stretches of runs that are used for both.
+
+    Raises
+    ------
+    InputError
+        As `equations_for`.
     """
     fitted, (unseen, sealed) = campaign.runs_of((joint,), "fit"), seal(campaign.runs_of((joint,), "validate"))
     # A file with both uses was divided in time; here its rows alternate instead, so that held-out stretches lie all

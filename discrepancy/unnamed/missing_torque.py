@@ -91,7 +91,13 @@ class Shape:
     alone: Shape | None = None
 
     def as_json(self) -> dict[str, object]:
-        """Return the shape with its arrays as lists."""
+        """Convert to ``unnamed_shape`` of the finding's JSON.
+
+        Returns
+        -------
+        dict
+            The fields with arrays as lists; the second variable and its knots are None for a shape over one.
+        """
         (variable, *other), (knots, *others) = self.variables, self.knots
         return {
             "joint": self.joint, "variable": variable, "second_variable": other[0] if other else None,

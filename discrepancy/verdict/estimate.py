@@ -112,5 +112,11 @@ class Estimate:
         return cls(value=value, std=float(value / np.sqrt(2.0 * freedom)), unit=unit, interval=(low, high))
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fields of INTERFACES, and the interval."""
+        """Convert to an entry of a named effect's ``parameters`` in the finding's JSON.
+
+        Returns
+        -------
+        dict
+            ``value``, ``std``, ``unit``, and ``interval`` as a list of both ends.
+        """
         return {"value": self.value, "std": self.std, "unit": self.unit, "interval": list(self.interval)}

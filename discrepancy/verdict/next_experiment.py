@@ -96,7 +96,14 @@ class Proposal:
         return np.asarray(self.offset + self.amplitude * np.cos(phase))
 
     def as_json(self) -> dict[str, float | int | bool | str]:
-        """Return the run in SI units and in words."""
+        """Convert to ``next_experiment`` of the finding's JSON: the run in SI units and in words.
+
+        Returns
+        -------
+        dict
+            Torque, frequencies, duration and row spacing of the run, ``repeats``, whether it ``tells`` the rivals
+            apart, the evidence that is expected of it, and the sentence ``run``.
+        """
         swept = self.end_frequency != self.frequency
         frequency = (
             f"swept from {self.frequency:.3g} to {self.end_frequency:.3g}" if swept else f"at {self.frequency:.3g}"

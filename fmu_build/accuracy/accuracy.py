@@ -72,6 +72,11 @@ def of_joint(data: Mapping[str, Any], joint: int, folder: Path | None) -> Accura
     Returns
     -------
     Accuracy
+
+    Raises
+    ------
+    InputError
+        Where a file of draws is damaged.
     """
     tests = [c for c in data["configurations"] if list(c["free_joints"]) == [joint]][:1]
     return Accuracy(
@@ -100,6 +105,11 @@ def of_device(data: Mapping[str, Any], name: str, folder: Path | None, findings:
     Returns
     -------
     Accuracy
+
+    Raises
+    ------
+    InputError
+        Where a file of draws is damaged.
     """
     tests, runs = data["configurations"], data.get("verification", {}).get("runs", [])
     numbers = sorted({joint for test in tests for joint in test["free_joints"]})

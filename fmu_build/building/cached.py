@@ -46,6 +46,11 @@ def builder_digest() -> str:
 def description_digest(equations: Equations) -> str:
     """Return a digest of everything in the equations that an FMU shows, first guesses and bounds included.
 
+    Parameters
+    ----------
+    equations
+        Equations of the FMU.
+
     Returns
     -------
     str
@@ -69,6 +74,13 @@ def identification_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     -------
     Fmu
         With sensitivities. First guesses, bounds and priors are those of an earlier build, since a fit sets them.
+
+    Raises
+    ------
+    InputError
+        Where the reference run gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     if not FmuBuilder.has_binary():  # nothing for this platform among pythonfmu's loaders
         kind = "native"
@@ -92,6 +104,13 @@ def cached_fmu(equations: Equations, *, kind: Kind = "python") -> Fmu:
     -------
     Fmu
         Without sensitivities, at a path in the cache.
+
+    Raises
+    ------
+    InputError
+        Where the reference run gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     return _find_or_build(equations, description_digest(equations), kind, identification=False)
 

@@ -68,6 +68,13 @@ def build_configurations(
     ------
     Fmu
         One after the other, so that a command can report each.
+
+    Raises
+    ------
+    InputError
+        Where the first guesses of a joint are impossible, or its reference run gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     for free in sets:
         equations = configuration_equations(device, free)

@@ -143,6 +143,8 @@ def build_fmu(  # noqa: PLR0913 # values and all that is said of them
     ------
     InputError
         For an identification FMU in FMI 3.0, and where the reference run gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     if identification and kind == "native3":
         raise InputError("identification FMU", expected="FMI 2.0, which the fits step", got="FMI 3.0")

@@ -57,7 +57,14 @@ class Reference:
     outputs: tuple[str, ...]
 
     def files(self) -> dict[str, bytes]:
-        """Return the files of the FMI cross-check by name: inputs, outputs, options; numbers keep their last bit."""
+        """Write the files of the FMI cross-check.
+
+        Returns
+        -------
+        dict
+            Content by file name: inputs (``<name>_in.csv``), outputs (``_ref.csv``), options (``_ref.opt``). Numbers
+            keep their last bit.
+        """
         options = {"StartTime": self.t[0], "StopTime": self.t[-1], "StepSize": STEP, "RelTol": 0.0}
         return {
             f"{self.name}_in.csv": _csv(("time", *self.inputs), np.column_stack((self.t, self.u))),
@@ -102,6 +109,8 @@ def reference(interface: Interface) -> Reference | None:
     ------
     OverflowingError
         Where an output is not finite.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     here = this_platform()
     if not here:

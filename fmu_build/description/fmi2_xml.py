@@ -30,6 +30,11 @@ def model_description(interface: Interface, *, guid: str, python: bool, text: st
     -------
     bytes
         Indented XML in UTF-8.
+
+    Raises
+    ------
+    InputError
+        Where ``SOURCE_DATE_EPOCH`` of the environment is no whole number of seconds.
     """
     root = root_of(interface, {"guid": guid}, version="2.0", text=text)
     root.set("numberOfEventIndicators", "0")

@@ -29,6 +29,11 @@ def model_description3(interface: Interface, *, token: str, text: str) -> bytes:
     -------
     bytes
         Indented XML in UTF-8.
+
+    Raises
+    ------
+    InputError
+        Where ``SOURCE_DATE_EPOCH`` of the environment is no whole number of seconds.
     """
     root = root_of(interface, {"instantiationToken": token}, version="3.0", text=text)
     _kinds(root, interface)

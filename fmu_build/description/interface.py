@@ -83,7 +83,17 @@ class Interface:
         return tuple(v for v in self.variables if v.role == role)
 
     def by_id(self, id: str) -> Variable:
-        """Return the variable of a state, input, output or parameter.
+        """Find the variable of a state, input, output or parameter.
+
+        Parameters
+        ----------
+        id
+            Id in the equations.
+
+        Returns
+        -------
+        Variable
+            The first with this id.
 
         Raises
         ------

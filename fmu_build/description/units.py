@@ -109,6 +109,8 @@ def parse_unit(text: str) -> Unit:
     ValueError
         Where a factor is no known unit, or its exponent no whole number.
 
+    Examples
+    --------
     >>> parse_unit("N m/rad").exponents
     (('kg', 1), ('m', 2), ('s', -2), ('rad', -1))
     """

@@ -80,6 +80,11 @@ def root_of(interface: Interface, identity: dict[str, str], *, version: str, tex
     Returns
     -------
     Element
+
+    Raises
+    ------
+    InputError
+        Where ``SOURCE_DATE_EPOCH`` of the environment is no whole number of seconds.
     """
     return Element(
         "fmiModelDescription",

@@ -81,18 +81,28 @@ def read_finding(path: Path, entries: dict[str, Effect]) -> Finding:
 
 
 def read_discrepancy(path: Path) -> dict[str, Any]:
-    """Return the content of a ``discrepancy/joint<j>.json`` with any verdict.
+    """Read a ``discrepancy/joint<j>.json`` with any verdict.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    dict
+        Its content.
 
     Raises
     ------
     InputError
-        Where the file does not follow ``discrepancy.schema.json``.
+        Where the file cannot be read, is no JSON, or does not follow ``discrepancy.schema.json``.
     """
     return read_json(path, "a discrepancy/joint<j>.json", ("haptid.fmu_build.exchange", "discrepancy.schema.json"))
 
 
 def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) -> Finding:
-    """Return the finding in the content of a ``discrepancy/joint<j>.json``.
+    """Take the finding from the content of a ``discrepancy/joint<j>.json``.
 
     Parameters
     ----------
@@ -106,7 +116,13 @@ def finding_of(data: Mapping[str, Any], where: str, entries: dict[str, Effect]) 
     Returns
     -------
     Finding
-        See `read_finding`, also for the errors.
+        See `read_finding`.
+
+    Raises
+    ------
+    InputError
+        For a verdict outside `VERDICTS`, an effect that occurs twice or that the catalogue lacks, and impossible
+        values.
     """
     if data["verdict"] not in VERDICTS:
         at, expected = f"{where}: verdict", f"one of the verdicts {', '.join(VERDICTS)}"

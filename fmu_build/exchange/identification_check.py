@@ -122,6 +122,15 @@ def check_for_device(data: Mapping[str, Any], device: Device, path: str) -> None
 def check_joints(joints: list[int], device: Device, where: str) -> None:
     """Refuse numbers of joints that a device does not have.
 
+    Parameters
+    ----------
+    joints
+        Numbers of joints.
+    device
+        Device of the results.
+    where
+        File and key, for errors.
+
     Raises
     ------
     InputError

@@ -143,6 +143,13 @@ def check_entry(entry: Mapping[str, Any], possible: Possible, where: str) -> Non
 def check_bounds(entry: Mapping[str, Any], where: str) -> None:
     """Refuse an entry ``{value, lower, upper}`` with lower > upper, or a value that lies outside by more than rounding.
 
+    Parameters
+    ----------
+    entry
+        ``{value, lower, upper}``; a bound that is absent or None is infinite.
+    where
+        File and key, for errors.
+
     Raises
     ------
     InputError
@@ -205,6 +212,8 @@ def same_unit(text: str, unit: str) -> bool:
     bool
         False where ``text`` is no known unit.
 
+    Examples
+    --------
     >>> same_unit("kg m^2/s^2", "N m"), same_unit("N m/deg", "N m/rad"), same_unit("", "m")
     (True, False, True)
     """

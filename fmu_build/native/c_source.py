@@ -88,6 +88,11 @@ def bare_library(source: str, triple: str, *, flags: tuple[str, ...] = ()) -> Pa
     -------
     Path
         Library in the cache.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     files = {"all.c": source, "bare.c": text_of("bare.c")}
     return compile_shared(files, main=("all.c", "bare.c"), triple=triple, flags=("-ffreestanding", "-nostdlib", *flags))
@@ -96,10 +101,22 @@ def bare_library(source: str, triple: str, *, flags: tuple[str, ...] = ()) -> Pa
 def bare_libraries(source: str, platforms: Sequence[Platform]) -> dict[str, bytes]:
     """Compile one C source for several platforms, in parallel.
 
+    Parameters
+    ----------
+    source
+        C source.
+    platforms
+        Platforms to compile for.
+
     Returns
     -------
     dict
         Content of the shared library by ``Platform.python``.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         paths = pool.map(lambda p: bare_library(source, p.triple), platforms)

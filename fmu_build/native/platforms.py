@@ -59,6 +59,12 @@ _MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 
 
 def this_platform() -> tuple[Platform, ...]:
-    """Return the platform of this machine as a tuple of one, empty where `PLATFORMS` lacks it."""
+    """Find the platform of this machine.
+
+    Returns
+    -------
+    tuple of Platform
+        A tuple of one; empty where `PLATFORMS` lacks it.
+    """
     machine = _MACHINES.get(platform.machine().lower(), platform.machine().lower())
     return tuple(p for p in PLATFORMS if p.python == f"{sys.platform}-{machine}")

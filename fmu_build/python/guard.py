@@ -54,6 +54,11 @@ def guard_loaders(files: dict[str, bytes], interface: Interface, guid: str) -> d
     -------
     dict
         The same files with each loader renamed and the guard under the loader's former name.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     result = dict(files)
     for p in PLATFORMS:

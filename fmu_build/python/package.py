@@ -98,6 +98,11 @@ def python_files(interface: Interface, *, platforms: tuple[Platform, ...], text:
     guid
         Identity of the FMU.
 
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
+
     Notes
     -----
     The name of the module holds a digest of its content and platforms: Python keeps one module per name, and one

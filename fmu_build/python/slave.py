@@ -37,7 +37,13 @@ MACHINES = {"amd64": "x86_64", "x64": "x86_64", "arm64": "aarch64"}
 
 
 def load_kernel() -> Any:
-    """Return the kernel: the compiled library for this platform, else the same formulas in plain Python."""
+    """Load the kernel: the compiled library for this platform, else the same formulas in plain Python.
+
+    Returns
+    -------
+    ctypes.CDLL or module
+        Both have the same functions.
+    """
     machine = MACHINES.get(platform.machine().lower(), platform.machine().lower())
     for path in sorted((HERE / "kernel").glob(f"{sys.platform}-{machine}*")):
         try:
@@ -66,7 +72,13 @@ def keep(names: dict[str, Any]) -> None:
 
 
 class Slave(Fmi2Slave):
-    """One instance: a buffer, the time, and whether the outputs still hold."""
+    """One instance: a buffer, the time, and whether the outputs still hold.
+
+    Parameters
+    ----------
+    **kwargs
+        What pythonfmu hands over, as for `Fmi2Slave`.
+    """
 
     def __init__(self, **kwargs: Any) -> None:
         """Make the buffer with its start values."""
@@ -78,7 +90,14 @@ class Slave(Fmi2Slave):
         self._register()
 
     def addresses(self) -> list[float]:
-        """Return the size of the buffer, the addresses of both arrays, and those of the kernel's functions or zeros."""
+        """Tell the guard where the buffer and the kernel's functions are.
+
+        Returns
+        -------
+        list of float
+            Length of the buffer, addresses of both arrays, and addresses of `FUNCTIONS`, 0 for one that is not compiled
+            in. All numbers are 0 where a double holds one of the addresses inexactly.
+        """
         arrays = [a.buffer_info()[0] for a in (self._values, self._asked)]
         present = [getattr(KERNEL, name) if COMPILED and name in PLAN["functions"] else None for name in FUNCTIONS]
         functions = [ctypes.cast(f, ctypes.c_void_p).value or 0 if f else 0 for f in present]

@@ -83,7 +83,7 @@ class Comparison:
 
 @cache
 def largest_z_by_chance(devices: int, comparisons: int) -> float:
-    """Return the |z| that any of equal devices exceeds in any of several parameters with probability `CHANCE`.
+    """Simulate the |z| that any of equal devices exceeds in any of several parameters with probability `CHANCE`.
 
     Parameters
     ----------
@@ -91,6 +91,11 @@ def largest_z_by_chance(devices: int, comparisons: int) -> float:
         Number of devices.
     comparisons
         Number of parameters; each gets an equal part of the probability.
+
+    Returns
+    -------
+    float
+        Quantile 1 − `CHANCE`/comparisons of the largest robust |z| of normal values [1], at most that of `DRAWS` draws.
     """
     values = np.random.default_rng(0).standard_normal((DRAWS, devices))
     centred = values - np.median(values, axis=1, keepdims=True)

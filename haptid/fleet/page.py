@@ -96,6 +96,11 @@ def z_picture(judged: Sequence[Comparison]) -> Picture:
     ----------
     judged
         Comparisons with a limit.
+
+    Returns
+    -------
+    Picture
+        Devices that deviate are named; the line of a parameter spans ± its limit.
     """
     with style():
         made = figure(8.0, 1.2 + 0.22 * len(judged))

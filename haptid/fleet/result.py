@@ -47,6 +47,12 @@ def device_json(one: Identified, result: Mapping[str, Any] | None) -> dict[str, 
         How its identification ended.
     result
         Content of its identification.json; None where it failed.
+
+    Returns
+    -------
+    dict
+        ``worst_over_noise`` is the largest RMS error over the noise of a held-out run [1]; it and ``measured`` are None
+        where the identification failed.
     """
     worst = None
     if result is not None:
@@ -80,6 +86,12 @@ def fleet_json(devices: Sequence[Mapping[str, Any]], comparisons: Sequence[Compa
         Entries as `device_json` makes them.
     comparisons
         Every parameter over the devices.
+
+    Returns
+    -------
+    dict
+        Devices, comparisons, ``deviating`` (device, configuration, parameter and z of each that deviates), and the
+        sentence that sums them up.
     """
     deviating = [
         {"device": m.device, "configuration": one.configuration, "parameter": one.parameter, "z": m.z}

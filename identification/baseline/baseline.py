@@ -86,7 +86,13 @@ class Baseline:
         return np.asarray(self.regressor.columns(motion) @ self.estimate.theta / self.gain)
 
     def as_json(self) -> dict[str, Any]:
-        """Return ``baseline`` of identification.json; the std of what the rows do not determine is None."""
+        """Return ``baseline`` of identification.json; the std of what the rows do not determine is None.
+
+        Returns
+        -------
+        dict
+            ``parameters``: value, std and unit by id. A single joint without gravity has the gravity terms at 0.
+        """
         rows = zip(self.regressor.ids, self.estimate.theta, self.estimate.std, self.regressor.units, strict=True)
         parameters: dict[str, dict[str, float | str | None]] = {
             id: {"value": float(value), "std": float(std) if np.isfinite(std) else None, "unit": unit}
@@ -138,12 +144,17 @@ def fit_baseline(
 
 
 def moving_rows(motion: FilteredMotion) -> NDArray[np.bool_]:
-    """Say which rows of which joint move, shape (n, n_joints): at rest friction takes any value up to its level.
+    """Say which rows of which joint move: at rest, friction takes any value up to its level.
 
     Parameters
     ----------
     motion
         Filtered motion of the free joints.
+
+    Returns
+    -------
+    ndarray of bool, shape (n_t, n_joints)
+        True where the speed is above `THRESHOLDS.largest_rest_speed_over_rms_speed` times the joint's RMS speed.
     """
     rms = np.sqrt(np.mean(motion.v**2, axis=0))
     return np.asarray(np.abs(motion.v) > THRESHOLDS.largest_rest_speed_over_rms_speed * rms)

@@ -71,7 +71,14 @@ class Compared:
         return self.badness("baseline", "validate") < self.badness("model", "validate")
 
     def floor_json(self) -> dict[str, Any] | None:
-        """Return ``floor`` of a configuration: a number a joint, a list for several; None where none is known."""
+        """Convert the floor of a configuration to the entry ``floor`` of identification.json.
+
+        Returns
+        -------
+        dict or None
+            ``value`` and ``unit``, one number for one joint and a list for several; None where no joint's floor is
+            known.
+        """
         values = [float(x) if np.isfinite(x) else None for x in self.floor]
         if all(value is None for value in values):
             return None

@@ -107,7 +107,14 @@ class Figures:
         return float(np.mean(np.log(both))) if np.isfinite(both).all() and (both > 0).all() else np.inf
 
     def as_json(self) -> dict[str, Any]:
-        """Return ``figures.model`` or ``figures.baseline`` of a run: a number a joint, a list for several joints."""
+        """Convert to ``figures.model`` or ``figures.baseline`` of a run in identification.json.
+
+        Returns
+        -------
+        dict
+            Each figure as one number for one joint and a list for several, None where it is not finite;
+            ``horizon_rmse`` by horizon; ``closed_rmse`` only where a controller was simulated.
+        """
         closed = {} if self.closed_rmse is None else {"closed_rmse": _plain(self.closed_rmse)}
         return {
             **closed,

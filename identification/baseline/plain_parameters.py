@@ -32,6 +32,8 @@ def plain_theta(baseline: Baseline, equations: Equations, runs: Sequence[Run]) -
     Returns
     -------
     ndarray, shape (n_p,)
+        Parameters in the order of ``equations.parameters``, SI units; the first guess of any that the plain model
+        lacks.
     """
     known = baseline.values
     single = len(baseline.regressor.joints) == 1
@@ -65,6 +67,7 @@ def with_constant_torque(theta: Array, baseline: Baseline, equations: Equations,
     Returns
     -------
     ndarray, shape (n_p,)
+        Copy with the constant in ``gravity_cos`` of a prismatic joint, else in a spring so soft that it is constant.
     """
     ids = [q.id for q in equations.parameters]
     moved = theta.copy()

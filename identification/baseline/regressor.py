@@ -108,6 +108,7 @@ class Regressor:
         Returns
         -------
         ndarray, shape (n, n_joints, n_rigid)
+            Torque [N m] ([N]) for a unit of each parameter.
         """
         symbols = [
             *(position_symbol(j) for j in self.joints),
@@ -132,6 +133,8 @@ class Regressor:
         Returns
         -------
         ndarray, shape (n, n_joints, n_ids)
+            Torque [N m] ([N]) for a unit of each parameter: rigid body, then viscous, Coulomb and constant of every
+            joint.
         """
         n, joints = motion.t.size, len(self.joints)
         W = np.concatenate([self.rigid_columns(motion), np.zeros((n, joints, len(FRICTION) * joints))], axis=2)

@@ -108,6 +108,7 @@ class TorqueAlong:
         Returns
         -------
         ndarray, shape (n, n_joints)
+            Torque as it was commanded, over Kp [N m] ([N]).
         """
         ids = [q.id for q in self.equations.parameters]
         rigid = self.regressor.ids[: self.regressor.n_rigid]

@@ -28,6 +28,16 @@ def reach_minima(problem: Problem, workers: Workers, report: Callable[[int], Non
         Workers that run the starts.
     report
         Called with the number of starts that are done.
+
+    Returns
+    -------
+    Minima
+        Minima of all starts that ran, sorted into basins.
+
+    Raises
+    ------
+    NoStartError
+        Where no start gave a finite simulation.
     """
     if problem.n_parameters:
         return find_minima(problem, workers, report)
@@ -47,6 +57,11 @@ def polish(problem: Problem, minima: Minima) -> Minima:
         Problem whose difference steps were chosen at the best minimum.
     minima
         Minima that the starts reached.
+
+    Returns
+    -------
+    Minima
+        The same starts with the best minimum replaced where the descent went lower; unchanged without free parameters.
     """
     best = minima.best
     if not problem.n_parameters:

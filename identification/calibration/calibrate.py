@@ -95,6 +95,13 @@ def simulator_of(campaign: ForeignCampaign, fmu: ForeignFmu) -> ForeignSimulator
 def try_all_runs(campaign: ForeignCampaign, simulator: ForeignSimulator) -> float:
     """Simulate every run once at the first guess.
 
+    Parameters
+    ----------
+    campaign
+        Campaign about the FMU; its excluded runs are not simulated.
+    simulator
+        Simulator of the FMU; the first guess is the ``initial`` of its parameters.
+
     Returns
     -------
     float
@@ -186,7 +193,7 @@ def _workers(problem: Problem, simulation_s: float) -> AbstractContextManager[Wo
 
 
 def expected_duration(problem: Problem, simulation_s: float) -> float:
-    """Return how long all starts may take in one process [s].
+    """Estimate how long all starts take in one process.
 
     Parameters
     ----------
@@ -194,6 +201,12 @@ def expected_duration(problem: Problem, simulation_s: float) -> float:
         Problem with parameters and starts.
     simulation_s
         Duration of the simulation of all fitted runs once [s].
+
+    Returns
+    -------
+    float
+        Duration [s]: simulations of central differences for `THRESHOLDS.expected_iterations_of_start` iterations a
+        start.
     """
     per_iteration = simulation_s * (1 + 2 * problem.n_parameters)
     return per_iteration * THRESHOLDS.expected_iterations_of_start * problem.options.starts

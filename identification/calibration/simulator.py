@@ -89,6 +89,7 @@ class ForeignSimulator:
         Returns
         -------
         ndarray, shape (n_t, n_outputs)
+            Outputs in the units of their variables.
 
         Raises
         ------
@@ -158,6 +159,8 @@ class ForeignSimulator:
         Returns
         -------
         ndarray, shape (n_t, n_outputs)
+            ∂y/∂θᵢ in the unit of the output over that of the parameter; one-sided at a bound or where the FMU refuses a
+            side, NaN where it refuses both.
         """
         quantity = self.equations.parameters[i]
         step *= max(abs(theta[i]), LEAST_SIZE_OVER_UNIT * linear_unit(quantity))

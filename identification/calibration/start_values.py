@@ -57,7 +57,7 @@ def write_with_starts(source: Path, path: Path, values: Mapping[str, float]) -> 
 
 
 def with_starts(description: bytes, values: Mapping[str, float], where: str) -> bytes:
-    """Return a model description of FMI 2.0 or 3.0 with other start values.
+    """Put other start values into a model description of FMI 2.0 or 3.0.
 
     Parameters
     ----------
@@ -67,6 +67,11 @@ def with_starts(description: bytes, values: Mapping[str, float], where: str) -> 
         Start value by variable.
     where
         Name of the description, for errors.
+
+    Returns
+    -------
+    bytes
+        The description in the same encoding; all else keeps its bytes.
 
     Raises
     ------

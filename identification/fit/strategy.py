@@ -173,6 +173,8 @@ def fit_simulated(
     ------
     NumericalError
         Where no start gave a finite simulation.
+    InputError
+        Where a run has a joint without sensor noise and resolution.
 
     Notes
     -----

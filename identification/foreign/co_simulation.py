@@ -94,6 +94,11 @@ def step_by_itself(fmu: Any, description: Any, request: Request) -> Array:
     -------
     ndarray, shape (n_t, n_outputs)
         Outputs at each row after its inputs are set.
+
+    Raises
+    ------
+    RuntimeError
+        Where an FMU of FMI 3.0 asks to end the simulation.
     """
     write = writer(fmu, description, list(request.inputs))
     read = reader(fmu, description, request.outputs)

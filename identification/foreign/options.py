@@ -20,6 +20,11 @@ def model_option(meaning: str) -> Callable[[F], F]:
     ----------
     meaning
         What the command does with the FMU.
+
+    Returns
+    -------
+    callable
+        Decorator of a click command, which then takes the argument ``model``: a path, or None where left out.
     """
     return click.option(
         "--model",

@@ -90,7 +90,13 @@ class ForeignFmu:
         self.close()
 
     def start(self) -> None:
-        """Start the child process where there is none; `simulate` does so, too."""
+        """Start the child process where there is none; `simulate` does so, too.
+
+        Raises
+        ------
+        NumericalError
+            Where the FMU cannot be loaded.
+        """
         self._start()
 
     def simulate(
@@ -120,6 +126,7 @@ class ForeignFmu:
         Returns
         -------
         ndarray, shape (n_t, n_outputs)
+            Outputs in the units of their variables.
 
         Raises
         ------

@@ -42,6 +42,7 @@ def physical_draws(
     Returns
     -------
     tuple of ndarray, shape (n_pi,) each
+        π in SI units; ``count`` draws.
 
     References
     ----------

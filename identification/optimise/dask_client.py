@@ -12,7 +12,13 @@ from distributed import Client
 
 
 class DaskClient(Client):
-    """`distributed.Client`, closed at once where its scheduler does not answer."""
+    """`distributed.Client`, closed at once where its scheduler does not answer.
+
+    Parameters
+    ----------
+    *arguments, **options
+        As for `distributed.Client`: the scheduler's address first.
+    """
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         try:

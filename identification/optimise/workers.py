@@ -132,7 +132,13 @@ class Submitting:
 
 
 class Processes(Submitting, AbstractContextManager["Processes"]):
-    """Runs tasks in ``count`` processes of this machine, which start with the first task."""
+    """Runs tasks in processes of this machine, which start with the first task.
+
+    Parameters
+    ----------
+    count
+        Number of processes.
+    """
 
     def __init__(self, count: int) -> None:
         self.count = count

@@ -25,6 +25,7 @@ def is_above_noise(step: Step) -> bool:
     Returns
     -------
     bool
+        True also where a simulation is not finite.
     """
     largest = max((score.over_noise for score in step.fit.runs), default=0.0)
     # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.

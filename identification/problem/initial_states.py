@@ -53,6 +53,7 @@ class Start:
         Returns
         -------
         ndarray, shape (n_x,)
+            Positions [rad], velocities [rad/s], then the other states in their units.
         """
         x0 = self.base.copy()
         x0[list(self.states)] += self.unit * delta

@@ -42,7 +42,7 @@ def linear_unit(quantity: Quantity) -> float:
 
 
 def positive(quantity: Quantity) -> bool:
-    """Whether a quantity is positive over its whole range, so that it can move in its logarithm.
+    """Say whether a quantity is positive over its whole range, so that it can move in its logarithm.
 
     Parameters
     ----------
@@ -52,6 +52,7 @@ def positive(quantity: Quantity) -> bool:
     Returns
     -------
     bool
+        True for logarithmic scale, and for a lower bound of 0 or more with a positive first guess.
     """
     return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
 
@@ -227,6 +228,7 @@ class Parametrisation:
         Returns
         -------
         ndarray, shape (…, n_free)
+            s of a logarithmic coordinate, the logarithm of its unit of a linear one.
         """
         return np.where(self.log, s, np.log(self.unit))
 
@@ -241,6 +243,7 @@ class Parametrisation:
         Returns
         -------
         ndarray of bool, shape (…,)
+            True where a ≥ b for every pair (a, b) of ``equations.orderings``.
         """
         place = {q.id: i for i, q in enumerate(self.equations.parameters)}
         held = np.ones(theta.shape[:-1], dtype=bool)

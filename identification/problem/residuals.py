@@ -140,7 +140,13 @@ class Problem:
         return float(sum((root**2).sum() * run.y.shape[1] for root, run in zip(self.roots, self.runs, strict=True)))
 
     def slices(self) -> tuple[slice, ...]:
-        """Return the slice of x that holds the initial state of each run, in the order of the runs."""
+        """Locate the initial states of the runs within x.
+
+        Returns
+        -------
+        tuple of slice
+            Slice of x that holds the initial state of each run, in the order of the runs.
+        """
         edges = np.cumsum([self.n_parameters, *(len(start.states) for start in self.starts)])
         return tuple(slice(int(a), int(b)) for a, b in pairwise(edges))
 

@@ -88,7 +88,13 @@ class Combination:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Interval:
-    """95 % interval of a parameter, in its unit; an end is None where a bound ends the interval or no end was found."""
+    """95 % interval of a parameter.
+
+    Parameters
+    ----------
+    lower, upper
+        Ends in the parameter's unit; None where a bound ends the interval or no end was found.
+    """
 
     lower: float | None
     upper: float | None

@@ -44,6 +44,12 @@ def equations_for(
     Returns
     -------
     Equations
+
+    Raises
+    ------
+    InputError
+        Where the campaign states a parameter that the equations lack, or impossible bounds, or where the device's first
+        guesses give a single joint an impossible inertia.
     """
     joints = tuple(sorted(free_joints))
     runs = campaign.runs_of(joints)

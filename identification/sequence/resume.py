@@ -83,7 +83,13 @@ def data_digest(campaign: Campaign, device: Device | None, configuration: Config
 
 @cache
 def code_digest() -> bytes:
-    """Compute the digest of the source files of the packages in `CODE`."""
+    """Compute the digest of the source files of the packages in `CODE`.
+
+    Returns
+    -------
+    bytes
+        SHA-256 over the contents in the order of the paths, 32 bytes.
+    """
     digest = hashlib.sha256()
     for path in sorted(_sources()):
         digest.update(path.read_bytes())

@@ -83,6 +83,8 @@ class Sequence:
         ------
         NumericalError
             Where a fit fails; the message names the campaign's file and the joints' keys.
+        InputError
+            As `equations_for`.
         """
         belief = LinkBelief.from_device(self.device) if self.device else None
         found: dict[str, float] = {}

@@ -163,6 +163,7 @@ def start_at_rest(kernel: CompiledKernel, run: Run) -> Array:
     Returns
     -------
     ndarray, shape (n_x,)
+        Positions [rad], velocities [rad/s], then the other states in their units.
     """
     n = len(run.free_joints)
     x = np.array([state.start for state in kernel.equations.states])

@@ -248,6 +248,8 @@ class TorqueSimulator:
         ------
         ValueError
             Where the equations are not `invertible`.
+        NumericalError
+            Where the compiler is missing or fails.
         """
         return cls.of_torque(torque_equations(joint), step=step)
 
@@ -265,6 +267,11 @@ class TorqueSimulator:
         Returns
         -------
         TorqueSimulator
+
+        Raises
+        ------
+        NumericalError
+            Where the compiler is missing or fails.
         """
         return cls(equations, CompiledKernel.of(equations, step=step))
 
@@ -321,6 +328,7 @@ def filter_as(run: Run, torque: Array) -> Array:
     Returns
     -------
     ndarray, shape (n_t, …)
+        The same in the same unit, convolved with the run's Gaussian along the rows.
     """
     return convolve_gaussian(torque, float(run.extra[WIDTH][0]))
 

@@ -48,6 +48,11 @@ class KernelSimulator:
         -------
         KernelSimulator
             With the default inner step.
+
+        Raises
+        ------
+        NumericalError
+            Where the compiler is missing or fails.
         """
         return cls(equations, CompiledKernel.of(with_observer(equations)))
 

@@ -56,6 +56,11 @@ def with_jackknife(
     Fit
         The fit with covariance and information scaled by the growth of the standard deviations (the correlations stay),
         and with new statuses and combinations.
+
+    Raises
+    ------
+    InputError
+        Where a run has a joint without sensor noise and resolution.
     """
     problem = Problem.of(simulator, tuple(run for run in runs if run.use == "fit"), options)
     x = _unknowns(problem, fit)

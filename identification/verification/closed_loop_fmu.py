@@ -99,6 +99,13 @@ def build_controller(
     Returns
     -------
     Fmu
+
+    Raises
+    ------
+    InputError
+        Where the reference run gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     equations = controller_equations(controller, float(np.median(np.diff(run.t))), run.free_joints)
     start = {state.id: float(y) for state, y in zip(equations.states, run.y[0], strict=True)}
@@ -122,7 +129,13 @@ class ClosedLoopFiles:
     largest_difference_rad: float
 
     def as_json(self) -> dict[str, Any]:
-        """Convert to the entry ``as_fmus`` of identification.json."""
+        """Convert to the entry ``as_fmus`` of identification.json.
+
+        Returns
+        -------
+        dict
+            Names of both files without folder, ``controller`` and ``system``, and ``largest_difference_rad``.
+        """
         return {
             "controller": self.controller.name,
             "system": self.system.name,
@@ -152,6 +165,13 @@ def export_closed_loop(
     -------
     ClosedLoopFiles or None
         None where the campaign states no controller or no run was verified in closed loop.
+
+    Raises
+    ------
+    InputError
+        Where the reference run of the controller gives no finite numbers.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     done = [check for check in checks.runs if check.mode == "closed_loop"]
     if not table or not done:

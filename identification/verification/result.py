@@ -108,7 +108,13 @@ class Verification:
     assumed: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Convert to the ``verification`` table of identification.json; numbers that are not finite become null."""
+        """Convert to the ``verification`` table of identification.json; numbers that are not finite become null.
+
+        Returns
+        -------
+        dict
+            ``law``, ``assumed``, and ``runs`` with one entry for each run and mode.
+        """
         return {"law": self.law, "assumed": list(self.assumed), "runs": [_run_json(run) for run in self.runs]}
 
 

@@ -64,6 +64,8 @@ def verify(
     ------
     InputError
         For an id that the model does not have, or a controller table that does not fit the device.
+    NumericalError
+        Where the compiler is missing or fails.
     """
     equations = full_equations(device, effects)
     wanted = [run for run in runs if run.free_joints == equations.joints and run.use != "excluded"]

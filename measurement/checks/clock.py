@@ -11,12 +11,17 @@ from haptid.support.errors import InputError
 
 
 def check_clocks(campaign: Campaign) -> Campaign:
-    """Return the campaign unchanged, or refuse it where a simulation cannot follow the clock of a run.
+    """Refuse a campaign where a simulation cannot follow the clock of a run.
 
     Parameters
     ----------
     campaign
         As it was read; excluded runs are not checked.
+
+    Returns
+    -------
+    Campaign
+        The same, unchanged.
 
     Raises
     ------

@@ -28,7 +28,17 @@ class Limits:
 
 
 def limits_of(campaign: Campaign) -> dict[int, Limits]:
-    """Return the limits of the device's joints by number, empty for ``single_joint``.
+    """Take the limits of the joints from the device of a campaign.
+
+    Parameters
+    ----------
+    campaign
+        Campaign that names the device.
+
+    Returns
+    -------
+    dict
+        `Limits` by joint number; empty for ``single_joint``.
 
     Raises
     ------

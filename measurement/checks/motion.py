@@ -47,6 +47,11 @@ def check_motion(campaign: Campaign, prepared: Campaign) -> Campaign:
 def locked_posture(run: Run) -> tuple[float, ...]:
     """Return the posture of the locked joints, with free joints at 0, so that runs in one posture compare equal.
 
+    Parameters
+    ----------
+    run
+        Run with its posture.
+
     Returns
     -------
     tuple of float

@@ -58,6 +58,11 @@ def remarks_of(campaign: Campaign, *, report: Callable[[], object] = lambda: Non
     -------
     tuple of Remarks
         In the order of the runs.
+
+    Raises
+    ------
+    InputError
+        Where the file of the device is at fault.
     """
     limits, between = limits_of(campaign), (twins(campaign.runs), find_misnamed(campaign.runs), off_scale(campaign))
     made = []

@@ -11,12 +11,17 @@ from haptid.support.errors import InputError
 
 
 def check_sizes(campaign: Campaign) -> Campaign:
-    """Return the campaign unchanged, or refuse it where no sensor can have measured a number.
+    """Refuse a campaign where no sensor can have measured a number.
 
     Parameters
     ----------
     campaign
         As it was read; excluded runs are not checked.
+
+    Returns
+    -------
+    Campaign
+        The same, unchanged.
 
     Raises
     ------

@@ -25,7 +25,7 @@ Overrides = Mapping[str, Mapping[str, Any]]
 
 
 def check_stated(campaign: Campaign) -> Campaign:
-    """Return the campaign unchanged, or refuse it where the equations of its joints cannot take a stated parameter.
+    """Refuse a campaign where the equations of its joints cannot take a stated parameter.
 
     For example, a joint of a device has no ``gravity_cos`` and ``gravity_sin`` where its axis is vertical.
 
@@ -33,6 +33,11 @@ def check_stated(campaign: Campaign) -> Campaign:
     ----------
     campaign
         As it was read. Joints that no run frees alone are not checked.
+
+    Returns
+    -------
+    Campaign
+        The same, unchanged.
 
     Raises
     ------
@@ -73,6 +78,11 @@ def places(campaign: Campaign, joint: int) -> Callable[[str], str]:
     -------
     callable
         From the parameter's id to file, line and key.
+
+    Raises
+    ------
+    InputError
+        Where campaign.toml cannot be read, or is no TOML.
     """
     path, section = Path(campaign.folder) / "campaign.toml", f"joint.{joint}.parameters"
     source = TomlSource.parse(path) if path.is_file() else None

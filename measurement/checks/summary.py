@@ -82,6 +82,11 @@ def summarise(campaign: Campaign, *, report: Callable[[], object] = lambda: None
     -------
     tuple of Row
         In the order of the runs and of their free joints. Torques in N m, positions in rad (N and m where prismatic).
+
+    Raises
+    ------
+    InputError
+        Where the file of the device is at fault.
     """
     rows = []
     for one in remarks_of(campaign, report=report):

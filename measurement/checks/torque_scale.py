@@ -30,6 +30,11 @@ def off_scale(campaign: Campaign) -> dict[str, str]:
     dict
         A sentence by file, for the fastest run of each such joint: the one with the least torque per acceleration.
 
+    Raises
+    ------
+    InputError
+        Where the file of the device is at fault.
+
     Notes
     -----
     Compares Kp·σ(τ)/σ(q̈) with the stated inertia; σ is the standard deviation of the smoothed signals (`smooth`).

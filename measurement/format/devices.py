@@ -21,7 +21,14 @@ SUFFIXES = (".toml", ".urdf")
 
 
 def device_names() -> tuple[str, ...]:
-    """Return the names of the built-in devices (the TOML files of ``model/device/built_in``) and ``single_joint``."""
+    """List the devices that a campaign can name without a file.
+
+    Returns
+    -------
+    tuple of str
+        Names of the built-in devices (the TOML files of ``model/device/built_in``) and ``single_joint``, in
+        alphabetical order.
+    """
     folder = files("haptid.model.device") / "built_in"
     found = {item.name.removesuffix(".toml") for item in folder.iterdir() if item.name.endswith(".toml")}
     return tuple(sorted(found | {SINGLE_JOINT}))
@@ -135,6 +142,11 @@ def device_of(campaign: Campaign) -> Device | None:
     -------
     Device or None
         None for ``single_joint``.
+
+    Raises
+    ------
+    InputError
+        Where the file of the device is missing or at fault.
     """
     if campaign.device == SINGLE_JOINT:
         return None

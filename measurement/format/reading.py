@@ -37,7 +37,13 @@ TABLES = ("campaign", "sensor", "joint", "runs")
 
 
 def embedded_campaign() -> Path:
-    """Return the folder of the Freedom 6S campaign that comes with the package."""
+    """Find the Freedom 6S campaign that comes with the package.
+
+    Returns
+    -------
+    Path
+        Its folder.
+    """
     return Path(str(files("haptid.measurement") / "campaigns" / "freedom6s"))
 
 
@@ -115,6 +121,11 @@ def open_source(folder: Path, tables: Sequence[str]) -> TomlSource:
     tables
         Names of the tables that are read.
 
+    Returns
+    -------
+    TomlSource
+        Content of the file, with the places of its keys.
+
     Raises
     ------
     InputError
@@ -148,6 +159,11 @@ def is_foreign(folder: Path | str | None) -> bool:
     -------
     bool
         False where the file cannot be read: the reader of joints says why.
+
+    Raises
+    ------
+    InputError
+        Where campaign.toml cannot be read, or is no TOML.
     """
     if folder is None or not (Path(folder) / "campaign.toml").is_file():
         return False

@@ -38,7 +38,17 @@ class TomlSource:
 
     @classmethod
     def parse(cls, path: Path) -> TomlSource:
-        """Read and parse ``path``, UTF-8 with or without byte order mark.
+        """Read and parse a TOML file, UTF-8 with or without byte order mark.
+
+        Parameters
+        ----------
+        path
+            The file.
+
+        Returns
+        -------
+        TomlSource
+            Its text and content.
 
         Raises
         ------

@@ -82,7 +82,7 @@ def _fits(name: str, pattern: str) -> bool:
 
 
 def find_device(device: str, folder: Path) -> str:
-    """Return a built-in name, or the path of a device file from here or from the folder of the tables.
+    """Find a device by built-in name, or its file from here or from the folder of the tables.
 
     Parameters
     ----------
@@ -90,6 +90,12 @@ def find_device(device: str, folder: Path) -> str:
         As the user names it.
     folder
         Folder of the tables.
+
+    Returns
+    -------
+    str
+        Built-in name, or path of the file. A file that is not there but has the name of a built-in device is returned
+        as it is.
 
     Raises
     ------

@@ -126,6 +126,11 @@ def describe(prepared: Sequence[PreparedTable]) -> list[str]:
     ----------
     prepared
         All tables.
+
+    Returns
+    -------
+    list of str
+        Lines without line breaks.
     """
     lines: dict[str, None] = {}  # in order, each once
     for one in prepared:

@@ -64,6 +64,11 @@ def ask_columns(table: Table, stated: dict[str, Target], step: float | None) -> 
     -------
     dict
         Column of the format by column of the user's tables, ``stated`` included.
+
+    Raises
+    ------
+    InputError
+        Where two names stand for the same column, or a position in counts has no step.
     """
     known = understand_columns(table.columns, stated, step)
     names = {known[column].name if column in known else column for column in table.columns}
@@ -85,13 +90,25 @@ def _ask_column(column: str) -> dict[str, Target]:
 
 
 def ask_step() -> float:
-    """Ask for the angle of one encoder count [rad], without which counts cannot be converted."""
+    """Ask for the angle of one encoder count, without which counts cannot be converted.
+
+    Returns
+    -------
+    float
+        Angle [rad], 0 or more.
+    """
     step: float = click.prompt("Angle of one encoder count [rad] (2π/4096 = 0.00153398)", type=click.FloatRange(min=0))
     return step
 
 
 def ask_noise() -> float | None:
-    """Ask for the noise of the position [rad] ([m]); None where it is to be estimated."""
+    """Ask for the noise of the position.
+
+    Returns
+    -------
+    float or None
+        Standard deviation [rad] ([m]); None where it is to be estimated from the data.
+    """
     question = "Standard deviation of the position's noise [rad] (empty: estimated from the data)"
     return _ask(question, "", _number_or_none)
 

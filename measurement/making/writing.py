@@ -49,6 +49,11 @@ def write_table(path: Path, frame: pd.DataFrame) -> None:
         File to write; its suffix gives the format.
     frame
         Columns by their names in the campaign format.
+
+    Raises
+    ------
+    InputError, WritingError
+        Where the extra for Parquet is not installed, and as `write_bytes`.
     """
     stream = io.BytesIO()
     if path.suffix == ".parquet":
@@ -93,7 +98,12 @@ def write_campaign(campaign: Campaign, folder: Path) -> Path:
 
 
 def refuse_overwrite(folder: Path) -> None:
-    """Refuse a ``folder`` that is a file or holds anything, so that no result of the user is lost.
+    """Refuse a folder that is a file or holds anything, so that no result of the user is lost.
+
+    Parameters
+    ----------
+    folder
+        Folder to write to; it need not exist.
 
     Raises
     ------

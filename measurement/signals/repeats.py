@@ -41,7 +41,13 @@ def cells_of(positions: Sequence[Array], speeds: Sequence[Array]) -> list[Cells]
 
 
 def cell_count() -> int:
-    """Return the number of cells."""
+    """Count the cells of position and speed.
+
+    Returns
+    -------
+    int
+        Cells of position times cells of speed.
+    """
     return THRESHOLDS.cells_of_position * THRESHOLDS.cells_of_speed
 
 

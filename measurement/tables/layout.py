@@ -48,7 +48,14 @@ def check_layout(path: Path) -> None:
 
 
 def refuse_bomb(path: Path, unpacked: int) -> None:
-    """Refuse a table of ``unpacked`` bytes that is absurdly larger than its file.
+    """Refuse a table that unpacks to absurdly more than its file.
+
+    Parameters
+    ----------
+    path
+        File of the table.
+    unpacked
+        Size of the unpacked table [bytes].
 
     Raises
     ------

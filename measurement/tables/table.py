@@ -153,7 +153,12 @@ class Table:
             return np.array([_number(cell) for cell in cells], dtype=np.float64)
 
     def time(self) -> Array:
-        """Return the column ``time_s`` [s], shape (n_t,).
+        """Read the column ``time_s``.
+
+        Returns
+        -------
+        ndarray, shape (n_t,)
+            Times [s], increasing from row to row.
 
         Raises
         ------

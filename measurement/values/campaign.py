@@ -94,5 +94,16 @@ class Campaign:
         return tuple(run for run in self.runs if run.free_joints == wanted and use in (None, run.use))
 
     def but(self, **changes: Any) -> Campaign:
-        """Return a copy whose fields named in ``changes`` have other values."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Campaign
+            The copy.
+        """
         return replace(self, **changes)

@@ -151,5 +151,16 @@ class Run:
         return slice(self.score_from, None)
 
     def but(self, **changes: Any) -> Run:
-        """Return a copy whose fields named in ``changes`` have other values."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Run
+            The copy, its arrays read-only.
+        """
         return replace(self, **changes)

@@ -22,6 +22,8 @@ def unit_for(unit: str, prismatic: Iterable[bool]) -> str:
     str
         ``unit`` where all joints are revolute, its prismatic counterpart where all are prismatic, else both.
 
+    Examples
+    --------
     >>> unit_for("mrad", [False]), unit_for("N m", [True]), unit_for("rad", [False, True])
     ('mrad', 'N', 'rad or m')
     """

@@ -43,7 +43,18 @@ def times(a: Scalar, b: Scalar) -> Scalar:
 
 
 def plus(*terms: Scalar) -> Scalar:
-    """Return the sum of the terms that are not a constant 0."""
+    """Add the terms that are not a constant 0.
+
+    Parameters
+    ----------
+    *terms
+        Scalars of one kind, and ints.
+
+    Returns
+    -------
+    Scalar
+        The sum; the integer 0 where nothing is left to add.
+    """
     left = [term for term in terms if not (isinstance(term, int) and term == 0)]
     if not left:
         return 0
@@ -86,7 +97,18 @@ def dot(a: Vec, b: Vec) -> Scalar:
 
 
 def add(*vectors: Vec) -> Vec:
-    """Return the sum of vectors."""
+    """Add vectors, component by component.
+
+    Parameters
+    ----------
+    *vectors
+        At least one vector.
+
+    Returns
+    -------
+    Vec
+        The sum, with the integer 0 where all components are constant 0.
+    """
     x, y, z = zip(*vectors, strict=True)
     return plus(*x), plus(*y), plus(*z)
 

@@ -66,7 +66,10 @@ class Guess:
 class Inertial:
     """First guesses of mass [kg], centroid [m] and inertia about the centroid [kg m²], in the link's frame.
 
-    The order is that of `STANDARD`; products of inertia are tensor entries, I12 = −∫ x y dm.
+    Parameters
+    ----------
+    guesses
+        Ten guesses in the order of `STANDARD`; products of inertia are tensor entries, I12 = −∫ x y dm.
     """
 
     guesses: tuple[Guess, ...]

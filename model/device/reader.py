@@ -49,7 +49,13 @@ def load_device(name: str | Path, folder: Path | None = None) -> Device:
 
 
 def builtin_devices() -> tuple[str, ...]:
-    """Return the names of the devices that come with the package."""
+    """List the devices that come with the package.
+
+    Returns
+    -------
+    tuple of str
+        Names in alphabetical order.
+    """
     files = (Path(entry.name) for entry in resources.files("haptid.model.device.built_in").iterdir())
     return tuple(sorted(file.stem for file in files if file.suffix == ".toml"))
 

@@ -309,7 +309,18 @@ class Effect:
         return x.but(unit=unit, structured=x.structured or f"{self.id}.{x.id}")
 
     def but(self, **changes: Any) -> Effect:
-        """Return a copy with ``changes``."""
+        """Return a copy with changed fields.
+
+        Parameters
+        ----------
+        **changes
+            New values by field name.
+
+        Returns
+        -------
+        Effect
+            The copy.
+        """
         return replace(self, **changes)
 
 

@@ -46,7 +46,13 @@ class Scales:
     prismatic: bool = False
 
     def values(self) -> dict[sp.Symbol, float]:
-        """Return the numerical value of every scale symbol, in the units of `Scales`."""
+        """Return the numerical value of every scale symbol.
+
+        Returns
+        -------
+        dict
+            Values by symbol ``scale_<field>``, in the units of `Scales`.
+        """
         numbers = asdict(self)
         del numbers["prismatic"]
         return {sp.Symbol(f"scale_{name}", real=True): value for name, value in numbers.items()}

@@ -103,12 +103,12 @@ class Output:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equations:
-    """ẋ = f(t, x, u, p), y = g(t, x, u, p), or M(x, p) v̇ = h(t, x, u, p) for the states named in ``implicit``.
+    """ẋ = f(t, x, u, p), y = g(t, x, u, p), or M(x, p) v̇ = h(t, x, u, p) for velocities v with a ``mass_matrix`` M.
 
     Parameters
     ----------
-    name
-        Identifier, valid as a C identifier (``joint4``).
+    name, title
+        Identifier, valid as a C identifier (``joint4``), and words for a reader.
     joints
         The free joints, in order. Their positions are the first ``len(joints)`` states and the first outputs,
         their velocities the next ``len(joints)`` states.
@@ -135,6 +135,8 @@ class Equations:
         The friction law of each joint, in the order of ``joints``; empty where there is none.
     drive
         What drives a single joint; None where the input is a torque.
+    notes
+        Sentences for the documentation of an FMU.
     """
 
     name: str

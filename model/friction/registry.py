@@ -16,7 +16,13 @@ DEFAULT = "lugre"
 
 @cache
 def laws() -> dict[str, FrictionLaw]:
-    """Return every law by its id, in alphabetical order of the files."""
+    """Find all friction laws of the folder.
+
+    Returns
+    -------
+    dict
+        Laws by id, in alphabetical order of their files.
+    """
     modules = (importlib.import_module(f"{__package__}.{p.stem}") for p in sorted(Path(__file__).parent.glob("*.py")))
     found = (getattr(module, "LAW", None) for module in modules if module.__name__ != __name__)
     return {law.id: law for law in found if law is not None}

@@ -147,6 +147,11 @@ def coupled_equations(device: Device, motion: LockedDynamics, effects: Effects) 
     Equations
         v̇ = adj(M)·h/det(M) with h = torques − C·v − φ, and the parameters of all free joints.
 
+    Raises
+    ------
+    InputError
+        Where an effect needs a slot that the joint's friction law lacks.
+
     Notes
     -----
     The relaxation rate of a velocity is the joint's damping times the diagonal entry of M⁻¹.

@@ -32,7 +32,13 @@ def parameter_rows(friction: str = DEFAULT) -> tuple[Row, ...]:
 
 
 def all_ids() -> tuple[str, ...]:
-    """Return the ids of all parameters that a joint may have under any friction law, each once."""
+    """List the parameters that a joint may have under any friction law.
+
+    Returns
+    -------
+    tuple of str
+        Ids, each once: those of body, drive and spring, then those of the laws.
+    """
     own = (id for law in laws().values() for id in law.ids)
     return tuple(dict.fromkeys((*(row.id for row in parameter_rows()), *own)))
 

@@ -23,9 +23,14 @@ MOST_SUBSTEPS = 8
 
 @cache
 def generator() -> str:
-    """Return sixteen hex digits that change with the generator's files, the machine and `MOST_SUBSTEPS`.
+    """Compute the digest of what the records depend on beside the equations.
 
-    Records of another digest are ignored.
+    It changes with the generator's files, the machine and `MOST_SUBSTEPS`. Records of another digest are ignored.
+
+    Returns
+    -------
+    str
+        Sixteen hex digits.
     """
     found = hashlib.sha256(f"{machine()} {MOST_SUBSTEPS}".encode())
     for part in sorted(resources.files("haptid.model.kernel").iterdir(), key=lambda p: p.name):
@@ -50,6 +55,11 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     -------
     CompiledKernel
         The kernel; it may have lanes or sensitivities beyond the request.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     # a kernel with both, lanes and sensitivities, serves every request and is looked up first
     both = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"

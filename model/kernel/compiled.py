@@ -107,6 +107,11 @@ class CompiledKernel:
         -------
         CompiledKernel
             The kernel.
+
+        Raises
+        ------
+        NumericalError
+            Where the compiler is missing or fails.
         """
         kernel = generate(equations, **options)
         return cls(kernel, compile_kernel(kernel.source, lanes=LANES if many else 0, substeps=substeps))
@@ -184,13 +189,33 @@ class CompiledKernel:
     ) -> tuple[Array, Array]:
         """Simulate as `simulate` does, and return the final state too.
 
+        Parameters
+        ----------
+        t
+            Times of the rows [s], shape (n_t,).
+        u
+            Inputs at the rows, shape (n_t, n_u).
+        p
+            Parameters, shape (n_p,).
+        x0
+            State at the first row, shape (n_x,).
+        linear
+            Whether inputs run linearly between rows, as in `linear_bits`.
+        step
+            Longest inner step [s]; the kernel's own where None.
+
         Returns
         -------
         y : Array
-            Outputs, shape (n_t, n_y).
+            Outputs, shape (n_t, n_y); NaN as for `simulate`.
         state : Array
             State at the last row, shape (n_x,); a simulation that continues from it has the same bits as one without
             interruption.
+
+        Raises
+        ------
+        ValueError
+            Where an array has the wrong shape.
         """
         times, inputs, parameters, start = self._check_arguments(t, u, p, x0)
         y, state, h = np.full((times.size, self._sizes[3]), np.nan), start.copy(), step or self.kernel.step
@@ -215,7 +240,22 @@ class CompiledKernel:
     def simulate_tangent(
         self, t: Any, u: Any, p: Any, x0: Any, *, linear: bool | tuple[bool, ...] = False, step: float | None = None
     ) -> tuple[Array, Array]:
-        """Simulate the outputs with their first-order sensitivities; arguments as for `simulate`.
+        """Simulate the outputs with their first-order sensitivities.
+
+        Parameters
+        ----------
+        t
+            Times of the rows [s], shape (n_t,).
+        u
+            Inputs at the rows, shape (n_t, n_u).
+        p
+            Parameters, shape (n_p,).
+        x0
+            State at the first row, shape (n_x,).
+        linear
+            Whether inputs run linearly between rows, as in `linear_bits`.
+        step
+            Longest inner step [s]; the kernel's own where None.
 
         Returns
         -------

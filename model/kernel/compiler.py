@@ -67,6 +67,11 @@ def compile_shared(
     -------
     Path
         Shared library, keyed by sources, platform, flags and version of the compiler.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     made_by = importlib.metadata.version("ziglang") if is_available() else ""
     made_for = triple or machine()
@@ -108,6 +113,11 @@ def compile_kernel(source: str, *, lanes: int, substeps: int | None = None) -> P
     -------
     Path
         Shared library.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     flags = () if substeps is None else (f"-DHK_MAX_SUBSTEPS={substeps}",)
     if lanes == 0:

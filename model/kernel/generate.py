@@ -147,6 +147,8 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAUL
 
     Parameters
     ----------
+    equations
+        Explicit equations, or implicit ones with a mass matrix.
     tangent
         Whether to generate first-order sensitivities; only explicit equations have them.
     step

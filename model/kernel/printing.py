@@ -105,7 +105,13 @@ def _exchange_functions(expression: sp.Expr, pairs: Iterable[tuple[Any, Any]]) -
 
 
 class CPrinter(C99CodePrinter):
-    """Expressions in the arithmetic of ``real.h``: branch-free, the same text for scalars and lanes."""
+    """Expressions in the arithmetic of ``real.h``: branch-free, the same text for scalars and lanes.
+
+    Parameters
+    ----------
+    names
+        C text of a symbol by its name; a symbol that is absent keeps its name.
+    """
 
     def __init__(self, names: dict[str, str]) -> None:
         super().__init__({"user_functions": _C})
@@ -191,7 +197,13 @@ class CPrinter(C99CodePrinter):
 
 
 class PythonPrinter(PythonCodePrinter):
-    """Expressions for the plain-Python fallback, with ``math`` and the two helpers ``sign`` and ``step``."""
+    """Expressions for the plain-Python fallback, with ``math`` and the two functions ``sign`` and ``step``.
+
+    Parameters
+    ----------
+    names
+        Python text of a symbol by its name; a symbol that is absent keeps its name.
+    """
 
     def __init__(self, names: dict[str, str]) -> None:
         own = {"Magnitude": "abs", "Direction": "sign"}

@@ -50,6 +50,11 @@ def full_model_figure(check: RunCheck) -> Figure:
     ----------
     check
         Verification of one run.
+
+    Returns
+    -------
+    Figure
+        Two columns of joints; the band is left out where fewer than two draws stayed finite.
     """
     n = check.measured.shape[1]
     with style():

@@ -32,6 +32,11 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
     ----------
     curves
         Runs with their simulations before and after the search.
+
+    Returns
+    -------
+    Picture
+        A column a run: positions above, residuals with the sensor's ±2σ below.
     """
     shown = curves[:2]
     with style():
@@ -72,6 +77,11 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
         Excess of residual energy over the noise, one map per variable.
     prismatic
         Whether each joint is prismatic, for the units.
+
+    Returns
+    -------
+    Picture
+        A panel a variable, shares in %.
     """
     with style():
         made = figure(8.5, 4.4)
@@ -328,6 +338,11 @@ def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
         Torque with its standard error over one or two variables.
     prismatic
         Whether the joint is prismatic, for the units.
+
+    Returns
+    -------
+    Picture
+        Its caption says what the nominal model can hold and is left out.
     """
     names = " and ".join(AXES[variable][0] for variable in shape.variables)
     with style():

@@ -31,6 +31,11 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
     ----------
     curves
         Runs with their simulations by the nominal model.
+
+    Returns
+    -------
+    Picture
+        A panel a run.
     """
     shown = list(curves)[:2]
     with style():
@@ -54,6 +59,11 @@ def scores_picture(scan: Scan) -> Picture:
     ----------
     scan
         Score tests of the whole catalogue, the best first.
+
+    Returns
+    -------
+    Picture
+        Bars of −log₁₀ p, the best on top, with the line beyond which an effect counts.
     """
     shown = scan.scores[:MOST_SCORES_SHOWN][::-1]
     with style():

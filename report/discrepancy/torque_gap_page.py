@@ -19,6 +19,11 @@ def torque_picture(finding: TorqueFinding) -> Picture:
     ----------
     finding
         Result of the search.
+
+    Returns
+    -------
+    Picture
+        All runs in one panel, the residual with ±2σ of the torque's white noise below.
     """
     found = finding.search
     with style():
@@ -54,6 +59,11 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
     ----------
     finding
         Result of the search.
+
+    Returns
+    -------
+    Picture
+        One line a direction, with standard errors.
     """
     left = finding.remaining
     with style():

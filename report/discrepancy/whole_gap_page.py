@@ -17,6 +17,11 @@ def missed_picture(finding: WholeFinding) -> Picture:
     ----------
     finding
         Residuals of every run and joint.
+
+    Returns
+    -------
+    Picture
+        Bars by joint, run after run, on a logarithmic axis.
     """
     with style():
         made = figure(8.5, 2.8)

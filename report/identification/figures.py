@@ -28,6 +28,11 @@ def run_picture(traces: Sequence[Trace], title: str) -> Picture:
         One trace per run, all of the same joints.
     title
         Start of the caption.
+
+    Returns
+    -------
+    Picture
+        Its caption names the files with their uses.
     """
     rows = 2 * traces[0].measured.shape[1]
     with style():
@@ -95,6 +100,11 @@ def whole_picture(check: RunCheck) -> Picture:
     ----------
     check
         Verification of the whole model on the run.
+
+    Returns
+    -------
+    Picture
+        A panel a joint with its RMS error; the caption says how the run was simulated.
     """
     n = check.measured.shape[1]
     with style():

@@ -26,6 +26,11 @@ def configuration(joints: list[int]) -> str:
 def ones(plan: Data) -> list[list[str]]:
     """Return the table of ones.
 
+    Parameters
+    ----------
+    plan
+        Content of the plan's JSON file.
+
     Returns
     -------
     list of rows

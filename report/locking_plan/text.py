@@ -25,6 +25,11 @@ def plan_text(plan: Data) -> str:
     ----------
     plan
         Content of the plan's JSON file.
+
+    Returns
+    -------
+    str
+        Order, counts of parameters, table of ones, what stays unidentifiable and the proposed tests.
     """
     order = ", ".join(configuration(joints) for joints in plan["locking_order"])
     base = plan["base_parameters"]

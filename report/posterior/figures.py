@@ -26,6 +26,11 @@ def corner(values: Array, names: Sequence[str], logarithmic: Sequence[bool]) -> 
     logarithmic
         Whether each parameter is sampled in its logarithm: such parameters, those of the noise model excepted, are
         shown relative to their median [%].
+
+    Returns
+    -------
+    Figure
+        Square of panels, histograms on the diagonal.
     """
     shown, labels = _relative(values, names, logarithmic)
     n = len(names)
@@ -77,6 +82,11 @@ def widths(names: Sequence[str], posterior: Array, prior: Array) -> Figure:
         Ids of the parameters.
     posterior, prior
         Half-widths in percent of the value, shape (n,) each; drawn up to 1000 %.
+
+    Returns
+    -------
+    Figure
+        A bar a parameter, the best known at the bottom, on a logarithmic axis up to 1000 %.
     """
     order = np.argsort(posterior)  # best known at the bottom
     low = 10 ** np.floor(np.log10(max(float(np.min(posterior)), 1e-6)))
@@ -108,6 +118,15 @@ def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
         Ids of the coordinates.
     bins
         Number of ranges of ranks.
+
+    Returns
+    -------
+    Figure
+        A panel a coordinate; 1 is the share that agreeing ensembles have.
+
+    References
+    ----------
+    Vehtari et al., Rank-normalization, folding, and localization: an improved R̂, 2021, section 5.
     """
     count, draws, n = chains.shape
     columns = min(n, 5)
@@ -138,6 +157,11 @@ def bands(parts: Sequence[Bands]) -> Figure:
     ----------
     parts
         Bands of every run; each run has a row of the figure.
+
+    Returns
+    -------
+    Figure
+        Positions with the 95 % band on the left, residuals with all bands on the right.
     """
     with style():
         made = figure(9.0, 1.9 * len(parts))

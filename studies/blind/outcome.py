@@ -30,7 +30,17 @@ MEANING: dict[Result, str] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Covered:
-    """A parameter of a rightly named effect: truth, estimate, standard deviation, and whether the interval holds it."""
+    """A parameter of a rightly named effect.
+
+    Parameters
+    ----------
+    effect, parameter
+        Ids of the effect and of its parameter.
+    true, value, std
+        Truth, estimate and its standard deviation, in the parameter's unit.
+    inside
+        Whether the interval holds the truth.
+    """
 
     effect: str
     parameter: str
@@ -42,7 +52,38 @@ class Covered:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """One case: its label in short, the verdict, and how that scores."""
+    """One case: its label in short, the verdict, and how that scores.
+
+    Parameters
+    ----------
+    case, kind, size, joint, device, inputs
+        As in `studies.hidden.plan.Case`.
+    coloured
+        Whether the noise is correlated.
+    truth
+        Names of the hidden effects.
+    verdict
+        Verdict of the search; ``failed`` without one.
+    names
+        Ids of the named effects.
+    alternatives
+        Sets of ids that an ambiguous verdict leaves open.
+    result
+        How the verdict scores; `MEANING` says it in words.
+    left_out
+        Entries that the catalogue lacked.
+    proposed
+        Whether the search proposes a run that tells the rivals apart.
+    closed
+        Share of the excess RMS that is removed on held-out runs [1], beside the scatter where amplitudes scatter; None
+        where there is none.
+    wall_s, simulations
+        Duration [s] and simulated runs of the search; None where it failed.
+    parameters
+        Parameters of the rightly named effects.
+    reason
+        Why the workflow failed.
+    """
 
     case: str
     kind: str
@@ -70,7 +111,13 @@ class Outcome:
         return self.result in RIGHT
 
     def as_json(self) -> dict[str, Any]:
-        """Return the fields, those that say nothing left out."""
+        """Convert to an entry of the study's JSON.
+
+        Returns
+        -------
+        dict
+            The fields by name, those left out that are None or empty.
+        """
         return {key: value for key, value in asdict(self).items() if value not in (None, (), "")}
 
 

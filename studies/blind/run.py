@@ -185,7 +185,13 @@ def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
 
 
 def git_version() -> str:
-    """Return the version of the code, ``unknown`` outside a repository."""
+    """Describe the version of the code.
+
+    Returns
+    -------
+    str
+        As ``git describe`` says it, with ``-dirty`` after uncommitted changes; ``unknown`` outside a repository.
+    """
     command = ["git", "describe", "--always", "--dirty"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     return done.stdout.strip() or "unknown"

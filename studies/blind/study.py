@@ -36,7 +36,17 @@ STOPPED = (INTERRUPTED, TERMINATED, -signal.SIGINT, -signal.SIGTERM)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Job:
-    """One campaign to be worked through, what is left out of the catalogue, and where the result goes."""
+    """One campaign to be worked through.
+
+    Parameters
+    ----------
+    case
+        Name of the case.
+    campaign, out
+        Folders of the campaign and of the results.
+    without
+        Ids of effects that are left out of the catalogue.
+    """
 
     case: str
     campaign: Path
@@ -65,13 +75,25 @@ class Job:
         ]  # fmt: skip
 
     def result(self) -> dict[str, Any] | None:
-        """Return the finding, or None where there is none."""
+        """Read the finding.
+
+        Returns
+        -------
+        dict or None
+            Content of ``discrepancy/joint<j>.json``; None where there is none.
+        """
         for path in sorted((self.out / "discrepancy").glob("joint*.json")):
             return dict(json.loads(path.read_text(encoding="utf-8")))
         return None
 
     def failure(self) -> str | None:
-        """Return why there is no finding, in one line; None where the job was not tried."""
+        """Read why there is no finding.
+
+        Returns
+        -------
+        str or None
+            One line; None where the job has not failed.
+        """
         path = self.out / FAILED
         return str(json.loads(path.read_text(encoding="utf-8"))["reason"]) if path.exists() else None
 
@@ -100,12 +122,30 @@ def digest(packages: Sequence[str] = PACKAGES) -> str:
 def make(
     out: Path, asked: dict[str, Any], workers: int, tell: Callable[[int], None] = lambda _: None
 ) -> tuple[str, ...]:
-    """Make the cases unless they are there, and return their names; ``tell`` gets how many there are so far.
+    """Make the cases unless they are there.
+
+    Parameters
+    ----------
+    out
+        Folder of the study.
+    asked
+        Options of `studies.hidden.run` by name; empty ones are left out.
+    workers
+        Number of processes that make cases.
+    tell
+        Called with the number of cases that are there so far.
+
+    Returns
+    -------
+    tuple of str
+        Names of the cases in alphabetical order.
 
     Raises
     ------
     InputError
-        Where the folder holds another study.
+        Where the folder holds another study, or the cases that are asked for cannot be made.
+    NumericalError
+        Where making the cases fails.
     """
     path, wanted = out / "study.json", {**asked, "maker": digest(MAKER)}
     if path.exists():
@@ -174,7 +214,7 @@ def last_line(text: str) -> str:
 
 
 def worked(job: Job, stamp: str) -> bool:
-    """Whether the result of the same code is there.
+    """Say whether the result of the same code is there.
 
     Parameters
     ----------
@@ -186,6 +226,7 @@ def worked(job: Job, stamp: str) -> bool:
     Returns
     -------
     bool
+        False where the job has no stamp, or that of other code.
     """
     done = job.out / STAMP
     return done.exists() and json.loads(done.read_text(encoding="utf-8"))["code"] == stamp

@@ -77,9 +77,18 @@ class Design:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """One data set: ranks of the truths (n,) among ``RANKS`` posterior draws, or why there are none.
+    """One data set: ranks of the truths, or why there are none.
 
-    ``effective`` is the number of independent draws behind the ranks, by the slowest coordinate.
+    Parameters
+    ----------
+    number
+        Number of the data set.
+    ranks
+        Rank of each truth among ``RANKS`` posterior draws, shape (n,); None where the posterior failed.
+    effective
+        Number of independent draws behind the ranks, by the slowest coordinate.
+    failure
+        Why there are no ranks.
     """
 
     number: int

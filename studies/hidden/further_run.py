@@ -22,7 +22,19 @@ LONGEST = 60.0
 
 
 def read_label(out: Path, case: str) -> dict[str, Any]:
-    """Return what is hidden in one case of the study below ``out``.
+    """Read what is hidden in one case of a study.
+
+    Parameters
+    ----------
+    out
+        Folder of the study.
+    case
+        Name of the case.
+
+    Returns
+    -------
+    dict
+        Label of the case, as `studies.hidden.run.make_cases` writes it.
 
     Raises
     ------
@@ -72,14 +84,30 @@ def cosine_of(request: Mapping[str, Any]) -> Cosine:
 
 
 def add_run(out: Path, case: str, request: Mapping[str, Any], folder: Path) -> Path:
-    """Copy the campaign of ``case`` to ``folder`` and add the run of `cosine_of`, ``repeats`` times, to be fitted.
+    """Copy the campaign of a case and add a run that was asked for, to be fitted.
 
-    The same joint, disturbances and sensor as in the case, with noise of its own.
+    Parameters
+    ----------
+    out
+        Folder of the study.
+    case
+        Name of the case.
+    request
+        Run as for `cosine_of`; it is made ``repeats`` times, once where that is absent.
+    folder
+        Folder of the new campaign.
 
     Returns
     -------
     Path
         The new campaign.toml.
+
+    Raises
+    ------
+    InputError
+        Where the study or the case is not there, or the run is impossible.
+    NumericalError
+        Where the motion of the joint stops being finite.
     """
     label = read_label(out, case)
     sensor = Sensor(noise=label["noise"], coloured=label["coloured"], correlation_time=label["correlation_time"])

@@ -24,7 +24,29 @@ UPRIGHT = (0, 3)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """One blind case: ``effects`` are the hidden names, ``scatter`` the cycles' amplitude scatter at nominal size."""
+    """One blind case.
+
+    Parameters
+    ----------
+    kind
+        One of `KINDS`.
+    effects
+        Names of the hidden effects.
+    size
+        One of `SIZES`; ``none`` where nothing is hidden.
+    joint
+        Number of the joint.
+    device
+        ``single_joint`` or ``freedom6s``.
+    inputs
+        ``rich`` or ``table3``.
+    noise
+        Standard deviation of the sensor noise [rad].
+    coloured, correlation_time
+        Standard deviation [rad] and time constant [s] of an added first-order autoregressive noise.
+    scatter
+        Relative scatter of the cycles' amplitude at nominal size [1].
+    """
 
     kind: str
     effects: tuple[str, ...]

@@ -156,12 +156,30 @@ def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
 
 
 def write_case(folder: Path, case: Case, seed: Sequence[int], runs: Sequence[Cosine]) -> dict[str, Any]:
-    """Draw the joint and the sizes of a case once, write its campaign with these runs, and return its label.
+    """Draw the joint and the sizes of a case once, and write its campaign.
+
+    Parameters
+    ----------
+    folder
+        Folder of the campaign; its name is that of the case.
+    case
+        What is hidden, and where.
+    seed
+        Numbers that fix all random draws.
+    runs
+        Torques of the runs.
+
+    Returns
+    -------
+    dict
+        Label of the case, as `make_cases` describes it.
 
     Raises
     ------
     NumericalError
         Where the joint runs away under its disturbances, or its own parameters take them up.
+    InputError
+        Where a disturbance is unknown.
     """
     rng = np.random.default_rng(list(seed))
     parameters, known = draw_joint(case, rng)
@@ -198,10 +216,16 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
     effects: Sequence[str] = (),
     workers: int = 1,
 ) -> list[dict[str, Any]]:
-    """Write ``n`` campaigns below ``out/cases`` and their labels to ``out/labels.json``.
+    """Write the campaigns of a blind study below ``out/cases`` and their labels to ``out/labels.json``.
 
     Parameters
     ----------
+    out
+        Folder of the study.
+    n
+        Number of cases.
+    seed
+        Seed of all random draws.
     kinds
         Some of ``none``, ``single``, ``pair``, ``scatter``, ``scatter_with`` (an effect together with scatter) and
         ``unlisted`` (a disturbance outside the catalogue).
@@ -220,6 +244,13 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
     list of dict
         The labels: kind, hidden effects with parameters, size, joint, device, noise; ``left_over_noise`` is what a
         refit leaves of an effect over the noise, ``share_of_motion`` its RMS over that of the motion.
+
+    Raises
+    ------
+    InputError
+        Where a kind, a size, the inputs or an effect is unknown, or no case can hide the effects.
+    NumericalError
+        Where even the last joint that is drawn runs away under its disturbances, or takes them up.
     """
     cases = plan(n, np.random.default_rng([seed, 0]), kinds, sizes, inputs, effects)
     folders = [out / "cases" / f"case_{k:04d}" for k in range(n)]

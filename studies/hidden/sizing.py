@@ -135,7 +135,17 @@ class Reach:
         return tuple(name for name in BASE if name not in self.free)
 
     def at(self, moved: Array) -> Array:
-        """Return positions with the free parameters and the starts moved, shape (n,).
+        """Simulate the runs with the free parameters and the starts moved.
+
+        Parameters
+        ----------
+        moved
+            Changes of the free parameters in SI units, then of the starts, shape (n_free + n_starts,).
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Positions of all runs one after the other [rad]; the starts act by their slopes.
 
         Raises
         ------

@@ -41,7 +41,13 @@ def changed(room: str, name: str, value: Value) -> Iterator[None]:
 
 @contextmanager
 def noted_reads() -> Iterator[set[str]]:
-    """Note every threshold that is read meanwhile, as room and name."""
+    """Note every threshold that is read within the block.
+
+    Yields
+    ------
+    set of str
+        Keys ``<room>.<name>`` of the thresholds that have been read so far; it grows.
+    """
     rooms = {id(room_values(room)): room for room in ROOMS}
     owners = {type(room_values(room)): {f.name for f in fields(room_values(room))} for room in ROOMS}
     reads: set[str] = set()
@@ -64,7 +70,13 @@ def noted_reads() -> Iterator[set[str]]:
 
 
 def loaded_readers() -> list[str]:
-    """Return the modules that hold thresholds of any room and are none of those that define them."""
+    """List the loaded modules that hold thresholds and are none of those that define them.
+
+    Returns
+    -------
+    list of str
+        Names of the modules in alphabetical order.
+    """
     known = {id(room_values(room)) for room in ROOMS} | {id(room_values("discrepancy.fit"))}
     return sorted(
         name

@@ -44,7 +44,18 @@ def make_free(folder: Path, *, seed: int, kind: str, effects: list[str], size: s
 
 
 def short_runs(joint: int) -> tuple[Cosine, ...]:
-    """Return the first fitted runs and the unseen runs of the rich inputs, shortened."""
+    """Shorten the rich inputs of a joint to `DURATION_S` each.
+
+    Parameters
+    ----------
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    tuple of Cosine
+        The first `FITTED` runs to fit, then all runs that no fit sees.
+    """
     runs = rich(joint)
     chosen = [run for run in runs if run.use == "fit"][:FITTED] + [run for run in runs if run.use == "validate"]
     return tuple(replace(run, duration=DURATION_S) for run in chosen)

@@ -44,7 +44,19 @@ def differences(delivered: Outcome, other: Outcome) -> list[str]:
 
 
 def cost_ratio(delivered: Outcome, other: Outcome) -> float | None:
-    """Return simulations over those of the delivered run, None where they are about as many."""
+    """Compare the effort of two runs of a case.
+
+    Parameters
+    ----------
+    delivered, other
+        Outcomes of one case.
+
+    Returns
+    -------
+    float or None
+        Simulations over those of the delivered run [1]; None where they differ by at most `LEAST_SIMULATIONS`, or one
+        is not known.
+    """
     before, after = delivered.get("simulations"), other.get("simulations")
     if not before or after is None or abs(after / before - 1.0) <= LEAST_SIMULATIONS:
         return None

@@ -12,12 +12,17 @@ COLUMNS = ("threshold", "what it is", "value", "halved: what changes", "doubled:
 
 
 def page(stored: Row) -> str:
-    """Return the page.
+    """Write the page of the study.
 
     Parameters
     ----------
     stored
         Content of thresholds.json.
+
+    Returns
+    -------
+    str
+        Markdown.
     """
     parts = [
         "# What halving and doubling each threshold changes\n",
@@ -41,6 +46,11 @@ def page(stored: Row) -> str:
 
 def counts(stored: Row) -> dict[str, int]:
     """Count thresholds and runs.
+
+    Parameters
+    ----------
+    stored
+        Content of thresholds.json.
 
     Returns
     -------
@@ -69,7 +79,18 @@ def counts(stored: Row) -> dict[str, int]:
 
 
 def headline(stored: Row) -> str:
-    """Return the summary."""
+    """Sum the study up.
+
+    Parameters
+    ----------
+    stored
+        Content of thresholds.json.
+
+    Returns
+    -------
+    str
+        Sentences with the counts of `counts`.
+    """
     n = counts(stored)
     return (
         f"Of {n['thresholds']} thresholds the panel reads {n['read']}. {n['runs']} of {n['planned']} runs under a "

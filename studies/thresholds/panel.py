@@ -41,7 +41,13 @@ class Case:
     given: Mapping[str, Any] = field(default_factory=dict)
 
     def as_json(self) -> dict[str, Any]:
-        """Return all fields."""
+        """Convert to an entry of ``panel`` in the study's JSON.
+
+        Returns
+        -------
+        dict
+            All fields by name.
+        """
         return asdict(self)
 
 

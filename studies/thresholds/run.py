@@ -78,7 +78,17 @@ def _within(room: str, asked: str) -> bool:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Change:
-    """A run that is to be made: a case under a changed threshold."""
+    """A run that is to be made: a case under a changed threshold.
+
+    Parameters
+    ----------
+    case
+        Case of the panel.
+    threshold
+        Threshold that is changed.
+    change
+        ``halved`` or ``doubled``.
+    """
 
     case: Case
     threshold: Threshold
@@ -107,6 +117,10 @@ class Study:
         Whether progress stays unsaid.
     stored
         Content of the JSON.
+    began
+        When this command began, by `time.monotonic` [s].
+    before_s
+        Duration of the earlier commands of the study [s].
     """
 
     out: Path
@@ -192,10 +206,15 @@ class Study:
         self.keep()
 
     def changes(self) -> list[Change]:
-        """Return all changes of thresholds that cases read, in the order in which they are run.
+        """List all changes of thresholds that cases read, in the order in which they are run.
 
         The cases follow each other as in the panel. What modules take over as they load, whether a case needs it or
         not, comes after all that the cases read as they work.
+
+        Returns
+        -------
+        list of Change
+            A change of each threshold that a case reads, halved and doubled, where that is another value.
         """
         delivered = self.stored["delivered"]
         known = {threshold.key: threshold for threshold in all_thresholds()}
@@ -209,7 +228,18 @@ class Study:
         ]
 
     def folder(self, case: Case) -> Path:
-        """Return the folder of a case's campaign."""
+        """Name the folder of a case's campaign.
+
+        Parameters
+        ----------
+        case
+            Case of the panel.
+
+        Returns
+        -------
+        Path
+            Folder below ``campaigns``.
+        """
         return self.campaigns / case.name.replace(" ", "_")
 
     def keep(self) -> None:

@@ -53,12 +53,29 @@ class Threshold:
         return f"{self.room}.{self.name}"
 
     def scaled(self, change: str) -> Value | None:
-        """Return the value ``halved`` or ``doubled``; None where that is the value itself."""
+        """Halve or double the threshold, within what it can mean.
+
+        Parameters
+        ----------
+        change
+            ``halved`` or ``doubled``.
+
+        Returns
+        -------
+        int, float, tuple or None
+            New value, see `scale`; None where that is the value itself.
+        """
         new = scale(self.value, FACTORS[change], is_share=any(part in self.name for part in SHARES))
         return None if new == self.value else new
 
     def as_json(self) -> dict[str, Any]:
-        """Return the threshold with both changes."""
+        """Convert to an entry of ``thresholds`` in the study's JSON.
+
+        Returns
+        -------
+        dict
+            The fields by name, and both changed values, ``halved`` and ``doubled``.
+        """
         both = {change: self.scaled(change) for change in FACTORS}
         return {"room": self.room, "name": self.name, "meaning": self.meaning, "value": self.value, **both}
 
@@ -80,6 +97,8 @@ def scale(value: Value, factor: float, *, is_share: bool = False) -> Value:
     int, float or tuple
         Counts are whole and at least 1. Where a share would reach 1, its distance to 1 is divided by the factor.
 
+    Examples
+    --------
     >>> scale(5, 0.5), scale(1, 0.5), scale(0.95, 2.0, is_share=True), scale((1.0, 3), 2.0)
     (2, 1, 0.975, (2.0, 6))
     """
@@ -93,7 +112,18 @@ def scale(value: Value, factor: float, *, is_share: bool = False) -> Value:
 
 
 def room_values(room: str) -> Any:
-    """Return the frozen values that the readers of a room share; loads its module and those that it is made from."""
+    """Return the frozen values that the readers of a room share.
+
+    Parameters
+    ----------
+    room
+        One of `ROOMS`; its module and those that it is made from are loaded.
+
+    Returns
+    -------
+    Thresholds
+        The object itself, not a copy.
+    """
     package, _, inner = room.partition(".")
     module = f"haptid.{package}.thresholds" + (".thresholds" if inner else "")
     found = import_module(module).THRESHOLDS
@@ -102,7 +132,13 @@ def room_values(room: str) -> Any:
 
 @cache
 def all_thresholds() -> tuple[Threshold, ...]:
-    """Return every threshold of every room as delivered, in the order of the code."""
+    """List every threshold of every room as delivered.
+
+    Returns
+    -------
+    tuple of Threshold
+        In the order of the code.
+    """
     found = []
     for room in ROOMS:
         values = room_values(room)

@@ -82,7 +82,18 @@ def _silent(_: str) -> None:
 
 
 def outcome_of_search(found: dict[str, Any]) -> dict[str, Any]:
-    """Return the outcome of a search from the content of its JSON."""
+    """Take the outcome of a search from the content of its JSON.
+
+    Parameters
+    ----------
+    found
+        Content of ``discrepancy/joint<j>.json``.
+
+    Returns
+    -------
+    dict
+        Outcome, see `studies.thresholds.outcome`.
+    """
     gap = found["gap"]["validate"]
     return {
         "verdict": found["verdict"],
@@ -100,7 +111,20 @@ def outcome_of_search(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def identify(campaign: Path, out: Path) -> dict[str, Any]:  # noqa: ARG001 (a fit in process writes nothing)
-    """Fit the campaign's joint as `identification.run` does, in process, with profiles."""
+    """Fit the campaign's joint as `identification.run` does, in process, with profiles.
+
+    Parameters
+    ----------
+    campaign
+        Folder of the campaign.
+    out
+        Folder for results; a fit in process writes nothing.
+
+    Returns
+    -------
+    dict
+        Outcome, see `studies.thresholds.outcome`.
+    """
     read = campaign_for_command(str(campaign))
     device = device_of(read)
     options = FitOptions(starts=STARTS, seed=SEED, profile=True)
@@ -124,7 +148,20 @@ def identify(campaign: Path, out: Path) -> dict[str, Any]:  # noqa: ARG001 (a fi
 
 
 def infer_posterior(campaign: Path, out: Path) -> dict[str, Any]:  # noqa: ARG001 (no chains are kept)
-    """Fit the campaign's joint and sample its posterior by short chains."""
+    """Fit the campaign's joint and sample its posterior by short chains.
+
+    Parameters
+    ----------
+    campaign
+        Folder of the campaign.
+    out
+        Folder for results; no chains are kept.
+
+    Returns
+    -------
+    dict
+        Outcome, see `studies.thresholds.outcome`.
+    """
     read = campaign_for_command(str(campaign))
     (one,) = configurations_of(read, device_of(read), None)
     equations = equations_for(read, device_of(read), one.free_joints, one.posture)

@@ -99,12 +99,17 @@ def writing_to_cache() -> Iterator[None]:
 
 
 def full_cache(error: OSError) -> HaptidError:
-    """Return the error of a cache whose disk is full, with the remedy.
+    """Put the remedy into the error of a cache whose disk is full.
 
     Parameters
     ----------
     error
         Error of the system.
+
+    Returns
+    -------
+    WritingError
+        It names the folder of the cache; the caller raises it.
     """
     todo = f"free some space there, or set {VARIABLE} to a folder elsewhere, then repeat"
     return WritingError(f"{_base()}: the cache could not be written ({error.strerror}); {todo}")
@@ -151,7 +156,13 @@ def is_sealed(entry: Path) -> bool:
 
 @cache
 def machine() -> str:
-    """Return a digest of what compiled code depends on beside its source: system, processor and its instructions."""
+    """Compute a digest of what compiled code depends on beside its source: system, processor and its instructions.
+
+    Returns
+    -------
+    str
+        Sixteen hex digits.
+    """
     parts = [sys.platform, platform.machine(), platform.processor(), platform.libc_ver()[0]]
     try:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()

@@ -36,6 +36,11 @@ def parse_toml(text: str, path: str, *, finite: bool = False) -> dict[str, Any]:
     finite
         Whether NaN is refused, and infinity where it is no bound (`OPEN_ENDED`).
 
+    Returns
+    -------
+    dict
+        Content of the file, tables as dicts.
+
     Raises
     ------
     InputError
@@ -68,6 +73,11 @@ def parse_json(text: str, path: str, wanted: str = "") -> Any:
         Name of the file in errors.
     wanted
         Kind of file that is expected, in words.
+
+    Returns
+    -------
+    Any
+        Value that the text stands for: dict, list, str, number, bool or None.
 
     Raises
     ------

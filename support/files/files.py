@@ -130,6 +130,11 @@ def check_writable(folder: Path) -> None:
 
     A command calls it before its work, so that hours of it are not lost at the first file.
 
+    Parameters
+    ----------
+    folder
+        Folder to write to; it need not exist.
+
     Raises
     ------
     InputError, WritingError
@@ -178,7 +183,19 @@ def _forget(path: Path) -> None:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write ``text`` as UTF-8, whole or not at all; a character that UTF-8 cannot encode (of a path, say) becomes "?".
+    """Write a text as UTF-8, whole or not at all; a character that UTF-8 cannot encode (of a path, say) becomes "?".
+
+    Parameters
+    ----------
+    path
+        File to write; folders above it are made.
+    text
+        Content of the file.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -189,7 +206,19 @@ def write_text(path: Path, text: str) -> Path:
 
 
 def write_json(path: Path, value: dict[str, Any]) -> Path:
-    """Write ``value`` as indented JSON, whole or not at all.
+    """Write an object as indented JSON, whole or not at all.
+
+    Parameters
+    ----------
+    path
+        File to write; folders above it are made.
+    value
+        Content of the file.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -202,7 +231,17 @@ def write_json(path: Path, value: dict[str, Any]) -> Path:
 
 
 def json_text(value: Any) -> str:
-    """Return ``value`` as indented JSON that ends with a newline.
+    """Convert a value to indented JSON.
+
+    Parameters
+    ----------
+    value
+        Anything that `json.dumps` takes.
+
+    Returns
+    -------
+    str
+        JSON with one space a level, characters beyond ASCII as they are, and a newline at the end.
 
     Raises
     ------
@@ -224,6 +263,11 @@ def read_json(path: Path, wanted: str, schema: tuple[str, str] | None = None) ->
     schema
         Package and file name of the JSON Schema that the content follows; where None it only has to be an object.
 
+    Returns
+    -------
+    dict
+        Content of the file.
+
     Raises
     ------
     InputError
@@ -242,7 +286,7 @@ def read_json(path: Path, wanted: str, schema: tuple[str, str] | None = None) ->
 
 
 def read_content(path: Path, wanted: str) -> bytes:
-    """Return the bytes of a regular file of limited size.
+    """Read the bytes of a regular file of limited size.
 
     A pipe would block the command, and a huge file would fill the memory.
 
@@ -252,6 +296,11 @@ def read_content(path: Path, wanted: str) -> bytes:
         The file.
     wanted
         Kind of file that is expected, in words.
+
+    Returns
+    -------
+    bytes
+        At most `LARGEST_FILE` bytes.
 
     Raises
     ------

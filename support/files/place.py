@@ -15,9 +15,19 @@ _ASSIGNMENT = re.compile(r"^\s*([\w\"'.-]+(?:\s*\.\s*[\w\"'-]+)*)\s*=")
 def join_path(path: KeyPath) -> str:
     """Write a path of keys and indices as one text.
 
+    Parameters
+    ----------
+    path
+        Keys and indices from the top of the file.
+
+    Returns
+    -------
+    str
+        Keys joined by dots, indices in brackets.
+
     Examples
     --------
-    >>> dotted(("links", 1, "inertia", "I11"))
+    >>> join_path(("links", 1, "inertia", "I11"))
     'links[1].inertia.I11'
     """
     return "".join(f"[{part}]" if isinstance(part, int) else f".{part}" for part in path).lstrip(".")
@@ -45,7 +55,18 @@ class Place:
     words: Callable[[KeyPath], str] = join_path
 
     def at(self, *parts: str | int) -> Place:
-        """Return the place of the value under further keys or indices."""
+        """Go down to the place of a value below this one.
+
+        Parameters
+        ----------
+        *parts
+            Further keys or indices.
+
+        Returns
+        -------
+        Place
+            Place in the same file.
+        """
         return replace(self, path=(*self.path, *parts))
 
     def __str__(self) -> str:

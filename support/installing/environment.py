@@ -126,6 +126,11 @@ def _holds_here(node: ast.expr) -> bool:
 def parse_requirement(text: str) -> Requirement | None:
     """Parse one requirement.
 
+    Parameters
+    ----------
+    text
+        Requirement as in pyproject.toml: name, bounds of the version, and perhaps a marker.
+
     Returns
     -------
     Requirement or None
@@ -147,7 +152,7 @@ def parse_requirement(text: str) -> Requirement | None:
 
 
 def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement, ...]:
-    """Return the project's requirements that apply to this machine.
+    """List the project's requirements that apply to this machine.
 
     Parameters
     ----------
@@ -155,6 +160,11 @@ def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requir
         Whether requirements of the development tools are included, with those of every extra that they name.
     extra
         Extra whose requirements are included.
+
+    Returns
+    -------
+    tuple of Requirement
+        Those of pyproject.toml in a clone, otherwise those in the metadata of the installed wheel.
     """
     if not in_clone():
         return tuple(r for r in map(parse_requirement, _installed_lines(extra)) if r is not None)
@@ -168,7 +178,13 @@ def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requir
 
 
 def in_clone() -> bool:
-    """Whether this is a clone with its pyproject.toml, not an installed wheel."""
+    """Say whether this is a clone, not an installed wheel.
+
+    Returns
+    -------
+    bool
+        True where pyproject.toml stands beside the packages.
+    """
     return (ROOT / "pyproject.toml").is_file()
 
 
@@ -203,7 +219,13 @@ def missing(*, dev: bool = False, extra: str | None = None) -> tuple[Requirement
 
 
 def unfinished_mark() -> Path:
-    """Return the path of the mark `UNFINISHED` among the packages of the interpreter in use."""
+    """Locate the mark `UNFINISHED` among the packages of the interpreter in use.
+
+    Returns
+    -------
+    Path
+        Path of the mark, which exists only while an installation is unfinished.
+    """
     return Path(sysconfig.get_path("purelib")) / UNFINISHED
 
 
@@ -222,7 +244,13 @@ def replace_process(arguments: Sequence[str | Path]) -> NoReturn:
 
 
 def in_venv() -> bool:
-    """Whether the interpreter in use is that of the project's .venv."""
+    """Say whether the interpreter in use is that of the project's .venv.
+
+    Returns
+    -------
+    bool
+        True there, False in any other environment.
+    """
     return Path(sys.prefix).resolve() == (ROOT / ".venv").resolve()
 
 

@@ -69,7 +69,7 @@ def say(message: str) -> None:
 
 
 def succeeds(*command: str | Path, quiet: bool = False) -> bool:
-    """Run a command, and return whether its exit code is 0.
+    """Run a command and say whether it succeeded.
 
     Parameters
     ----------
@@ -77,6 +77,11 @@ def succeeds(*command: str | Path, quiet: bool = False) -> bool:
         Program and arguments; False where the program cannot be started.
     quiet
         Whether the output is dropped; otherwise it goes to stderr.
+
+    Returns
+    -------
+    bool
+        True where the exit code is 0.
     """
     shown = subprocess.DEVNULL if quiet else None
     try:
@@ -87,7 +92,13 @@ def succeeds(*command: str | Path, quiet: bool = False) -> bool:
 
 
 def uv() -> str | None:
-    """Return the path of a uv that runs, or None: the shim of a version manager can be found and still not run."""
+    """Find a uv that runs: the shim of a version manager can be found and still not run.
+
+    Returns
+    -------
+    str or None
+        Path of the program; None where there is none.
+    """
     path = shutil.which("uv")
     return path if path and succeeds(path, "--version", quiet=True) else None
 
@@ -109,7 +120,13 @@ def has_module(name: str) -> bool:
 
 
 def can_install_here() -> bool:
-    """Whether packages may go into the interpreter in use: the system does not manage it (PEP 668), it is writable."""
+    """Say whether packages may go into the interpreter in use.
+
+    Returns
+    -------
+    bool
+        True where the system does not manage the interpreter (PEP 668) and the folder of its packages is writable.
+    """
     managed = (Path(sysconfig.get_path("stdlib")) / "EXTERNALLY-MANAGED").exists() and sys.prefix == sys.base_prefix
     return not managed and os.access(sysconfig.get_path("purelib"), os.W_OK)
 

@@ -44,10 +44,20 @@ def expression(name: str) -> str:
 
 
 def licence(name: str) -> str:
-    """Return the licence of an installed distribution.
+    """Find the licence of an installed distribution.
 
     The first of these that is there counts: SPDX expression, classifiers, name in the metadata, text in the metadata,
     text of the licence's file.
+
+    Parameters
+    ----------
+    name
+        Name of the distribution.
+
+    Returns
+    -------
+    str
+        SPDX expression or name of the licence.
 
     Raises
     ------

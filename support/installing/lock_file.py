@@ -37,7 +37,13 @@ _MACHINES = {
 
 @dataclass(frozen=True, slots=True)
 class Pin:
-    """One distribution of the lock file, pinned to a version."""
+    """One distribution of the lock file, pinned to a version.
+
+    Parameters
+    ----------
+    name, version
+        Name of the distribution, and the one version that is allowed.
+    """
 
     name: str
     version: str
@@ -75,12 +81,17 @@ class Amount:
 
 
 def locked_file(part: str) -> Path:
-    """Return the path of a part's requirements with hashes.
+    """Locate a part's requirements with hashes.
 
     Parameters
     ----------
     part
         ``core``, ``dev`` or an extra; every part includes the core.
+
+    Returns
+    -------
+    Path
+        Path of the file, whether it exists or not.
     """
     return FOLDER / f"{part}.txt"
 
@@ -103,7 +114,7 @@ def pins(part: str) -> tuple[Pin, ...]:
 
 
 def amount(part: str, *, again: bool = False) -> Amount:
-    """Return the size of an installation by the sizes in uv.lock.
+    """Estimate the size of an installation by the sizes in uv.lock.
 
     Parameters
     ----------
@@ -111,6 +122,11 @@ def amount(part: str, *, again: bool = False) -> Amount:
         ``core``, ``dev`` or an extra.
     again
         Whether distributions that are installed already count too.
+
+    Returns
+    -------
+    Amount
+        Number of distributions, and their sizes as they come and on disk [bytes].
     """
     packages = tomllib.loads((ROOT / "uv.lock").read_text(encoding="utf-8"))["package"]
     known = {(p["name"], p.get("version")): p for p in packages}

@@ -29,7 +29,13 @@ HEADER = "# Made from uv.lock by `make locked`: every file by its hash, for ever
 
 
 def extras() -> tuple[str, ...]:
-    """Return the names of the extras with locked requirements: all but ``suggest``."""
+    """List the extras with locked requirements.
+
+    Returns
+    -------
+    tuple of str
+        All extras but ``suggest``.
+    """
     table = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     return tuple(name for name in table["optional-dependencies"] if name != "suggest")
 
@@ -61,7 +67,18 @@ def uv(*arguments: str) -> str:
 
 
 def export_locks() -> dict[str, str]:
-    """Return the text of every file of locked requirements, by part."""
+    """Export the locked requirements with hashes from uv.lock.
+
+    Returns
+    -------
+    dict
+        Text of the file by part.
+
+    Raises
+    ------
+    HaptidError
+        Where uv is missing or fails.
+    """
     wanted = {CORE: ["--no-dev"]} | {name: ["--no-dev", "--extra", name] for name in extras()}
     wanted[DEV] = ["--group", "dev"]
     options = ("--locked", "--no-emit-project", "--no-header", "--no-annotate", "--format", "requirements.txt")
@@ -69,13 +86,30 @@ def export_locks() -> dict[str, str]:
 
 
 def stale() -> tuple[Path, ...]:
-    """Return the files of locked requirements that are missing or differ from uv.lock."""
+    """Find the files of locked requirements that are missing or differ from uv.lock.
+
+    Returns
+    -------
+    tuple of Path
+        Files to export again.
+
+    Raises
+    ------
+    HaptidError
+        Where uv is missing or fails.
+    """
     texts = {locked_file(part): text for part, text in export_locks().items()}
     return tuple(p for p, text in texts.items() if not p.is_file() or p.read_text(encoding="utf-8") != text)
 
 
 def licences_page() -> str:
-    """Return the page of licences: locked distributions with version, the first part that needs them, and licence."""
+    """Write the page of licences.
+
+    Returns
+    -------
+    str
+        Markdown: locked distributions with version, the first part that needs them, and licence.
+    """
     parts: dict[tuple[str, str], str] = {}
     for part in (CORE, *extras(), DEV):
         for pin in pins(part):
@@ -95,9 +129,14 @@ def _rows(parts: Iterable[tuple[tuple[str, str], str]]) -> Iterable[str]:
 
 
 def installed_sizes() -> dict[str, int]:
-    """Return the size on disk [bytes] of every locked distribution by name.
+    """Measure every locked distribution on disk.
 
     Sizes of distributions that are not installed here in the locked version are kept from the file.
+
+    Returns
+    -------
+    dict
+        Size [bytes] by name of the distribution, compiled Python left out.
     """
     found = json.loads(SIZES.read_text(encoding="utf-8")) if SIZES.is_file() else {}
     for pin in {pin for part in (CORE, *extras(), DEV) for pin in pins(part)}:

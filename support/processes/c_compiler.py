@@ -22,7 +22,13 @@ _LEAST_FREE_BYTES = 1_000_000
 
 
 def is_available() -> bool:
-    """Whether the package with the compiler is installed."""
+    """Say whether the package with the compiler is installed.
+
+    Returns
+    -------
+    bool
+        True where ``ziglang`` can be imported.
+    """
     return importlib.util.find_spec("ziglang") is not None
 
 

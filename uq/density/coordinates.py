@@ -41,7 +41,7 @@ class Coordinates:
 
     @classmethod
     def of(cls, equations: Equations, hyper: tuple[Hyper, ...], *, widen: float = 1.0) -> Coordinates:
-        """Return the coordinates of equations and noise model.
+        """Lay out the coordinates η of equations and noise model.
 
         Parameters
         ----------
@@ -51,6 +51,11 @@ class Coordinates:
             Parameters of the noise model.
         widen
             Factor on the widths of the priors [1].
+
+        Returns
+        -------
+        Coordinates
+            The free parameters of the equations, every positive one in its logarithm, then those of the noise model.
         """
         parametrisation = Parametrisation.of(equations, every_positive_in_log=True)
         return cls(parametrisation=parametrisation, hyper=hyper, widen=widen)
@@ -125,6 +130,7 @@ class Coordinates:
         Returns
         -------
         ndarray, shape (…, n)
+            η: coordinates of the free parameters, then logarithms of the noise parameters.
         """
         parameters, hyper = self._parts(values)
         return np.concatenate([self.parametrisation.coordinates(parameters), np.log(hyper)], axis=-1)
@@ -157,6 +163,7 @@ class Coordinates:
         Returns
         -------
         ndarray, shape (n,)
+            η: coordinates of the free parameters, then logarithms of the noise parameters.
         """
         start = np.array([h.start for h in self.hyper]) if hyper is None else hyper
         free = np.asarray(theta)[list(self.parametrisation.free)]

@@ -91,6 +91,7 @@ class Density:
         Returns
         -------
         ndarray, shape (n_sets, n_runs)
+            ln p(run | η), the initial state and the amplitudes of cycles integrated out.
         """
         thetas, hyper = self.coordinates.thetas(eta), self.hyper(eta)
         positions = simulated or [self.simulate(eta, terms) for terms in self.terms]
@@ -129,6 +130,12 @@ class Density:
             Simulator with sensitivities, of the same equations.
         eta
             Coordinates, shape (n,).
+
+        Returns
+        -------
+        Density
+            Copy whose terms are taken anew, by one simulation with sensitivities of every run and, for a scatter on the
+            torque, two of every cycle.
         """
         theta = self.coordinates.thetas(eta)
         made = []

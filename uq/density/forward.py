@@ -71,6 +71,11 @@ def kernel_of(equations: Equations) -> KernelSimulator:
     -------
     KernelSimulator
         With the default inner step.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
     """
     return KernelSimulator.of(equations)
 
@@ -119,7 +124,13 @@ class KernelForward:
         return self._with_step(thetas, run, x0, THRESHOLDS.inner_step_of_correction_s) - self(thetas, run, x0)
 
     def simulator(self) -> KernelSimulator:
-        """Return the same kernel with the same inner step behind the `Simulator` protocol."""
+        """Put the same kernel behind the `Simulator` protocol.
+
+        Returns
+        -------
+        KernelSimulator
+            Simulator with the same equations and inner step.
+        """
         return kernel_of(self.equations).with_step(self.step)
 
     def _with_step(self, thetas: Array, run: Run, x0: Array, step: float) -> Array:
@@ -129,7 +140,13 @@ class KernelForward:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EachForward:
-    """Simulation through any `Simulator` (an FMU, say), one parameter set after the other."""
+    """Simulation through any `Simulator` (an FMU, say), one parameter set after the other.
+
+    Parameters
+    ----------
+    simulator
+        Simulator of the equations.
+    """
 
     simulator: Simulator
 

@@ -69,6 +69,11 @@ def laplace(density: Density, simulator: Simulator, eta: Array, *, rounds: int =
     rounds, steps
         Most rounds, and most Gauss–Newton steps in a round.
 
+    Returns
+    -------
+    Laplace
+        Mode, covariance and log density there, with the density linearised at the mode.
+
     Raises
     ------
     NumericalError

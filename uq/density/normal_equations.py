@@ -55,6 +55,11 @@ def expand(density: Density, simulator: Simulator, eta: Array) -> Expansion:
         Simulator with sensitivities, of the same equations.
     eta
         Point of the expansion, shape (n,).
+
+    Returns
+    -------
+    Expansion
+        Information and gradient over the free parameters, initial states and amplitudes of cycles eliminated.
     """
     n = len(density.coordinates.free)
     information, gradient, moved = np.zeros((n, n)), np.zeros(n), []

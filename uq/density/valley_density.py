@@ -30,7 +30,18 @@ class ValleyDensity:
     valleys: Valleys
 
     def __call__(self, z: Array) -> Array:
-        """Return the log density of z (n_sets, n) or (n,), shape (n_sets,); −inf where no η belongs to z."""
+        """Compute the log density of z.
+
+        Parameters
+        ----------
+        z
+            Coordinates, shape (n_sets, n), or (n,) for one set.
+
+        Returns
+        -------
+        ndarray, shape (n_sets,)
+            ln p(η(z)) + ln |∂η/∂z|; −inf where no η belongs to z.
+        """
         z = np.atleast_2d(z)
         eta = self.valleys.back(z)
         sound = np.isfinite(eta).all(axis=1)

@@ -94,7 +94,13 @@ class ForeignPosterior:
         return self.sample.reached and self.worst_rhat < THRESHOLDS.least_rhat_of_disagreement and self.modes == 1
 
     def values(self) -> Array:
-        """Return all draws of the untransformed values, shape (n_ensembles, n_draws, n)."""
+        """Convert all draws to the values of the FMU's variables.
+
+        Returns
+        -------
+        ndarray, shape (n_ensembles, n_draws, n)
+            Values in the units of the variables, walker after walker.
+        """
         return self.coordinates.values(chains_of(self.sample))
 
 

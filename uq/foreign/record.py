@@ -13,7 +13,7 @@ from haptid.uq.result.record import SCHEMA, parameter_json, write_draws
 
 
 def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
-    """Return the content of ``posterior.json``: no joints, the parameters by variable.
+    """Convert a posterior to the content of ``posterior.json``: no joints, the parameters by variable.
 
     Parameters
     ----------
@@ -21,6 +21,12 @@ def posterior_json(posterior: ForeignPosterior, seed: int) -> dict[str, Any]:
         Posterior of an FMU.
     seed
         Seed of the command.
+
+    Returns
+    -------
+    dict
+        Content that `write_json` takes: campaign, parameters, state of the sampling, and the share of each run's
+        readings within the bands.
     """
     campaign, drawn = posterior.calibrated.campaign, posterior.sample
     names = variable_names(posterior)
@@ -89,6 +95,16 @@ def save_draws(posterior: ForeignPosterior, path: Path, seed: int, size: int = 5
         Seed of the choice of draws.
     size
         Number of rows.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
     """
     flat = posterior.sample.flat()
     chosen = flat[np.random.default_rng([seed, 5]).integers(0, len(flat), size)]
@@ -105,6 +121,16 @@ def save_chains(posterior: ForeignPosterior, path: Path) -> Path:
         Posterior of an FMU.
     path
         File to write.
+
+    Returns
+    -------
+    Path
+        The file.
+
+    Raises
+    ------
+    InputError, WritingError
+        As `write_bytes`.
     """
     values = posterior.values()
     draws = {name: values[..., i] for i, name in enumerate(variable_names(posterior))}

@@ -95,6 +95,11 @@ class Problem:
         hyper
             Starts of the noise model's parameters by id; each `Hyper`'s own where absent.
 
+        Returns
+        -------
+        Laplace
+            The mode of largest density with the normal approximation there.
+
         Raises
         ------
         NumericalError
@@ -155,6 +160,11 @@ def unseen_terms(mode: Laplace, simulator: Simulator, runs: Sequence[Run]) -> tu
         Simulator with sensitivities.
     runs
         Held-out runs.
+
+    Returns
+    -------
+    tuple of Terms
+        One a run, in their order, each start at its conditional mean given the run's own readings.
     """
     density = mode.density.but(terms=tuple(prepare(simulator.equations, run) for run in runs))
     for _ in range(2):  # each pass moves the starts to their conditional means; the columns are then taken there
@@ -192,6 +202,15 @@ def held_out_score(mode: Laplace, simulator: Simulator, runs: Sequence[Run], dra
 
 def normal_draws(mode: Laplace, rng: np.random.Generator, size: int = THRESHOLDS.draws_of_held_out_score) -> Array:
     """Draw from the normal approximation inside the prior's support.
+
+    Parameters
+    ----------
+    mode
+        Normal approximation of the posterior.
+    rng
+        Source of the random numbers.
+    size
+        Largest number of draws.
 
     Returns
     -------

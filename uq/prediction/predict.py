@@ -59,6 +59,12 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
         Posterior draws of η, shape (n_draws, n).
     rng
         Source of the random numbers.
+
+    Returns
+    -------
+    Bands
+        Median and band edges at the contents `THRESHOLDS.probability_contents`; draws whose simulation is not finite
+        take no part.
     """
     thetas, hyper = density.coordinates.thetas(draws), density.hyper(draws)
     simulated = density.simulate(draws, terms)

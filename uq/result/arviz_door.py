@@ -80,6 +80,11 @@ def diagnose(chains: Array) -> Diagnostics:
     ----------
     chains
         Draws, shape (n_chains, n_draws).
+
+    Returns
+    -------
+    Diagnostics
+        Figures of the chains taken together.
     """
     return Diagnostics(
         rhat=float(az.rhat(chains, method="rank")),
@@ -96,6 +101,15 @@ def leave_one_out(log_likelihood: Array) -> LeaveOneOut:
     ----------
     log_likelihood
         Log density of every point, shape (n_chains, n_draws, n_points).
+
+    Returns
+    -------
+    LeaveOneOut
+        Sum over the points, with the Pareto shape of each.
+
+    References
+    ----------
+    Vehtari, Gelman & Gabry, Practical Bayesian model evaluation using leave-one-out cross-validation and WAIC, 2017.
     """
     data = az.from_dict(posterior={"draw_weight": log_likelihood.sum(axis=-1)}, log_likelihood={"y": log_likelihood})
     with warnings.catch_warnings():
@@ -125,6 +139,11 @@ def write_netcdf(
         Dimensions of the arrays by name, and coordinates of the dimensions.
     attributes
         Attributes of the file. The time of writing is left out, so that the same posterior gives the same content.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------

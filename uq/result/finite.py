@@ -58,7 +58,17 @@ def early_word(equations: Equations, runs: Sequence[Run], joint: int, folder: Pa
 
 
 def check_finite(posterior: Posterior) -> Posterior:
-    """Return the posterior where the summaries of all parameters are finite.
+    """Refuse a posterior whose summaries are not all finite.
+
+    Parameters
+    ----------
+    posterior
+        Posterior of a joint.
+
+    Returns
+    -------
+    Posterior
+        The same, unchanged.
 
     Raises
     ------

@@ -26,6 +26,12 @@ def as_fit(fit: Fit, posterior: Posterior) -> Fit:
         Fit of the joint, with the same free parameters.
     posterior
         Posterior of the joint.
+
+    Returns
+    -------
+    Fit
+        Copy of ``fit`` with the mean of all draws for the free parameters, and their sample covariance in its own
+        order.
     """
     coordinates = posterior.mode.density.coordinates
     n = len(coordinates.free)
@@ -65,6 +71,13 @@ def full_model_bands(
     -------
     Verification
         Empty where a joint of the device has no posterior or where there is no run with all joints free.
+
+    Raises
+    ------
+    InputError
+        As `verify`.
+    NumericalError
+        Where no physically consistent links are found, or as `verify`.
     """
     if {j for step in steps for j in step.configuration.free_joints} != set(range(len(device.joints))):
         return Verification(runs=())

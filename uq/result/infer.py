@@ -137,6 +137,12 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     through_simulator
         Whether the sampler runs ``simulator`` (an FMU) instead of the compiled kernel of the same equations.
 
+    Returns
+    -------
+    Posterior
+        Chains under the chosen noise model, summaries of the parameters, log densities by cycle and run, and the
+        predictive bands of all runs.
+
     Raises
     ------
     NumericalError

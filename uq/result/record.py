@@ -33,6 +33,11 @@ def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
     measured
         Whether the runs are measured (else simulated by a virtual device).
 
+    Returns
+    -------
+    Path
+        The file.
+
     Raises
     ------
     InputError, WritingError
@@ -79,6 +84,11 @@ def save_draws(posteriors: Sequence[Posterior], path: Path, rng: np.random.Gener
         Source of the random choice of draws.
     size
         Number of rows.
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------
@@ -127,6 +137,11 @@ def write_draws(path: Path, names: Sequence[str], draws: Array) -> Path:
         Names of the columns.
     draws
         Parameters in their units, shape (n_draws, n_names).
+
+    Returns
+    -------
+    Path
+        The file.
 
     Raises
     ------

@@ -57,6 +57,11 @@ class ParameterSummary:
 def chains_of(sample: Sample) -> Array:
     """Concatenate the walkers of every ensemble to one chain.
 
+    Parameters
+    ----------
+    sample
+        Chains of the ensembles.
+
     Returns
     -------
     ndarray, shape (n_ensembles, n_draws, n)

@@ -42,6 +42,11 @@ class Chunk:
     def write(self, path: Path) -> None:
         """Write the chunk as HDF5 with a digest of its numbers, whole or not at all.
 
+        Parameters
+        ----------
+        path
+            File to write.
+
         Raises
         ------
         InputError, WritingError
@@ -57,6 +62,16 @@ class Chunk:
     @classmethod
     def read(cls, path: Path) -> Chunk:
         """Read a file that `write` wrote.
+
+        Parameters
+        ----------
+        path
+            File to read.
+
+        Returns
+        -------
+        Chunk
+            Equal to the written one bit for bit.
 
         Raises
         ------

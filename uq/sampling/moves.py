@@ -77,6 +77,7 @@ class Proposal:
         Returns
         -------
         ndarray, shape (n_sets,)
+            −(ν + n)/2·ln(1 + ‖L⁻¹·(x − mean)‖²/ν) for n dimensions: a multivariate Student t.
         """
         z = np.linalg.solve(self.lower, (x - self.mean).T)
         nu = THRESHOLDS.degrees_of_freedom_of_proposals
@@ -136,6 +137,16 @@ def moves(name: str, proposal: Proposal) -> Weighted:
         propose draws of ``proposal``, else ``differential``.
     proposal
         Distribution of the independent draws.
+
+    Returns
+    -------
+    list of tuple
+        emcee's move and its share of the steps [1]; the shares add up to 1.
+
+    Raises
+    ------
+    KeyError
+        For a name that is not in `MOVES`.
     """
     builders: dict[str, Callable[[], Weighted]] = {
         "stretch": lambda: [(emcee.moves.StretchMove(), 1.0)],

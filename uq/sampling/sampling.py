@@ -108,7 +108,13 @@ class Sample:
         return np.asarray(e * s * w / self.tau)
 
     def flat(self) -> Array:
-        """Return all draws of η, shape (n_draws, n)."""
+        """Lay the draws of all ensembles, steps and walkers one after the other.
+
+        Returns
+        -------
+        ndarray, shape (n_draws, n)
+            Draws of η, n_draws = n_ensembles·n_steps·n_walkers.
+        """
         return self.chain.reshape(-1, self.chain.shape[-1])
 
 
@@ -206,10 +212,18 @@ def sample(
     report
         Called after every chunk.
 
+    Returns
+    -------
+    Sample
+        Chains of the move with the shortest autocorrelation time of the pilot (``options.move`` without one), as long
+        as ``options`` ask or ``options.longest``.
+
     Raises
     ------
     NumericalError
         Where hardly any point near the mode has a finite density.
+    InputError, WritingError
+        Where ``folder`` cannot be written, as `write_bytes`.
     """
     if folder is not None:
         _claim(folder, start, options)

@@ -36,16 +36,25 @@ def _functions() -> ctypes.CDLL:
 
 
 class Arm:
-    """A machine with the numbers of ``truth``; all arrays are indexed by joint number 0..5.
+    """A machine with six joints; all arrays are indexed by joint number 0..5.
 
-    ``hidden`` gives each joint disturbances of `HIDDEN`: torques against the motion cubic·(q − epos)³,
-    cog·sin(cog_number·q + cog_phase), drag_up·q̇ or drag_down·q̇ by direction, drag_square·|q̇|·q̇, and a command that
-    arrives as τ·(1 − gain_fall·τ²).
+    Parameters
+    ----------
+    truth
+        Numbers of the machine.
+    hidden
+        Disturbances of each joint by the names of `HIDDEN`: torques against the motion cubic·(q − epos)³,
+        cog·sin(cog_number·q + cog_phase), drag_up·q̇ or drag_down·q̇ by direction, drag_square·|q̇|·q̇, and a command
+        that arrives as τ·(1 − gain_fall·τ²). SI units; none where None.
 
     Raises
     ------
     ValueError
         Where something else is to be hidden: it would not be, and a study of it would find nothing.
+    InputError
+        Where the friction law of a joint is unknown.
+    NumericalError
+        Where ``arm.c`` does not compile, or has other parameters and states than this side.
     """
 
     def __init__(self, truth: Truth, hidden: Mapping[int, Mapping[str, float]] | None = None) -> None:
@@ -237,7 +246,22 @@ class Arm:
         *,
         max_step: float = MAX_STEP,
     ) -> None:
-        """Move ``state``, as `start` makes it, on in place under ``torque`` (6,), running linearly to ``end``.
+        """Move a state on in place, the torque running linearly from one value to another.
+
+        Parameters
+        ----------
+        free
+            Numbers of the joints that move; the others are locked.
+        state
+            State as `start` makes it, shape (`STATES`,); it holds the result.
+        torque
+            Torque at the beginning [N m], shape (6,).
+        duration
+            Length of the motion [s].
+        end
+            Torque at the end [N m], shape (6,); that of the beginning where None.
+        max_step
+            Longest Runge–Kutta step [s].
 
         Raises
         ------

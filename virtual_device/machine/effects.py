@@ -19,7 +19,19 @@ Values = dict[str, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Scales:
-    """Orders of magnitude of a joint in its tests: torque [N m], amplitude [rad], speed [rad/s], rest [rad]."""
+    """Orders of magnitude of a joint in its tests.
+
+    Parameters
+    ----------
+    torque
+        Amplitude of the torque [N m].
+    amplitude, speed
+        Amplitude of the motion [rad] and of its speed [rad/s].
+    rest
+        Rest position [rad].
+    Ks, inertia, sigma2
+        Spring [N m/rad], inertia [kg m²] and viscous friction [N m s/rad] of the joint.
+    """
 
     torque: float
     amplitude: float
@@ -220,6 +232,15 @@ def resolve(effects: Mapping[str, float | Mapping[str, float]], scales: Scales, 
     ----------
     effects
         By name: a size, or the parameters themselves. A size of 0 leaves the joint as it is.
+    scales
+        Orders of magnitude of the joint, in which sizes are counted.
+    shape
+        Features that the sizes leave open; those of `Shape` where None.
+
+    Returns
+    -------
+    dict
+        Parameters of ``joint.c`` by name, SI units.
 
     Raises
     ------

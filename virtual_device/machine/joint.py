@@ -32,7 +32,13 @@ def _functions() -> ctypes.CDLL:
 
 @functools.cache
 def neutral() -> dict[str, float]:
-    """Every parameter that the integrator knows, with the value at which it does nothing."""
+    """List every parameter that the integrator knows.
+
+    Returns
+    -------
+    dict
+        By name the value at which the parameter does nothing.
+    """
     lib = _functions()
     count = lib.joint_parameter_count()
     return {lib.joint_parameter_name(i).decode(): lib.joint_parameter_default(i) for i in range(count)}
@@ -105,7 +111,7 @@ def integrate(
     start: tuple[float, float] = (0.0, 0.0),
     max_step: float = MAX_STEP,
 ) -> tuple[Array, Array, Array]:
-    """Integrate the joint from position and velocity ``start``, bristle relaxed.
+    """Integrate the joint, its bristle relaxed at the start.
 
     Parameters
     ----------
@@ -115,11 +121,23 @@ def integrate(
         Rows of the torque table [s], [N m], shape (n,) each; ``t`` strictly increasing.
     hold
         Torque between rows: ``zero`` (constant) or ``linear``.
+    start
+        Position [rad] and velocity [rad/s] at the first row.
+    max_step
+        Longest Runge–Kutta step [s].
 
     Returns
     -------
     tuple
         True position [rad], velocity [rad/s] and noise-free encoder reading [rad], shape (n,) each.
+
+    Raises
+    ------
+    InputError
+        Where ``joint.c`` has no such parameter, time does not increase or has another length than the torque, or
+        ``hold`` is unknown.
+    NumericalError
+        Where the motion stops being finite; it names the row.
     """
     t, torque = np.ascontiguousarray(t, dtype=float), np.ascontiguousarray(torque, dtype=float)
     if t.ndim != 1 or t.shape != torque.shape or np.any(np.diff(t) <= 0):

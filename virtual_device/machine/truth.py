@@ -22,10 +22,19 @@ GEOMETRY = ("upper", "forearm", "crank", "handle", "gravity")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Truth:
-    """Arrays ``geometry`` (5,), ``links`` (7, 10), ``drives`` (6, 9), in the order of GEOMETRY, LINK, DRIVE.
+    """Numbers of the arm.
 
-    ``friction`` names the law of each joint that does not have the first of `friction.LAWS`. A law takes its own
-    parameters from ``drives`` and leaves the others.
+    Parameters
+    ----------
+    geometry
+        Lengths [m] and gravity [m/s²] in the order of `GEOMETRY`, shape (5,).
+    links
+        Inertial parameters of each link in the order of `LINK`, shape (7, 10).
+    drives
+        Parameters of each joint in the order of `DRIVE`, SI units, shape (6, 9).
+    friction
+        Law of each joint that does not have the first of `friction.LAWS`. A law takes its own parameters from
+        ``drives`` and leaves the others.
     """
 
     geometry: Array
@@ -54,7 +63,18 @@ class Truth:
         return law_parameters(self.friction.get(joint, LAWS[0]), float(self.drives[joint, DRIVE.index("Fc")]))
 
     def packed(self) -> Array:
-        """All numbers in the order of the C structure, shape (147,)."""
+        """Lay all numbers out in the order of the C structure.
+
+        Returns
+        -------
+        ndarray, shape (147,)
+            Geometry, links row by row, then drive and law of each joint.
+
+        Raises
+        ------
+        InputError
+            Where a law of ``friction`` is unknown.
+        """
         laws = [list(self.law_parameters(joint).values()) for joint in range(len(self.drives))]
         return np.concatenate([self.geometry, self.links.ravel(), np.hstack([self.drives, laws]).ravel()])
 

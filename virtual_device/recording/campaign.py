@@ -159,10 +159,28 @@ def make_joint_campaign(  # noqa: PLR0913 - what a test bench sets, by keyword
 
     Parameters
     ----------
+    folder
+        Folder of the campaign.
+    joint
+        Number of the joint.
+    parameters
+        Parameters of the joint by name, SI units.
+    inputs
+        Torque of each run.
+    effects
+        Disturbances: size, or parameters of ``joint.c``, by name; the same in all runs.
+    sensor
+        Position sensor; that of `Sensor` where None.
+    hold
+        ``zero`` or ``linear``: torque between rows.
+    seed
+        Seed of starts, noise and scatter; each run has its own stream.
     device
         ``single_joint`` or ``freedom6s``.
     known
         What campaign.toml tells about the parameters, e.g. ``{"Ks": {"initial": 0.1}}``.
+    title
+        Title of the campaign.
     friction
         Law of the joint, one of `friction.LAWS`; campaign.toml names it where it is not LuGre.
 
@@ -170,6 +188,13 @@ def make_joint_campaign(  # noqa: PLR0913 - what a test bench sets, by keyword
     -------
     Path
         The campaign.toml.
+
+    Raises
+    ------
+    InputError
+        Where a parameter, a disturbance or the law is unknown.
+    NumericalError
+        Where the joint has no stable rest, or its motion stops being finite.
     """
     sensor = sensor or Sensor()
     parameters = dict(parameters) | law_number(friction)

@@ -14,9 +14,18 @@ BRACKETED = "non-uniform system behaviour: bracketed in Table III of the paper"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cosine:
-    """Torque o + A cos(φ): A, o [N m], duration [s], row spacing [s], and what the run is for.
+    """Torque of one run, o + A cos(φ), and what the run is for.
 
-    φ = ω t with ω [rad/s], the frequency; where there is an end frequency Ω, dφ/dt = ω (Ω/ω)^(t/duration) [rad/s].
+    Parameters
+    ----------
+    amplitude, offset
+        A and o [N m].
+    frequency, end_frequency
+        φ = ω t with the frequency ω [rad/s]; where there is an end frequency Ω, dφ/dt = ω (Ω/ω)^(t/duration) [rad/s].
+    use, reason
+        Use of the run in campaign.toml, and why it is excluded.
+    duration, spacing
+        Length of the run and distance of its rows [s].
     """
 
     amplitude: float
@@ -34,11 +43,23 @@ class Cosine:
         return 2 * np.pi / self.frequency
 
     def times(self) -> Array:
-        """Return the times of the rows [s]."""
+        """Space the rows of the run.
+
+        Returns
+        -------
+        ndarray, shape (n_t,)
+            Times [s] from 0 to ``duration``, rounded to 1 µs.
+        """
         return np.round(np.arange(round(self.duration / self.spacing) + 1) * self.spacing, 6)
 
     def torque(self) -> Array:
-        """Torque at the rows, rounded as the table holds it [N m]."""
+        """Compute the torque at the rows, rounded as the table holds it.
+
+        Returns
+        -------
+        ndarray, shape (n_t,)
+            Torque [N m].
+        """
         phase = self.frequency * self.times()
         if self.end_frequency not in (None, self.frequency):
             ratio = self.end_frequency / self.frequency

@@ -22,7 +22,15 @@ APART = 0.73
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlannedTest:
-    """Free joints and the posture of the locked ones [rad], shape (6,)."""
+    """Test that a locking plan proposes.
+
+    Parameters
+    ----------
+    free_joints
+        Numbers of the joints that move.
+    posture
+        Positions of the locked joints [rad], shape (6,).
+    """
 
     free_joints: tuple[int, ...]
     posture: tuple[float, ...]
@@ -30,6 +38,16 @@ class PlannedTest:
 
 def read_planned(path: Path) -> tuple[PlannedTest, ...]:
     """Read the proposed postures of a locking_plan.json.
+
+    Parameters
+    ----------
+    path
+        File locking_plan.json.
+
+    Returns
+    -------
+    tuple of PlannedTest
+        Tests in the order of the plan.
 
     Raises
     ------

@@ -110,6 +110,13 @@ def simulate_joint(  # noqa: PLR0913 - what a user of a test bench sets, by keyw
     -------
     ndarray, shape (n,)
         Readings [rad].
+
+    Raises
+    ------
+    InputError
+        Where a parameter or a disturbance is unknown, or amplitude scatter has no ``period``.
+    NumericalError
+        Where the joint has no stable rest, or its motion stops being finite.
     """
     joint = complete(parameters)
     frequency = 2 * np.pi / period if period else 1.5

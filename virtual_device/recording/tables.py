@@ -20,7 +20,21 @@ FORMATS = {"time": "%.6g", "torque": "%.8g", "position": "%.7g", "reference": "%
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunTable:
-    """One run: columns by name, each of shape (n,), and its entry of campaign.toml."""
+    """One run: its table, and its entry of campaign.toml.
+
+    Parameters
+    ----------
+    file
+        Name of the table.
+    free_joints
+        Numbers of the joints that move.
+    columns
+        Columns by name, shape (n,) each.
+    use, reason, note
+        Use of the run, why it is excluded, and a remark.
+    posture
+        Positions of the locked joints [rad]; home where empty.
+    """
 
     file: str
     free_joints: tuple[int, ...]
@@ -50,7 +64,13 @@ class RunTable:
         return entry | {key: text for key, text in (("reason", self.reason), ("note", self.note)) if text}
 
     def encoded(self) -> bytes:
-        """Return the table as gzip-compressed CSV without a date in it."""
+        """Write the table as compressed CSV.
+
+        Returns
+        -------
+        bytes
+            gzip without a date in it: the same columns give the same bytes.
+        """
         formats = [FORMATS[name.split("_")[0]] for name in self.columns]
         rows = zip(*self.columns.values(), strict=True)
         lines = [",".join(f % value for f, value in zip(formats, row, strict=True)) for row in rows]

@@ -124,14 +124,28 @@ def coupled_test(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Controller:
-    """Proportional-derivative control at every row: τ = Kp (r − y) − Kd v̂, v̂ a low-passed difference of readings."""
+    """Proportional-derivative control at every row: τ = Kp (r − y) − Kd v̂, v̂ a low-passed difference of readings.
+
+    Parameters
+    ----------
+    proportional, derivative
+        Gains Kp [N m/rad] and Kd [N m s/rad] of the six joints.
+    filter_s
+        Time constant of the low-pass filter of v̂ [s].
+    """
 
     proportional: tuple[float, ...] = (0.30, 0.40, 0.30, 0.03, 0.03, 0.03)
     derivative: tuple[float, ...] = (0.02, 0.03, 0.02, 8e-4, 8e-4, 8e-4)
     filter_s: float = 0.02
 
     def described(self) -> dict[str, object]:
-        """Return the ``[controller]`` table."""
+        """Describe the controller for campaign.toml.
+
+        Returns
+        -------
+        dict
+            Table ``[controller]``: law in words, gains and time constant in SI units.
+        """
         return {
             "law": "torque = Kp (reference - position) - Kd velocity; velocity: low-passed difference of positions",
             "Kp_Nm_per_rad": list(self.proportional),
@@ -142,7 +156,17 @@ class Controller:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reference:
-    """Smooth motion r = rest + s(t) A sin(ω t + φ), s rising from 0 to 1 over two seconds; arrays of shape (6,)."""
+    """Smooth motion r = rest + s(t) A sin(ω t + φ), s rising from 0 to 1 over two seconds.
+
+    Parameters
+    ----------
+    amplitude
+        A [rad], shape (6,).
+    frequency
+        ω [rad/s], shape (6,).
+    phase
+        φ [rad], shape (6,).
+    """
 
     amplitude: Array = field(default_factory=lambda: np.array([0.15, 0.12, 0.15, 0.25, 0.25, 0.20]))
     frequency: Array
