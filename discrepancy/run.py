@@ -15,7 +15,7 @@ from haptid.discrepancy.finding.full_model import whole_finding
 from haptid.discrepancy.finding.stages import run_stages
 from haptid.discrepancy.finding.torque_finding import find_torque, torque_json
 from haptid.discrepancy.study.coupled_study import coupled_study_of
-from haptid.discrepancy.study.study import Study, study_of, with_positions
+from haptid.discrepancy.study.study import Study, begun_at, study_of, with_positions
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit, read_zeros
 from haptid.discrepancy.torque.study import torque_study_of
@@ -178,7 +178,7 @@ def _find_named(out: Path, joint: int, entries: dict[str, Effect]) -> JointFindi
 
 def _study(study: Study, read: Campaign, out: Path, choices: dict[str, Any]) -> Findings:
     carried = read_carried_fit(read, study.fitted[0].free_joints, study.base, out)
-    study = replace(study, effort=choices["effort"], carried=carried)
+    study = begun_at(replace(study, effort=choices["effort"]), carried)
     zeros = read_zeros(read, study.fitted[0].free_joints, out)
     if zeros:
         study = with_positions(study, zeros)

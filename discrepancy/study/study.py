@@ -15,7 +15,7 @@ from haptid.discrepancy.study.channels import scored_rows
 from haptid.discrepancy.study.sealed import seal
 from haptid.discrepancy.study.simulators import Factory, TwoStep
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.identification.fit.zeros_fit import correct_readings
+from haptid.identification.fit.zeros_fit import correct_readings, in_positions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.format.devices import device_of
@@ -249,11 +249,37 @@ def with_positions(study: Study, zeros: Mapping[str, Array]) -> Study:
     Returns
     -------
     Study
-        The same study whose runs hold positions. The fit that it would begin at is left out: its initial states are
-        readings.
+        The same study whose runs hold positions.
     """
     fitted, unseen, sealed = (correct_readings(runs, zeros) for runs in (study.fitted, study.unseen, study.sealed))
-    return replace(study, fitted=fitted, unseen=unseen, sealed=sealed, carried=None)
+    return replace(study, fitted=fitted, unseen=unseen, sealed=sealed)
+
+
+def begun_at(study: Study, carried: Fit | None) -> Study:
+    """Let the nominal fit of a study begin at a fit of the same runs.
+
+    Parameters
+    ----------
+    study
+        Study of one joint or several.
+    carried
+        Fit of the identification; None where there is none.
+
+    Returns
+    -------
+    Study
+        The same study. Where an estimate lies outside a range of the nominal model, the parameter has the range of that
+        fit, which was widened until it held the optimum.
+    """
+    if carried is None:
+        return study
+    fit = in_positions(carried)
+    ranges = {}
+    for q in study.base.parameters:
+        if not q.fixed and not q.lower <= fit.values[q.id] <= q.upper:
+            wide = fit.equations.parameter(q.id)
+            ranges[q.id] = {"lower": min(q.lower, wide.lower), "upper": max(q.upper, wide.upper)}
+    return replace(study, carried=fit, base=study.base.with_parameters(ranges))
 
 
 def usable(entries: Mapping[str, Effect], law: FrictionLaw) -> dict[str, Effect]:

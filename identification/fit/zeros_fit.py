@@ -23,7 +23,7 @@ from haptid.identification.result.fit import Fit
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
-from haptid.model.joint.encoder_zero import is_felt, with_encoder_zeros, zero_states
+from haptid.model.joint.encoder_zero import is_felt, with_encoder_zeros, without_encoder_zeros, zero_states
 from haptid.support.errors import NumericalError
 
 
@@ -109,6 +109,35 @@ def correct_readings(runs: Sequence[Run], zeros: Mapping[str, Array]) -> tuple[R
         The same runs with positions y − z₀ in place of readings; runs without a known zero as they are.
     """
     return tuple(replace(run, y=run.y - zeros[run.file]) if run.file in zeros else run for run in runs)
+
+
+def in_positions(fit: Fit) -> Fit:
+    """Turn a fit of readings into the same fit of positions, for runs that `correct_readings` has corrected.
+
+    Parameters
+    ----------
+    fit
+        Fit with encoder zeros, or without.
+
+    Returns
+    -------
+    Fit
+        Its initial states have positions for readings, and no zeros.
+    """
+    states = list(zero_states(fit.equations))
+    if not states:
+        return fit
+
+    def turn(x0: Array) -> Array:
+        positions = x0.copy()
+        positions[: len(states)] -= x0[states]
+        return np.delete(positions, states)
+
+    return fit.but(
+        equations=without_encoder_zeros(fit.equations),
+        x0={file: turn(x0) for file, x0 in fit.x0.items()},
+        runs=tuple(replace(score, x0=turn(score.x0)) for score in fit.runs),
+    )
 
 
 def _sentences(fit: Fit) -> tuple[str, ...]:

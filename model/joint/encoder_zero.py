@@ -66,6 +66,40 @@ def with_encoder_zeros(equations: Equations, std: Sequence[float]) -> Equations:
     )
 
 
+def without_encoder_zeros(equations: Equations) -> Equations:
+    """Take encoder zeros out again: readings are positions.
+
+    Parameters
+    ----------
+    equations
+        Equations with or without encoder zeros.
+
+    Returns
+    -------
+    Equations
+        The same equations at z₀ = 0, without these states.
+    """
+    gone = set(zero_states(equations))
+    at_zero = {equations.states[k].symbol: sp.S.Zero for k in gone}
+
+    def put_in(expressions: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        return tuple(sp.sympify(e).xreplace(at_zero) for e in expressions)
+
+    def keep(entries: Sequence[Any]) -> tuple[Any, ...]:
+        return tuple(entry for k, entry in enumerate(entries) if k not in gone)
+
+    symbols = [symbol for symbol, _ in equations.definitions]
+    return replace(
+        equations,
+        states=keep(equations.states),
+        rhs=put_in(keep(equations.rhs)),
+        rates=put_in(keep(equations.rates)),
+        definitions=tuple(zip(symbols, put_in([e for _, e in equations.definitions]), strict=True)),
+        mass_matrix=None if equations.mass_matrix is None else tuple(put_in(row) for row in equations.mass_matrix),
+        inertia=None if equations.inertia is None else tuple(put_in(row) for row in equations.inertia),
+    )
+
+
 def zero_states(equations: Equations) -> tuple[int, ...]:
     """Find the states that are encoder zeros.
 

@@ -10,7 +10,7 @@ import pytest
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.identification.fit.fit_runs import Fitted, JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
-from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros
+from haptid.identification.fit.zeros_fit import correct_readings, encoder_zeros, fit_with_zeros, in_positions
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.configurations import Configuration
@@ -122,6 +122,18 @@ def test_the_fmu_takes_the_zero_as_the_kernel_does() -> None:
         np.abs(fmu.simulate(theta, run, x0=x0).y - KernelSimulator.of(zeroed).simulate(theta, run, x0=x0).y).max()
         < 1e-12
     )
+
+
+def test_a_fit_in_positions_simulates_the_corrected_runs_as_before(fitted: Fitted) -> None:
+    fit, positions = fitted.fit, in_positions(fitted.fit)
+    assert positions.equations.digest == joint_equations(0).digest
+    before, after = KernelSimulator.of(fit.equations), KernelSimulator.of(positions.equations)
+    zeros = encoder_zeros(fit)
+    for run, corrected in zip(shifted(), correct_readings(shifted(), zeros), strict=True):
+        if run.use == "fit":
+            reading = before.simulate(fit.theta, run, x0=fit.x0[run.file]).y
+            position = after.simulate(fit.theta, corrected, x0=positions.x0[run.file]).y
+            assert np.abs(reading - zeros[run.file] - position).max() < 1e-9
 
 
 def test_the_zeros_survive_the_file_of_results(fitted: Fitted) -> None:
