@@ -35,7 +35,8 @@ def root_of_inverse(matrix: Array) -> Array:
     The matrix is scaled to a unit diagonal first. Eigenvalues below n·ε times the largest, ε the machine precision, are
     lifted to it.
     """
-    size = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+    # The square root of the smallest number leaves room for products: W·Wᵀ of what says nothing stays finite.
+    size = 1.0 / np.sqrt(np.maximum(np.diag(matrix), np.sqrt(np.finfo(float).tiny)))
     values, vectors = np.linalg.eigh(matrix * np.outer(size, size))
     values = np.maximum(values, values.size * np.finfo(float).eps * values.max(initial=0.0))
     return np.asarray(size[:, None] * vectors / np.sqrt(values))

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from haptid.support.linear_algebra import profile_out, scaled_covariance
+from haptid.support.linear_algebra import inverse, profile_out, scaled_covariance
 
 
 def jacobian(seed: int) -> np.ndarray:
@@ -36,3 +37,9 @@ def test_a_covariance_in_scaled_columns_is_that_of_least_squares():
     J = jacobian(1)[:, :5]
     C, size = scaled_covariance(J)
     np.testing.assert_allclose(C / np.outer(size, size), np.linalg.inv(J.T @ J), rtol=1e-6)
+
+
+def test_a_direction_without_information_has_a_large_and_finite_variance():
+    covariance = inverse(np.diag([4.0, 1e-310]))
+    assert covariance[0, 0] == pytest.approx(0.25)
+    assert 1e100 < covariance[1, 1] < np.inf
