@@ -225,22 +225,25 @@ def run_scatter() -> Hyper:
     return Hyper(id="run_scatter", unit="1", description=text, prior=prior, start=3e-4)
 
 
-def model_error(travel: float) -> tuple[Hyper, Hyper]:
+def model_error(travel: float, unit: str = "rad") -> tuple[Hyper, Hyper]:
     """Return the standard deviation a and the correlation time T of a model error of covariance a²·exp(−|Δt|/T).
 
     Parameters
     ----------
     travel
-        Travel of the runs [rad], to which the prior of the standard deviation is scaled.
+        Travel of the runs, or range of their torques, in ``unit``, to which the prior of the standard deviation is
+        scaled.
+    unit
+        Unit of the readings.
 
     Returns
     -------
     tuple of Hyper
-        ``model_error`` [rad] and ``error_time`` [s].
+        ``model_error``, in ``unit``, and ``error_time`` [s].
     """
     size = HalfNormal(scale=THRESHOLDS.model_error_prior_scale_over_travel * travel)
     time = LogNormal(median=THRESHOLDS.error_time_prior_median_s, width=THRESHOLDS.error_time_prior_log_std)
     return (
-        Hyper(id="model_error", unit="rad", description="correlated model error", prior=size, start=1e-3 * travel),
+        Hyper(id="model_error", unit=unit, description="correlated model error", prior=size, start=1e-3 * travel),
         Hyper(id="error_time", unit="s", description="correlation time of the model error", prior=time, start=0.3),
     )

@@ -47,7 +47,7 @@ class NoiseModel:
         extra += [", with a correlated model error on top"] if self.correlated else []
         return _WORDS[self.scatter] + "".join(extra)
 
-    def hyper(self, *, noise_width: float, travel: float) -> tuple[Hyper, ...]:
+    def hyper(self, *, noise_width: float, travel: float, unit: str = "rad") -> tuple[Hyper, ...]:
         """List the parameters of this noise model with their priors.
 
         Parameters
@@ -55,7 +55,9 @@ class NoiseModel:
         noise_width
             Standard deviation of ln(noise factor) in its prior [1].
         travel
-            Largest travel of the runs [rad].
+            Largest travel of the runs, or range of their torques, in ``unit``.
+        unit
+            Unit of the readings.
 
         Returns
         -------
@@ -65,7 +67,7 @@ class NoiseModel:
         parts = [hyper.noise_factor(noise_width)]
         parts += [hyper.cycle_scatter()] if self.scatter != "none" else []
         parts += [hyper.run_scatter()] if self.runs else []
-        parts += hyper.model_error(travel) if self.correlated else ()
+        parts += hyper.model_error(travel, unit) if self.correlated else ()
         return tuple(parts)
 
 

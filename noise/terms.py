@@ -116,8 +116,9 @@ def prepare(equations: Equations, run: Run, x0: Array | None = None) -> Terms:
     start = start_of(equations, run)
     travel = float(np.ptp(run.y[:, 0]))
     std = start.unit.copy()
-    # A run that hardly moves has a travel of the noise's size: its prior stays wide against the noise by the second.
-    std[0] = max(THRESHOLDS.initial_position_std_over_travel * travel, 10 * float(run.sensor_std[0]))
+    if equations.joints:
+        # A run that hardly moves has a travel of the size of its noise: the second keeps its prior wide against that.
+        std[0] = max(THRESHOLDS.initial_position_std_over_travel * travel, 10 * float(run.sensor_std[0]))
     at = start.base.copy() if x0 is None else np.array(x0)
     return Terms(
         run=run,

@@ -14,27 +14,20 @@ from click.core import ParameterSource
 
 from haptid.fmu_build.accuracy.draws import digest_of
 from haptid.fmu_build.accuracy.stored_draws import DRAWS_OF_POSTERIOR, POSTERIOR
-from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
-from haptid.identification.fit.multistart import fit
 from haptid.identification.foreign.process import ForeignFmu
 from haptid.identification.optimise.workers import Processes, Submitting
-from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.carried_fit import FILE, carried_fit
 from haptid.identification.sequence.configurations import Configuration, configurations_of
-from haptid.identification.sequence.equations_for import equations_for, name_campaign_in_errors
+from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.sequence.resume import data_digest
 from haptid.identification.sequence.step import Step
-from haptid.identification.simulators.fmu import FmuSimulator
-from haptid.identification.simulators.protocol import Simulator
 from haptid.identification.verification.result import Verification
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.format.reading import is_foreign
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
-from haptid.model.equations.equations import Equations
 from haptid.report.common.stored_page import write_page
 from haptid.report.discrepancy.full_model_section import full_model_sections
 from haptid.report.posterior.foreign_page import foreign_posterior_page
@@ -44,7 +37,6 @@ from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
 from haptid.support.processes.threads import single_threaded
 from haptid.uq.commands import posterior as main
-from haptid.uq.density.forward import kernel_of
 from haptid.uq.foreign.infer import QUICK as FOREIGN_QUICK
 from haptid.uq.foreign.infer import SAMPLING as FOREIGN_SAMPLING
 from haptid.uq.foreign.infer import infer as infer_foreign
@@ -59,6 +51,7 @@ from haptid.uq.result.full_model import as_fit, full_model_bands
 from haptid.uq.result.infer import QUICK, InferOptions, infer
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.record import SCHEMA, as_json, save_chains, save_draws
+from haptid.uq.result.subject import find_subject
 from haptid.uq.sampling.sampling import SamplingOptions
 
 
@@ -202,24 +195,21 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
     early = early_word(equations, runs, joint, command.campaign.folder)
     if early:
         click.echo(f"warning: {early}", err=True)
-    kernel = kernel_of(equations)
     bar: Any
     with progress(total=sampling.longest, title=f"joint {joint}: fit", quiet=command.quiet) as bar:
-        found = carried_fit(command.campaign, command.device, configuration, equations, command.out)
-        source = f"read from {FILE}" if found else "made here"
-        if found is None:
-            with name_campaign_in_errors(command.campaign, (joint,)):
-                found = fit(kernel, runs, options=FitOptions(seed=sampling.seed), workers=pool)
-        # The ranges of the fit: those that haptid chose may have been widened to hold its optimum.
-        equations = found.equations
+        subject = find_subject(
+            command.campaign, command.device, configuration, equations, command.out,
+            kind=command.kind, seed=sampling.seed, workers=pool,
+        )  # fmt: skip
+        found = subject.fit
 
         def report(steps: int, tau: float, effective: float) -> None:
             bar.n = steps
             bar.set_postfix_str(f"τ {tau:.1f}, ESS {effective:.0f}")
 
         posterior = infer(
-            _simulator(command, equations),
-            runs,
+            subject.simulator,
+            subject.runs,
             np.array(found.theta),
             command.options,
             joint=joint,
@@ -227,20 +217,14 @@ def _one(command: _Command, configuration: Configuration, pool: Submitting) -> t
             folder=command.out / "posterior" / f"joint{joint}.chains",
             report=report,
             say=lambda what: bar.set_description(f"joint {joint}: {what}"),
-            through_simulator=command.kind is not None,
+            forward=subject.forward,
         )
-    notes = (*found.notes, *found.warnings, f"The fit it starts from, {source}: {found.outcome.value}.")
+    notes = (*found.notes, *found.warnings, f"The fit it starts from, {subject.source}: {found.outcome.value}.")
     contradiction = word_disagreement(found, posterior.parameters)
     if contradiction:
         click.echo(f"warning: joint {joint}: {contradiction}", err=True)
         notes = (contradiction, *notes)
     return found, check_finite(replace(posterior, notes=(early, *notes) if early else notes))
-
-
-def _simulator(command: _Command, equations: Equations) -> Simulator:
-    if command.kind is None:
-        return kernel_of(equations)
-    return FmuSimulator.of(identification_fmu(equations, kind=command.kind), equations)
 
 
 def _write(command: _Command, results: _Results) -> dict[str, Any]:

@@ -16,12 +16,14 @@ from typing import Any
 import numpy as np
 
 from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.resume import data_digest
+from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.identification.statistics.absent import SPRING
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array
@@ -91,6 +93,42 @@ def carried_fit(
     missing = {q.id for q in equations.parameters if not q.fixed} ^ set(fit.free)
     same = not missing or (springless and missing == set(SPRING) and not any(fit.values[id] for id in SPRING))
     return fit if same and np.isfinite(fit.theta).all() else None
+
+
+def carried_torque_fit(
+    campaign: Campaign, device: Device | None, configuration: Configuration, equations: Equations, out: Path
+) -> Fit | None:
+    """Read the fit of a joint's torque from the results of an earlier identification.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with parameter entries and friction laws.
+    device
+        Device of the campaign; None for a single joint.
+    configuration
+        Free joint, posture and runs.
+    equations
+        Equations of motion of the joint.
+    out
+        Folder of the results.
+
+    Returns
+    -------
+    Fit or None
+        Fit of the torque equation, with the priors of its Stribeck curve. None where the folder has no results of the
+        same data, entries and code, and where the residual was a position.
+    """
+    entry = _entry_of(campaign, device, configuration, out)
+    if entry is None or entry.get("outcome") != Outcome.TORQUE_SCORED.label:
+        return None
+    stated = tuple(campaign.parameter_overrides.get(configuration.free_joints[0], {}))
+    restrained = restrain_stribeck(equations, configuration.runs, stated)
+    try:
+        fit = fit_from_json(entry, torque_equations(restrained))
+    except (KeyError, TypeError, ValueError, IndexError):  # written by another version, or changed by hand
+        return None
+    return fit if np.isfinite(fit.theta).all() else None
 
 
 def earlier_residual(

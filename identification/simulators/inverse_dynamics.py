@@ -297,6 +297,28 @@ class TorqueSimulator:
         n = len(self.equations.parameters)
         return Trajectory(t=run.t, y=y, dy_dtheta=dy[..., :n], dy_dx0=dy[..., n:])
 
+    def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None) -> Array:
+        """Compute the torque of a run for many parameter sets together.
+
+        Parameters
+        ----------
+        thetas
+            Parameters, shape (n_sets, n_p).
+        run
+            Run of `torque_run`.
+        x0
+            Initial state, shape (n_x,); 0 where None.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t, 1)
+            Torque [N m] or force [N], filtered as the measured one.
+        """
+        start = np.zeros(len(self.equations.states)) if x0 is None else x0
+        starts = np.broadcast_to(start, (len(thetas), start.size))
+        torques = self.kernel.simulate_many(run.t, self.inputs(run), thetas, starts, linear=True)
+        return np.moveaxis(filter_as(run, np.moveaxis(torques, 0, -1)), -1, 0)
+
     def inputs(self, run: Run) -> Array:
         """Return the inputs of the torque equation along a run.
 

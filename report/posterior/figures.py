@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from haptid.measurement.values.run import Array
-from haptid.measurement.values.units import unit_for
 from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 from haptid.uq.prediction.predict import Bands
 
@@ -150,18 +149,20 @@ def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
     return made
 
 
-def bands(parts: Sequence[Bands]) -> Figure:
-    """Draw measured positions with their predictive band, and the residual of the predictive median with all bands.
+def bands(parts: Sequence[Bands], unit: str) -> Figure:
+    """Draw what was measured with its predictive band, and the residual of the predictive median with all bands.
 
     Parameters
     ----------
     parts
         Bands of every run; each run has a row of the figure.
+    unit
+        Unit of what was measured.
 
     Returns
     -------
     Figure
-        Positions with the 95 % band on the left, residuals with all bands on the right.
+        Readings with the 95 % band on the left, residuals with all bands on the right.
     """
     with style():
         made = figure(9.0, 1.9 * len(parts))
@@ -171,13 +172,13 @@ def bands(parts: Sequence[Bands]) -> Figure:
             t, y = run.t, run.y[:, 0]
             row[0].fill_between(t, part.lower[-1], part.upper[-1], color=BAND, label="95 % band")
             row[0].plot(t, y, color=MEASURED, lw=0.8, label="measured")
-            row[0].set_ylabel(unit_for("rad", run.prismatic))
+            row[0].set_ylabel(unit)
             row[0].set_title(f"{run.file} ({run.use})", fontsize=7, loc="left")
             for k in (2, 1, 0):
                 low, high = 1e3 * (part.lower[k] - part.median), 1e3 * (part.upper[k] - part.median)
                 row[1].fill_between(t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
             row[1].plot(t, 1e3 * (y - part.median), ",", color=RESIDUAL)
-            row[1].set_ylabel(unit_for("mrad", run.prismatic))
+            row[1].set_ylabel(f"m{unit}")
             shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
             row[1].set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")
         axes[0][0].legend(fontsize=6, loc="upper right")

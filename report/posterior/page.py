@@ -17,7 +17,7 @@ from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.thresholds import THRESHOLDS
 
 BANDS = (
-    "Left: measured position and 95 % predictive band. Right: what is left after the predictive median, with the "
+    "Left: what was measured and its 95 % predictive band. Right: what is left after the predictive median, with the "
     "bands of 50, 80 and 95 %. Rows of one cycle move together where amplitudes scatter, so a "
     "single run's coverage may stray."
 )
@@ -69,7 +69,10 @@ def _joint(p: Posterior) -> list[Section]:
         ),
         Section(
             title=f"Joint {p.joint}: predicted and measured",
-            pictures=[*cycle_pictures, _picture(bands(p.bands), BANDS, "predictive bands over measured positions")],
+            pictures=[
+                *cycle_pictures,
+                _picture(bands(p.bands, p.unit), BANDS, f"predicted and measured {p.residual}s"),
+            ],
         ),
         Section(
             title=f"Joint {p.joint}: noise model",

@@ -11,6 +11,7 @@ from typing import Protocol
 
 import numpy as np
 
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.run import Array, Run
@@ -172,3 +173,71 @@ class EachForward:
             Zeros [rad].
         """
         return np.zeros((len(thetas), run.t.size))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TorqueForward:
+    """Torque of a joint along its measured motion, by the compiled torque equation for all parameter sets together.
+
+    Parameters
+    ----------
+    equations
+        Torque equation, as `identification.simulators.inverse_dynamics.torque_equations` returns it.
+    """
+
+    equations: Equations
+
+    def __call__(self, thetas: Array, run: Run, x0: Array) -> Array:
+        """See `Forward`; the run is one of `torque_run`, and the result a torque [N m] or force [N]."""
+        return self.simulator().simulate_many(np.asarray(thetas), run, x0=x0)[:, :, 0]
+
+    def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
+        """Return zeros: the inner step is taken as it is; see `Forward`.
+
+        Parameters
+        ----------
+        thetas
+            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
+        run
+            The run.
+        x0
+            Not used.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t)
+            Zeros [N m].
+        """
+        return np.zeros((len(thetas), run.t.size))
+
+    def simulator(self) -> TorqueSimulator:
+        """Return the compiled torque equation, built once per process.
+
+        Returns
+        -------
+        TorqueSimulator
+            Simulator with sensitivities.
+        """
+        return torque_of(self.equations)
+
+
+@lru_cache(maxsize=64)
+def torque_of(equations: Equations) -> TorqueSimulator:
+    """Return the simulator of a torque equation, built once per process.
+
+    Parameters
+    ----------
+    equations
+        Torque equation.
+
+    Returns
+    -------
+    TorqueSimulator
+        With the default inner step.
+
+    Raises
+    ------
+    NumericalError
+        Where the compiler is missing or fails.
+    """
+    return TorqueSimulator.of_torque(equations)

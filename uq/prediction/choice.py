@@ -58,7 +58,7 @@ class Problem:
 
     @property
     def travel(self) -> float:
-        """Largest travel of a fitted run [rad]."""
+        """Largest travel of a fitted run, or range of its torques, in the unit of the readings."""
         return max(float(np.ptp(run.y[:, 0])) for run in self.fitted)
 
     def density(self, model: NoiseModel) -> Density:
@@ -75,7 +75,7 @@ class Problem:
             Of the fitted runs.
         """
         equations = self.simulator.equations
-        hyper = model.hyper(noise_width=self.noise_width, travel=self.travel)
+        hyper = model.hyper(noise_width=self.noise_width, travel=self.travel, unit=equations.outputs[0].unit)
         return Density(
             coordinates=Coordinates.of(equations, hyper=hyper, widen=self.widen),
             model=model,
@@ -244,7 +244,9 @@ def compare(problem: Problem, theta: Array, *, seed: int = 0) -> tuple[Scored, .
     NumericalError
         Where the simplest candidate has no mode.
     """
-    cycles = sum(t.cycles for t in problem.density(NoiseModel()).terms)
+    # A torque that is read along the measured motion has no cycles whose amplitude could scatter.
+    moves = bool(problem.simulator.equations.joints)
+    cycles = sum(t.cycles for t in problem.density(NoiseModel()).terms) if moves else 0
     scored: list[Scored] = []
     hyper: dict[str, float] = {}
     for model in candidates(len(problem.fitted), cycles):

@@ -57,7 +57,8 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
     Returns
     -------
     NextRun or None
-        None where no parameter is free, or where every candidate leaves the permitted travel.
+        None where no parameter is free, where every candidate leaves the permitted travel, or where the residual is a
+        torque: a run under position control cannot be foreseen from its torque.
 
     Notes
     -----
@@ -65,6 +66,8 @@ def next_run(mode: Laplace, simulator: Simulator, covariance: Array) -> NextRun 
     1.4 times the largest used so far, travel within 1.3 times.
     """
     density = mode.density
+    if not simulator.equations.joints:
+        return None
     theta = density.coordinates.thetas(mode.eta)
     worst = _least_known(density, mode.eta, covariance)
     if worst is None:

@@ -21,7 +21,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.noise.hyper import noise_prior_width
 from haptid.noise.noise_model import NoiseModel
 from haptid.uq.density.density import Density
-from haptid.uq.density.forward import EachForward, KernelForward
+from haptid.uq.density.forward import EachForward, Forward, KernelForward
 from haptid.uq.density.likelihood import cycle_scores
 from haptid.uq.density.solver_step import longest_step
 from haptid.uq.prediction.choice import Problem, Scored, best, compare, unseen_terms
@@ -110,7 +110,7 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     folder: Path | None = None,
     report: Report | None = None,
     say: Say = lambda _: None,
-    through_simulator: bool = False,
+    forward: Forward | None = None,
 ) -> Posterior:
     """Infer the posterior of a joint's parameters and of its noise model.
 
@@ -134,8 +134,9 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
         Called after every chunk of the chains.
     say
         Called with the name of each step as it begins.
-    through_simulator
-        Whether the sampler runs ``simulator`` (an FMU) instead of the compiled kernel of the same equations.
+    forward
+        Simulation of many parameter sets by the same equations as ``simulator``, which the sampler runs; the compiled
+        kernel with the longest inner step that suffices where None.
 
     Returns
     -------
@@ -152,12 +153,12 @@ def infer(  # noqa: PLR0913 # what a posterior is made of and where its chains a
     say("noise model")
     problem = Problem(
         simulator=simulator,
-        forward=EachForward(simulator=simulator),
+        forward=forward or EachForward(simulator=simulator),
         fitted=tuple(run for run in runs if run.use == "fit"),
         unseen=tuple(run for run in runs if run.use == "validate"),
         noise_width=noise_prior_width(stated=options.noise_given),
     )
-    chosen = (_choose if through_simulator else _with_longest_step)(problem, theta, options)
+    chosen = (_choose if forward else _with_longest_step)(problem, theta, options)
     simulator, mode, seed = chosen.problem.simulator, chosen.one.mode, options.sampling.seed
     say("sampling")
     drawn = sample(mode, options.sampling, workers=workers or Here(), folder=folder, report=report)

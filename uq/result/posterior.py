@@ -70,6 +70,16 @@ class Posterior:
     notes: tuple[str, ...] = ()
 
     @property
+    def unit(self) -> str:
+        """Unit of what is compared: of the position, or of the torque where a position controller made the runs."""
+        return self.mode.density.equations.outputs[0].unit
+
+    @property
+    def residual(self) -> str:
+        """What is compared, ``position`` or ``torque``."""
+        return "position" if self.mode.density.equations.joints else "torque"
+
+    @property
     def worst_rhat(self) -> float:
         """Largest R̂ of a coordinate [1]."""
         return max(p.diagnostics.rhat for p in self.parameters)

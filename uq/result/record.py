@@ -171,6 +171,7 @@ def as_json(posterior: Posterior, data: str = "") -> dict[str, Any]:
         "joint": posterior.joint,
         "sound": posterior.sound,
         "data": data,
+        "residual": posterior.residual,
         "correlation": correlation_json(posterior),
         "parameters": {p.id: parameter_json(p) for p in posterior.parameters},
         "noise_model": {

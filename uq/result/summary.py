@@ -119,7 +119,7 @@ def summarise(coordinates: Coordinates, sample: Sample, rng: np.random.Generator
                 contraction=contraction,
                 overlap=overlap,
                 diagnostics=diagnose(x),
-                verdict=_verdict(id, float(np.median(x)), intervals[0.95], contraction),
+                verdict=_verdict(id, unit, float(np.median(x)), intervals[0.95], contraction),
             )
         )
     return tuple(made)
@@ -137,11 +137,11 @@ def _overlap(posterior: Array, prior: Array) -> float:
     return float(np.minimum(p / p.sum(), q / q.sum()).sum())
 
 
-def _verdict(id: str, median: float, interval: tuple[float, float], contraction: float) -> str:
+def _verdict(id: str, unit: str, median: float, interval: tuple[float, float], contraction: float) -> str:
     low, high = interval
     # The order counts: a scatter is judged by its size alone, and an interval that is the prior's says nothing about 0.
     if id.endswith("_scatter") or id == "model_error":
-        return _scatter_verdict(id, median, interval)
+        return _scatter_verdict(id, unit, median, interval)
     if contraction > THRESHOLDS.largest_std_over_prior_std:
         return f"{id} is set by its prior: the data narrow it to {contraction:.0%} of the prior's width."
     if low < 0 < high:
@@ -149,7 +149,7 @@ def _verdict(id: str, median: float, interval: tuple[float, float], contraction:
     return f"{id} is known to ±{percent((high - low) / 2 / abs(median))} (95 %)."
 
 
-def _scatter_verdict(id: str, median: float, interval: tuple[float, float]) -> str:
+def _scatter_verdict(id: str, unit: str, median: float, interval: tuple[float, float]) -> str:
     low, high = interval
     relative = id.endswith("_scatter")
     name = {
@@ -159,7 +159,7 @@ def _scatter_verdict(id: str, median: float, interval: tuple[float, float]) -> s
     words = name.get(id, "The correlated model error")
 
     def write_size(x: float) -> str:
-        return percent(x) if relative else f"{x:.2g} rad"
+        return percent(x) if relative else f"{x:.2g} {unit}"
 
     if low < THRESHOLDS.least_ratio_of_scatter_ends * high:
         return f"{words} is not seen: with 95 % it is below {write_size(high)}."

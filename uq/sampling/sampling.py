@@ -313,17 +313,26 @@ def _first_points(
     """Draw the walkers of an ensemble around the mode, all of finite density, shape (n_walkers, n).
 
     Every second ensemble is `THRESHOLDS.dispersed_start_over_std` times as wide, so that R̂ compares chains from
-    different starts. After four attempts the spread shrinks by 0.7 per attempt.
+    different starts. Where four attempts leave too few, because the mode lies near ends of wide ranges, each point
+    outside the posterior's support moves towards the mode until it is inside.
     """
     n = mean.size
     walkers = options.walkers or _walkers_of(n)
     rng = np.random.default_rng([options.seed, 99, ensemble])
     spread, lower = THRESHOLDS.dispersed_start_over_std if ensemble % 2 else 1.0, np.linalg.cholesky(covariance)
     kept = np.empty((0, n))
-    for attempt in range(20):
-        scale = spread * 0.7 ** max(attempt - 3, 0)
-        drawn = mean + scale * rng.standard_normal((2 * walkers, n)) @ lower.T
-        kept = np.concatenate([kept, drawn[np.isfinite(density(drawn))]])
+    for _ in range(4):
+        drawn = mean + spread * rng.standard_normal((2 * walkers, n)) @ lower.T
+        inside = np.isfinite(density(drawn))
+        kept = np.concatenate([kept, drawn[inside]])
+        if len(kept) >= walkers:
+            return kept[:walkers]
+    outside = drawn[~inside]
+    for _ in range(40):
+        # At an end of a range half of all directions lead out of it, however near: the signs are drawn anew.
+        outside = mean + 0.7 * (outside - mean) * rng.choice((-1.0, 1.0), size=outside.shape)
+        inside = np.isfinite(density(outside))
+        kept, outside = np.concatenate([kept, outside[inside]]), outside[~inside]
         if len(kept) >= walkers:
             return kept[:walkers]
     msg = (
