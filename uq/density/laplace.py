@@ -238,8 +238,10 @@ def _noise_information(density: Density, eta: Array, h: float = 0.05) -> Array:
     repeated = [np.repeat(y, len(points), axis=0) for y in simulated]
     values = density.coordinates.log_prior(points) + density.log_likelihoods(points, repeated).sum(axis=1)
     hessian = np.zeros((k, k))
-    for value, (a, b, sa, sb) in zip(values, shifts, strict=True):
-        hessian[a, b] -= sa * sb * value / (4 * h * h)
+    # Outside the support of a prior the density is 0, and the matrix is not finite.
+    with np.errstate(invalid="ignore"):
+        for value, (a, b, sa, sb) in zip(values, shifts, strict=True):
+            hessian[a, b] -= sa * sb * value / (4 * h * h)
         hessian[b, a] = hessian[a, b]
     if not np.isfinite(hessian).all():
         return hessian
