@@ -31,8 +31,8 @@ COMMANDS = {
     "verdict": ("discrepancy.run", "--joint", "4", "--seed", "3"),
 }
 """Folder of the results: the command that writes them."""
-TOLD = {"command", "data", "date", "inputs", "software", "version", "wall_s"}
-"""Keys of JSON that tell of the run, not of its result; ``data`` and ``inputs`` are digests that hold the code, too."""
+TOLD = {"code", "command", "data", "date", "inputs", "software", "version", "wall_s"}
+"""Keys of JSON that tell of the run, not of its result; ``code``, ``data`` and ``inputs`` are digests of the code, too."""
 
 
 def run(revision: str, folder: Path) -> str:

@@ -19,6 +19,7 @@ except ModuleNotFoundError as absent:
     sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
     sys.exit(2)
 
+from docs.api_reference import api_page
 from docs.equations import with_equations
 from docs.tables import table
 from haptid.command_line import main as haptid
@@ -94,6 +95,7 @@ PAGES = {
     "reference/effects.md": effects_page,
     "reference/device.md": device_page,
     "reference/commands.md": commands_page,
+    "reference/python_api.md": api_page,
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -201,15 +202,13 @@ def _check_complete(entries: Mapping[str, Any], friction: str, drive: Drive | No
 
 
 @contextmanager
-def _told_of(source: Path, warnings: Sequence[str]) -> Iterator[None]:
-    """Name the file of a model that overflows, and print the warnings about one that was built."""
+def _named_in_errors(source: Path, warnings: Sequence[str]) -> Iterator[None]:
+    """Name the file of a model that overflows, and the warning about it that says why."""
     try:
         yield
     except OverflowingError as error:
         todo = warnings[0] if warnings else error.todo
         raise InputError(str(source), expected=error.expected, got=error.got, todo=todo) from None
-    for sentence in warnings:
-        click.echo(f"warning: {source}: {sentence}", err=True)
 
 
 def _packaging(kind: Kind, fmi: str) -> Kind:
@@ -218,6 +217,91 @@ def _packaging(kind: Kind, fmi: str) -> Kind:
     if kind == "python":
         raise InputError("--fmi 3.0", expected="--kind native", got="python", todo="pythonfmu writes FMI 2.0")
     return "native3"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Packaged:
+    """A result that was packaged as an FMU.
+
+    Parameters
+    ----------
+    fmu
+        The FMU.
+    taken
+        Lines on the effects that were taken along, or left behind.
+    warnings
+        Sentences on values that no real device has.
+    """
+
+    fmu: Fmu
+    taken: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+
+def package_result(  # noqa: PLR0913 # one argument an option
+    source: Path,
+    out: Path,
+    kind: Kind = "python",
+    *,
+    joints: tuple[int, ...] | None = None,
+    named: Sequence[Path] = (),
+    start: Path | None = None,
+    effects: Path | None = None,
+    device: Device | str | None = None,
+) -> Packaged:
+    """Package the model that an identification.json holds.
+
+    Parameters
+    ----------
+    source
+        File identification.json.
+    out
+        FMU to write.
+    kind
+        Packaging.
+    joints
+        Number of the joint to package alone; None for the whole device.
+    named
+        Findings of single joints, whose effects are taken along.
+    start
+        Parameter set whose values overrule the identification.
+    effects
+        Folder with effects of the user's own.
+    device
+        Device of the results, or its file; None for the one that the results name.
+
+    Returns
+    -------
+    Packaged
+
+    Raises
+    ------
+    InputError
+        Where the result, a finding or the parameter set is at fault, or holds no such model.
+    """
+    data = read_identification(source)
+    if data["device"] == SINGLE or joints:
+        if named:
+            todo = "discrepancy.run has written the FMU of a joint with its effects already"
+            raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
+        joint = _only_joint(data, joints)
+        law = friction_by_joint(data)[joint]
+        _check_complete(entries_of(data, joint), law, drive_of(data, joint), f"{source}: parameters of joint {joint}")
+        with _named_in_errors(source, []):
+            return Packaged(fmu=export_joint(data, joint, out, kind, start, source.parent))
+    entries = with_folder(effects)
+    findings = [read_finding(path, entries) for path in named]
+    machine = device if isinstance(device, Device) else device_of_results(device, data["device"], source)
+    check_for_device(data, machine, str(source))
+    taken = taken_along(findings, data, machine, str(source))
+    values = of_device(data).values
+    check_orders(values, machine, str(source))
+    for finding in findings:  # each by itself, so that an error names the file at fault
+        check_orders(values | finding.values, machine, finding.source)
+    warnings = tuple(impossible_links(values, machine))
+    with _named_in_errors(source, warnings):
+        fmu = export_full(machine, data, out, kind, findings, start, source.parent)
+    return Packaged(fmu=fmu, taken=tuple(taken), warnings=warnings)
 
 
 def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
@@ -266,32 +350,15 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     NumericalError
         Where the compiler fails.
     """
-    kind = _packaging(kind, fmi)
-    data, wanted = read_identification(source), parse_joints(joints)
-    if data["device"] == SINGLE or wanted:
-        if named:
-            todo = "discrepancy.run has written the FMU of a joint with its effects already"
-            raise InputError("--with", expected="the whole device", got="a joint alone", todo=todo)
-        joint = _only_joint(data, wanted)
-        law = friction_by_joint(data)[joint]
-        _check_complete(entries_of(data, joint), law, drive_of(data, joint), f"{source}: parameters of joint {joint}")
-        with _told_of(source, []):
-            fmu = export_joint(data, joint, out, kind, start, source.parent)
-    else:
-        entries = with_folder(effects)
-        findings = [read_finding(path, entries) for path in named]
-        machine = device_of_results(device, data["device"], source)
-        check_for_device(data, machine, str(source))
-        told = list(taken_along(findings, data, machine, str(source)))
-        values = of_device(data).values
-        check_orders(values, machine, str(source))
-        for finding in findings:  # each by itself, so that an error names the file at fault
-            check_orders(values | finding.values, machine, finding.source)
-        warnings = list(impossible_links(values, machine))
-        with _told_of(source, warnings):
-            fmu = export_full(machine, data, out, kind, findings, start, source.parent)
-        for line in told:
-            click.echo(line)
+    kind, wanted = _packaging(kind, fmi), parse_joints(joints)
+    packaged = package_result(
+        source, out, kind, joints=wanted, named=named, start=start, effects=effects, device=device
+    )  # fmt: skip
+    for sentence in packaged.warnings:
+        click.echo(f"warning: {source}: {sentence}", err=True)
+    for line in packaged.taken:
+        click.echo(line)
+    fmu = packaged.fmu
     size = fmu.path.stat().st_size / 1024
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
     about = {"title": fmu.equations.title, "kind": fmu.kind, "fmi": fmi, "digest": fmu.digest}

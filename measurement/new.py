@@ -17,7 +17,7 @@ from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
 from haptid.measurement.making.logged_table import read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
-from haptid.measurement.making.prepared import PreparedTable, describe, prepare_table
+from haptid.measurement.making.prepared import PreparedTable, describe, describe_campaign, prepare_table
 from haptid.measurement.making.questions import ask_columns, ask_facts, ask_noise, ask_step
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
@@ -146,20 +146,10 @@ def _holds_counts(tables: list[Table], stated: dict[str, Target]) -> bool:
 
 
 def _write(folder: Path, prepared: list[PreparedTable], answers: Answers) -> None:
-    runs: list[dict[str, Any]] = []
-    sensor: dict[str, float | None] = {}
     for one in prepared:
         write_table(folder / one.file, one.frame)
-        posture = {"locked_positions_rad": list(one.posture)} if any(one.posture) else {}
-        runs.append({"file": one.file, "free_joints": list(one.free), **posture, "use": one.use})
-        for unit in ("rad", "m"):
-            if any(f"position_{joint}_{unit}" in one.frame for joint in one.free):
-                sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
-    device = _copy_device(answers.device, folder)
-    head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
-    known = {key: value for key, value in sensor.items() if value is not None}
-    content = {"campaign": head, **({"sensor": known} if known else {}), "runs": runs}
-    write_text(folder / "campaign.toml", tomli_w.dumps(content))
+    device = _copy_device(str(answers.device), folder)
+    write_text(folder / "campaign.toml", tomli_w.dumps(describe_campaign(prepared, answers, device)))
 
 
 def _copy_device(device: str, folder: Path) -> str:

@@ -26,6 +26,7 @@ from tqdm import tqdm
 from haptid.support.errors import LONGEST, HaptidError, InputError, one_line, shorten
 from haptid.support.files.files import check_writable, written
 from haptid.support.files.folder_lock import lock_folder
+from haptid.support.listener import Listener
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -264,3 +265,54 @@ def progress(
         The bar: iterable, and a context manager that removes it.
     """
     return tqdm(iterable, total=total, desc=title, disable=quiet, file=sys.stderr, dynamic_ncols=True, leave=False)  # type: ignore[return-value] # the stub allows an iterable of nothing
+
+
+@contextmanager
+def listening(*, quiet: bool = False) -> Iterator[Listener]:
+    """Listen to a computation within the block: a bar and notes on stderr, summaries of finished parts on stdout.
+
+    Parameters
+    ----------
+    quiet
+        Whether the bar is not shown (--quiet); notes and summaries always are.
+
+    Yields
+    ------
+    Listener
+        For the functions of the packages.
+    """
+    bar = _Bar(quiet)
+    try:
+        yield Listener(progress=bar.show, note=bar.note, finished=bar.finished)
+    finally:
+        bar.close()
+
+
+class _Bar:
+    """Progress bar that begins anew where the number of steps changes, and that gives way to lines."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+        self._bar: Any = None
+
+    def show(self, title: str, done: int = 0, total: int | None = None, figures: str = "") -> None:
+        if self._bar is None or self._bar.total != total:
+            self.close()
+            self._bar = progress(total=total, title=title, quiet=self._quiet)
+        self._bar.n = done
+        self._bar.set_description(title, refresh=False)
+        self._bar.set_postfix_str(figures, refresh=False)
+        self._bar.refresh()
+
+    def note(self, text: str) -> None:
+        self.close()  # the line would stand behind the bar
+        click.echo(text, err=True)
+
+    def finished(self, text: str) -> None:
+        self.close()
+        click.echo(text)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign
-from haptid.model.device.reader import load_device
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -45,10 +44,11 @@ def limits_of(campaign: Campaign) -> dict[int, Limits]:
     InputError
         Where the file of the device is at fault.
     """
-    if campaign.device == SINGLE_JOINT:
+    device = device_of(campaign)
+    if device is None:
         return {}
     limits = {}
-    for number, joint in enumerate(load_device(campaign.device, campaign.folder).joints):
+    for number, joint in enumerate(device.joints):
         lower, upper = joint.position_limits
         stated = (lower, upper) != (-np.pi, np.pi)  # the default of a device without limits: the joint may turn on
         limits[number] = Limits(torque=joint.torque_limit, travel=upper - lower if stated else np.inf)

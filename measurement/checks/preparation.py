@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import click
-
 from haptid.measurement.checks.clock import check_clocks
 from haptid.measurement.checks.motion import check_motion
 from haptid.measurement.checks.remarks import remark_lines, remarks_of
@@ -24,6 +22,7 @@ from haptid.measurement.signals.noise import campaign_with_noise
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.support.errors import LONGEST, one_line, shorten
+from haptid.support.listener import Listener
 
 
 def prepare(campaign: Campaign) -> Campaign:
@@ -85,21 +84,41 @@ def campaign_for_command(folder: Path | str | None) -> Campaign:
         Where the folder is at fault, or the campaign allows no fit.
     """
     with warnings_on_stderr():
-        campaign = read_campaign(folder)
-        prepared = prepare_campaign(campaign)
+        return ready_for_fits(read_campaign(folder))
+
+
+def ready_for_fits(campaign: Campaign) -> Campaign:
+    """Return a campaign ready for fits, with its remarks.
+
+    Parameters
+    ----------
+    campaign
+        As `read_campaign` returns it.
+
+    Returns
+    -------
+    Campaign
+        As `prepare_campaign` returns it, with sentences on likely slips; `tell_remarks` tells them.
+
+    Raises
+    ------
+    InputError
+        Where the campaign allows no fit.
+    """
+    prepared = prepare_campaign(campaign)
     # Remarks are on the campaign as it was read: the prepared one no longer shows which noise was stated.
     return prepared.but(remarks=tuple(remark_lines(remarks_of(campaign))))
 
 
-def tell_remarks(campaign: Campaign) -> None:
-    """Print the remarks on stderr, one line each.
-
-    Commands call this after they have accepted all their input.
+def tell_remarks(campaign: Campaign, listener: Listener) -> None:
+    """Tell the remarks, one line each, after all input was accepted.
 
     Parameters
     ----------
     campaign
         Campaign with its remarks; a long one is shortened.
+    listener
+        Its ``note`` takes the lines.
     """
     for remark in campaign.remarks:
-        click.echo(f"remark: {shorten(one_line(remark), LONGEST)}", err=True)
+        listener.note(f"remark: {shorten(one_line(remark), LONGEST)}")

@@ -7,12 +7,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.format.devices import device_of
 from haptid.measurement.signals.smoothing import smooth
 from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
-from haptid.model.device.reader import load_device
 from haptid.model.device.stated_parameters import stated_value
 from haptid.model.joint.coupled_joints import configuration_equations
 
@@ -70,8 +69,8 @@ def _find_stated_inertia(campaign: Campaign, joint: int) -> tuple[float | None, 
     given = campaign.parameter_overrides.get(joint, {})
     gain = stated_value(given.get("Kp", {})) or 1.0
     inertia = stated_value(given.get("inertia", {}))
-    if inertia is None and campaign.device != SINGLE_JOINT:
-        device = load_device(campaign.device, campaign.folder)
+    device = device_of(campaign) if inertia is None else None
+    if device is not None:
         posture = tuple(float(x) for x in campaign.runs_of((joint,))[0].posture)
         parameters = configuration_equations(device, (joint,), posture).parameters
         inertia = next((q.initial for q in parameters if q.id == "inertia"), None)

@@ -150,4 +150,5 @@ def device_of(campaign: Campaign) -> Device | None:
     """
     if campaign.device == SINGLE_JOINT:
         return None
-    return load_device(campaign.device, campaign.folder).with_friction(campaign.friction)
+    device = campaign.loaded or load_device(campaign.device, campaign.folder)
+    return device.with_friction(campaign.friction)

@@ -25,10 +25,11 @@ from haptid.measurement.format.joint_tables import (
     read_overrides,
     warn_of_unused,
 )
-from haptid.measurement.format.run_entries import read_runs
+from haptid.measurement.format.run_entries import Reading, read_runs, table_inside
 from haptid.measurement.format.toml_source import TomlSource
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warn
+from haptid.model.device.device import Device
 from haptid.support.command import word_command
 from haptid.support.errors import InputError, one_line
 from haptid.support.suggestion import did_you_mean
@@ -76,13 +77,38 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
         where, takers = str(folder / "campaign.toml"), (("identify", "identification.run"), ("posterior", "uq.run"))
         todo = f"{' and '.join(word_command(*taker) for taker in takers)} take it"
         raise InputError(where, expected="a campaign about joints", got="one about an FMU", todo=todo)
-    source = open_source(folder, TABLES)
+    return campaign_from(open_source(folder, TABLES), folder, table_inside(folder))
+
+
+def campaign_from(source: TomlSource, folder: Path, read: Reading, loaded: Device | None = None) -> Campaign:
+    """Make a campaign of its description and its tables, wherever both come from.
+
+    Parameters
+    ----------
+    source
+        Content of ``campaign.toml``.
+    folder
+        Folder from which the paths of devices start.
+    read
+        Function from the name of a table and the place of the name to the table.
+    loaded
+        Device that the description names, where a program hands it over; None to load it by its name.
+
+    Returns
+    -------
+    Campaign
+        See `read_campaign`, also for errors and warnings.
+    """
     schema.check_table(source, source.data.get("sensor", {}), schema.SENSOR, "sensor")
     head = schema.check_table(source, source.data.get("campaign"), schema.CAMPAIGN, "campaign")
-    device = resolve_device(head["device"], folder, source.where("campaign", "device"))
-    tables = _joint_tables(source, device)
+    if loaded is None:
+        device = resolve_device(head["device"], folder, source.where("campaign", "device"))
+        count = joint_count(device)
+    else:
+        device, count = head["device"], len(loaded.joints)
+    tables = _joint_tables(source, device, count)
     drives = read_drives(source, tables)
-    runs, unknown = read_runs(source, device, head.get("hold", "zero"), tables, drives)
+    runs, unknown = read_runs(source, device, count, head.get("hold", "zero"), tables, drives, read)
     if unknown:
         warn(f"{folder}: columns that the format does not know are kept and not used: {', '.join(unknown)}")
     warn_of_unused(source, tables, {joint for run in runs for joint in run.free_joints})
@@ -98,6 +124,7 @@ def read_campaign(folder: Path | str | None = None) -> Campaign:
         drives={joint: stated.drive for joint, stated in drives.items()},
         friction=friction_laws(tables),
         noise_given=all(bool(np.isfinite(run.noise).all()) for run in runs),
+        loaded=loaded,
         extra={
             **{name: value for name, value in source.data.items() if name not in TABLES},
             **{name: value for name, value in head.items() if name not in named},
@@ -172,9 +199,8 @@ def is_foreign(folder: Path | str | None) -> bool:
     return isinstance(head, dict) and "device" not in head and ("model" in head or "outputs" in data)
 
 
-def _joint_tables(source: TomlSource, device: str) -> dict[int, dict[str, Any]]:
+def _joint_tables(source: TomlSource, device: str, count: int | None) -> dict[int, dict[str, Any]]:
     tables = joint_tables(source)
-    count = joint_count(device)
     for joint, table in tables.items():
         schema.check_table(source, table.get("sensor", {}), schema.SENSOR, f"joint.{joint}.sensor")
         if count is not None and joint >= count:

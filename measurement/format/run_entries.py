@@ -2,29 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from haptid.measurement.format import schema
 from haptid.measurement.format.columns import Signals, read_signals
-from haptid.measurement.format.devices import SINGLE_JOINT, joint_count, joint_range
+from haptid.measurement.format.devices import SINGLE_JOINT, joint_range
 from haptid.measurement.format.drives import StatedDrive
 from haptid.measurement.format.joint_tables import drive_constants, sensor_of
 from haptid.measurement.format.places import check_inside
 from haptid.measurement.format.toml_source import TomlSource
-from haptid.measurement.tables.table import read_table
+from haptid.measurement.tables.table import Table, read_table
 from haptid.measurement.values.run import Array, Run
 from haptid.support.errors import InputError, one_line
 
+Reading = Callable[[str, str], Table]
+"""Function from the name of a table, and the place of that name for errors, to the table."""
 
-def read_runs(
+
+def table_inside(folder: Path) -> Reading:
+    """Return the function that reads a table below the folder of a campaign.
+
+    Parameters
+    ----------
+    folder
+        Folder with ``campaign.toml``.
+
+    Returns
+    -------
+    Reading
+        It refuses a table outside ``folder`` as `check_inside` does.
+    """
+
+    def read(name: str, where: str) -> Table:
+        check_inside(folder, name, where)
+        return read_table(folder / name)
+
+    return read
+
+
+def read_runs(  # what the entries are read against, each once
     source: TomlSource,
     device: str,
+    count: int | None,
     hold: str,
     tables: dict[int, dict[str, Any]],
     drives: Mapping[int, StatedDrive],
+    read: Reading,
 ) -> tuple[tuple[Run, ...], tuple[str, ...]]:
     """Read every table that ``[[runs]]`` lists.
 
@@ -34,12 +61,16 @@ def read_runs(
         The parsed ``campaign.toml``.
     device
         A built-in name, ``single_joint`` or the path of a device file.
+    count
+        Number of its joints; None where it is not known.
     hold
         ``zero`` or ``linear``, for the entries that state nothing.
     tables
         The checked ``[joint.J]`` tables by joint number.
     drives
         Drives by joint number.
+    read
+        Function that reads the table of an entry.
 
     Returns
     -------
@@ -59,13 +90,11 @@ def read_runs(
     runs: list[Run] = []
     unknown: dict[str, None] = {}
     seen: set[str] = set()
-    count = joint_count(device)
     for index, entry in enumerate(listed):
         schema.check_table(source, entry, schema.RUN, "runs", index)
         _check_entry(source, entry, index, device, count, seen)
         seen.add(entry["file"])
-        check_inside(source.path.parent, entry["file"], f"{source.path}, runs[{index}].file")
-        table = read_table(source.path.parent / entry["file"])
+        table = read(entry["file"], f"{source.path}, runs[{index}].file")
         joints = tuple(sorted(entry["free_joints"]))
         _check_gain(source, entry, index, joints, drives)
         signals = read_signals(table, joints, drive_constants(tables), drives, entry.get("controller_gain"))

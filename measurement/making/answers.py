@@ -9,6 +9,7 @@ from pathlib import Path
 
 from haptid.measurement.format.devices import SUFFIXES, device_names
 from haptid.measurement.making.mapping import Target
+from haptid.model.device.device import Device
 from haptid.support.errors import InputError
 from haptid.support.files.files import is_file
 from haptid.support.suggestion import did_you_mean
@@ -23,7 +24,7 @@ class Answers:
     title
         One line that names the tests.
     device
-        Built-in name, device file, or ``single_joint``.
+        Built-in name, device file, ``single_joint``, or the device itself.
     measured
         False for synthetic data.
     hold
@@ -41,7 +42,7 @@ class Answers:
     """
 
     title: str
-    device: str
+    device: str | Device
     measured: bool
     hold: str
     noise: float | None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +16,7 @@ from haptid.measurement.making.moving_joints import moving_joints
 from haptid.measurement.making.units_in_names import understand_columns
 from haptid.measurement.tables.table import Table
 from haptid.measurement.values.run import Array
+from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 
 DECIMALS_OF_POSTURE = 6
@@ -106,17 +108,48 @@ def _travel(positions: dict[str, Array], joint: int) -> float:
     return float(np.ptp(values))
 
 
-def _posture(device: str, positions: dict[str, Array], free: Sequence[int]) -> tuple[float, ...]:
+def _posture(device: str | Device, positions: dict[str, Array], free: Sequence[int]) -> tuple[float, ...]:
     """Return the positions at which the joints were locked, as far as the table has them."""
     if device == SINGLE_JOINT:
         return ()
-    posture = [0.0] * len(load_device(device).joints)
+    loaded = device if isinstance(device, Device) else load_device(device)
+    posture = [0.0] * len(loaded.joints)
     for name, values in positions.items():
         found = POSITION.fullmatch(name)
         joint = int(found.group(1)) if found else len(posture)
         if joint < len(posture) and joint not in free:
             posture[joint] = round(float(np.median(values)), DECIMALS_OF_POSTURE) + 0.0
     return tuple(posture)
+
+
+def describe_campaign(prepared: Sequence[PreparedTable], answers: Answers, device: str) -> dict[str, Any]:
+    """Return the content of ``campaign.toml`` for prepared tables.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+    answers
+        What the user states.
+    device
+        Name of the device in the campaign.
+
+    Returns
+    -------
+    dict
+        Tables ``campaign``, ``sensor`` (where something is stated) and ``runs``.
+    """
+    runs: list[dict[str, Any]] = []
+    sensor: dict[str, float | None] = {}
+    for one in prepared:
+        posture = {"locked_positions_rad": list(one.posture)} if any(one.posture) else {}
+        runs.append({"file": one.file, "free_joints": list(one.free), **posture, "use": one.use})
+        for unit in ("rad", "m"):
+            if any(f"position_{joint}_{unit}" in one.frame for joint in one.free):
+                sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
+    head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
+    known = {key: value for key, value in sensor.items() if value is not None}
+    return {"campaign": head, **({"sensor": known} if known else {}), "runs": runs}
 
 
 def describe(prepared: Sequence[PreparedTable]) -> list[str]:

@@ -30,7 +30,8 @@ from haptid.support.errors import InputError, shorten
 from haptid.support.files.files import is_file
 from haptid.support.installing.extras import need
 
-SUFFIXES = (".csv", ".csv.gz", ".parquet")
+TEXT_SUFFIXES = (".csv", ".csv.gz")
+SUFFIXES = (*TEXT_SUFFIXES, ".parquet")
 SHOWN_CELL_CHARACTERS = 40
 """Characters of a cell that an error shows."""
 EXACT: dict[str, Any] = {} if int(pd.__version__.split(".")[0]) >= 3 else {"float_precision": "round_trip"}
@@ -44,16 +45,19 @@ class Table:
     Parameters
     ----------
     path
-        File of the table.
+        File of the table, or a name for errors where it comes from no file.
     frame
         Its cells, as numbers or as text.
     lines_before
         Number of lines before the header.
+    in_memory
+        Whether the table comes from no file.
     """
 
     path: Path
     frame: pd.DataFrame
     lines_before: int = 0
+    in_memory: bool = False
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -63,12 +67,15 @@ class Table:
     @property
     def header(self) -> str:
         """Name the header for an error message."""
-        return (
-            f"{self.path}, line {self.lines_before + 1}" if self.path.suffix != ".parquet" else f"{self.path}, columns"
-        )
+        return f"{self.path}, line {self.lines_before + 1}" if self.is_text else f"{self.path}, columns"
+
+    @property
+    def is_text(self) -> bool:
+        """Whether the table is a text file, whose lines an error can name."""
+        return not self.in_memory and self.path.name.endswith(TEXT_SUFFIXES)
 
     def row(self, index: int) -> str:
-        """Name a row for an error message: the line of the text file, or the row of a Parquet table, from 1.
+        """Name a row for an error message: the line of the text file, or the row of any other table, from 1.
 
         Parameters
         ----------
@@ -80,8 +87,7 @@ class Table:
         str
             File and number; in a text file, the header and the lines before it count.
         """
-        is_text = self.path.suffix != ".parquet"
-        return f"{self.path}, line {self.lines_before + index + 2}" if is_text else f"{self.path}, row {index + 1}"
+        return f"{self.path}, line {self.lines_before + index + 2}" if self.is_text else f"{self.path}, row {index + 1}"
 
     def numbers(self, column: str) -> Array:
         """Return a column as finite numbers.
@@ -123,7 +129,7 @@ class Table:
 
     def _as_written(self, column: str, index: int) -> Any:
         cell = self.frame[column].iloc[index]
-        if self.path.suffix == ".parquet" or isinstance(cell, str) or pd.isna(cell):
+        if not self.is_text or isinstance(cell, str) or pd.isna(cell):
             return cell
         # Numbers were read as binary: the file is read again, only for this error.
         texts = _read_frame(self.path, as_text=True)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from haptid.measurement.values.run import Hold, Run, Use
+from haptid.model.device.device import Device
 from haptid.model.equations.drive import Drive
 
 
@@ -25,7 +26,8 @@ class Campaign:
     title
         One line for the head of a report.
     device
-        Name of a built-in device, ``single_joint``, or the path of a device TOML.
+        Name of a built-in device, ``single_joint``, or the path of a device TOML; where ``loaded`` is
+        there, only words for a reader.
     measured
         False for synthetic data; every report says so.
     hold
@@ -43,6 +45,8 @@ class Campaign:
         Whether the campaign states the sensor noise of every run. Where False, noise is estimated from the rows.
     remarks
         Sentences on likely slips in the data, for reports; `campaign_for_command` fills them in.
+    loaded
+        Device that a program handed over; None where ``device`` says which to load.
     extra
         Tables and keys that this package keeps without reading them (``source``, ``note``, …).
     """
@@ -58,6 +62,7 @@ class Campaign:
     drives: Mapping[int, Drive] = field(default_factory=dict)
     noise_given: bool = False
     remarks: tuple[str, ...] = ()
+    loaded: Device | None = None
     extra: Mapping[str, Any] = field(default_factory=dict)
 
     @property

@@ -43,18 +43,12 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
         made = figure(8.5, 4.4)
         axes = made.subplots(2, len(shown), squeeze=False, sharex="col", sharey="row", height_ratios=(1, 1.5))
         for column, curve in enumerate(shown):
-            top, low = axes[0, column], axes[1, column]
-            t, y = curve.run.t, curve.run.y[:, 0]
-            top.plot(t, y, color=MEASURED, label="measured")
-            top.plot(t, curve.before, color=ACCENT, ls="--", label="simulated before")
-            top.plot(t, curve.after, color=SIMULATED, ls=":", label="simulated after")
             several = len({c.run.free_joints for c in curves}) > 1
-            top.set_title(curve.run.file + f", joint {curve.run.free_joints[0]}" * several, fontsize=8)
-            low.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7, label="before")
-            low.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
-            band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
-            low.axhspan(*band, color=BAND, alpha=0.5, lw=0, label="±2σ of the sensor")
-            low.set_xlabel("time [s]")
+            draw_motion(axes[0, column], curve)
+            title = curve.run.file + f", joint {curve.run.free_joints[0]}" * several
+            axes[0, column].set_title(title, fontsize=8)
+            draw_residuals(axes[1, column], curve)
+            axes[1, column].set_xlabel("time [s]")
         slides = [p for curve in shown for p in curve.run.prismatic]
         axes[0, 0].set_ylabel(f"position [{unit_for('rad', slides)}]")
         axes[1, 0].set_ylabel(f"measured − simulated [{unit_for('mrad', slides)}]")
@@ -66,6 +60,38 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
     runs = "Runs that no fit saw" if unseen else "Fitted runs (the campaign has none to validate on)"
     caption = f"{runs}. Above: the motion. Below: what the simulation misses, before and after."
     return Picture(uri=data_uri(made), caption=caption, alt="measured and simulated position, before and after")
+
+
+def draw_motion(axis: Axes, curve: Curve) -> None:
+    """Draw measured position and the simulations before and after the search, over time.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    curve
+        Run of one joint with its simulations.
+    """
+    axis.plot(curve.run.t, curve.run.y[:, 0], color=MEASURED, label="measured")
+    axis.plot(curve.run.t, curve.before, color=ACCENT, ls="--", label="simulated before")
+    axis.plot(curve.run.t, curve.after, color=SIMULATED, ls=":", label="simulated after")
+
+
+def draw_residuals(axis: Axes, curve: Curve) -> None:
+    """Draw what the simulations before and after the search miss, with the sensor's ±2σ, over time.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    curve
+        Run of one joint with its simulations.
+    """
+    t, y = curve.run.t, curve.run.y[:, 0]
+    axis.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7, label="before")
+    axis.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
+    band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
+    axis.axhspan(*band, color=BAND, alpha=0.5, lw=0, label="±2σ of the sensor")
 
 
 def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
@@ -87,13 +113,7 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
         made = figure(8.5, 4.4)
         axes = made.subplots(2, -(-len(maps) // 2), sharey=True)
         for axis, m in zip(axes.ravel(), maps, strict=True):
-            gap, rows = (100 * part / max(part.sum(), 1e-300) for part in (np.maximum(m.excess, 0.0), m.rows))
-            edges = m.edges + 1.0 if m.variable == "cycle" else m.edges
-            axis.bar(edges[:-1], gap, np.diff(edges), align="edge", color=RESIDUAL, alpha=0.75, label="of the gap")
-            axis.stairs(rows, edges, color=MEASURED, lw=0.8, label="of the samples")
-            name, unit = AXES[m.variable]
-            axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]" if unit else name, fontsize=8)
-            _ticks(axis, m)
+            draw_shares(axis, m, prismatic)
         for row in axes:
             row[0].set_ylabel("share [%]")
         axes[0, 0].legend(fontsize=7)
@@ -103,6 +123,27 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
         "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
         alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
     )
+
+
+def draw_shares(axis: Axes, m: Map, prismatic: Sequence[bool]) -> None:
+    """Draw the shares of excess residual energy and of samples in every bin of a variable.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    m
+        Excess of residual energy over one variable.
+    prismatic
+        Whether each joint is prismatic, for the units.
+    """
+    gap, rows = (100 * part / max(part.sum(), 1e-300) for part in (np.maximum(m.excess, 0.0), m.rows))
+    edges = m.edges + 1.0 if m.variable == "cycle" else m.edges
+    axis.bar(edges[:-1], gap, np.diff(edges), align="edge", color=RESIDUAL, alpha=0.75, label="of the gap")
+    axis.stairs(rows, edges, color=MEASURED, lw=0.8, label="of the samples")
+    name, unit = AXES[m.variable]
+    axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]" if unit else name, fontsize=8)
+    _ticks(axis, m)
 
 
 def _ticks(axis: Axes, m: Map) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from matplotlib.axes import Axes
 
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.measurement.values.units import unit_for
@@ -32,17 +33,13 @@ def torque_picture(finding: TorqueFinding) -> Picture:
         for k, (run, before, after) in enumerate(
             zip(found.study.runs, found.base.residual, found.final.residual, strict=True)
         ):
-            q, tau, unseen = run.u[:, 0], run.y[:, 0], found.study.unseen_rows[k]
+            q, tau = run.u[:, 0], run.y[:, 0]
             hide = "_" if k else ""
             top.plot(q, 1e3 * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
             top.plot(q, 1e3 * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")
             top.plot(q, 1e3 * (tau - after), color=SIMULATED, label=f"{hide}model after")
-            low.plot(q[unseen], 1e3 * before[unseen], ".", ms=2, color=ACCENT, label=f"{hide}left before")
-            low.plot(q[unseen], 1e3 * after[unseen], ".", ms=2, color=SIMULATED, label=f"{hide}left after")
-        low.axhspan(*(2e3 * s * finding.gaps["validate"].noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
+        draw_torque_left(low, finding)
         top.set_ylabel(f"torque [{_unit(finding, 'mN m')}]")
-        low.set_ylabel(f"held out, left [{_unit(finding, 'mN m')}]")
-        low.set_xlabel(f"position [{_unit(finding, 'rad')}]")
         for axis in (top, low):
             axis.legend(fontsize=7)
     caption = (
@@ -50,6 +47,27 @@ def torque_picture(finding: TorqueFinding) -> Picture:
         "the band is ±2σ of the torque's white noise."
     )
     return Picture(uri=data_uri(made), caption=caption, alt="torque over position, measured and modelled")
+
+
+def draw_torque_left(axis: Axes, finding: TorqueFinding) -> None:
+    """Draw the residual torque on held-out stretches over position, before and after the search.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    finding
+        Result of the search.
+    """
+    found = finding.search
+    for k, run in enumerate(found.study.runs):
+        unseen, hide = found.study.unseen_rows[k], "_" if k else ""
+        q, before, after = (x[unseen] for x in (run.u[:, 0], found.base.residual[k], found.final.residual[k]))
+        axis.plot(q, 1e3 * before, ".", ms=2, color=ACCENT, label=f"{hide}left before")
+        axis.plot(q, 1e3 * after, ".", ms=2, color=SIMULATED, label=f"{hide}left after")
+    axis.axhspan(*(2e3 * s * finding.gaps["validate"].noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
+    axis.set_ylabel(f"held out, left [{_unit(finding, 'mN m')}]")
+    axis.set_xlabel(f"position [{_unit(finding, 'rad')}]")
 
 
 def remaining_picture(finding: TorqueFinding) -> Picture:

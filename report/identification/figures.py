@@ -39,10 +39,10 @@ def run_picture(traces: Sequence[Trace], title: str) -> Picture:
         made = figure(3.0 * max(len(traces), 2) + 1.0, 1.7 * rows)
         axes = made.subplots(rows, len(traces), sharex="col", squeeze=False, height_ratios=[2, 1] * (rows // 2))
         for column, trace in enumerate(traces):
-            for k, joint in enumerate(trace.joints):
-                _signal(axes[2 * k][column], trace, k, joint, first=column == 0)
-                _residual(axes[2 * k + 1][column], trace, k, first=column == 0)
-            axes[0][column].set_title(_title(trace), fontsize=8)
+            for k in range(len(trace.joints)):
+                draw_signal(axes[2 * k][column], trace, k, first=column == 0)
+                draw_residual(axes[2 * k + 1][column], trace, k, first=column == 0)
+            axes[0][column].set_title(title_of(trace), fontsize=8)
             axes[-1][column].set_xlabel("time [s]")
         _legend(made, axes[0][0])
         uri = data_uri(made)
@@ -59,7 +59,14 @@ def _legend(made: Figure, axis: Axes) -> None:
     made.legend(handles, labels, loc="outside lower center", ncols=2)
 
 
-def _title(trace: Trace) -> str:
+def title_of(trace: Trace) -> str:
+    """Return the run's file, its use and its RMS over the noise, on two lines.
+
+    Parameters
+    ----------
+    trace
+        Signals of the run with its score.
+    """
     return f"{trace.score.file}\n{trace.score.use}: RMS = {trace.score.over_noise:.2f} × noise"
 
 
@@ -67,8 +74,21 @@ def _thin(trace: Trace) -> slice:
     return slice(None, None, max(trace.t.size // LEAST_POINTS, 1))
 
 
-def _signal(axis: Axes, trace: Trace, k: int, joint: int, *, first: bool) -> None:
-    rows = _thin(trace)
+def draw_signal(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -> None:
+    """Draw the measured and the simulated signal of one joint over time.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    trace
+        Signals of the run.
+    k
+        Index of the joint among the free ones.
+    first
+        Whether the axes get the label of the signal.
+    """
+    rows, joint = _thin(trace), trace.joints[k]
     axis.plot(trace.t[rows], trace.measured[rows, k], color=MEASURED, label="measured", linewidth=1.6)
     axis.plot(trace.t[rows], trace.simulated[rows, k], color=SIMULATED, label="simulated", linestyle="--")
     if first:
@@ -76,7 +96,14 @@ def _signal(axis: Axes, trace: Trace, k: int, joint: int, *, first: bool) -> Non
         axis.set_ylabel(f"{what} {joint} [{trace.unit}]")
 
 
-def _residual(axis: Axes, trace: Trace, k: int, *, first: bool) -> None:
+def draw_residual(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -> None:
+    """Draw measured minus simulated signal of one joint over time, with the sensor's ±2σ.
+
+    Parameters
+    ----------
+    axis, trace, k, first
+        As `draw_signal` takes them.
+    """
     rows, unit, factor = _thin(trace), f"m{trace.unit}", 1e3
     axis.axhspan(-2 * factor * trace.sigma[k], 2 * factor * trace.sigma[k], color=BAND, linewidth=0)
     r = factor * (trace.measured[:, k] - trace.simulated[:, k])

@@ -87,21 +87,33 @@ def widths(names: Sequence[str], posterior: Array, prior: Array) -> Figure:
     Figure
         A bar a parameter, the best known at the bottom, on a logarithmic axis up to 1000 %.
     """
-    order = np.argsort(posterior)  # best known at the bottom
-    low = 10 ** np.floor(np.log10(max(float(np.min(posterior)), 1e-6)))
     with style():
         made = figure(9.0, 0.24 * len(names) + 0.9)
-        ax = made.subplots()
-        for row, i in enumerate(order):
-            ax.barh(row, min(prior[i], 1000.0) - low, left=low, color=BAND, height=0.75)
-            ax.barh(row, min(posterior[i], 1000.0) - low, left=low, color=SIMULATED, height=0.75)
-            ax.text(1050.0, row, f"± {posterior[i]:.2g} %", va="center", fontsize=7)
-        ax.set_xscale("log")
-        ax.set_xlim(low, 1000.0)
-        ax.set_yticks(range(len(names)), [names[i] for i in order], fontsize=7)
-        ax.set_xlabel("95 % half-width in percent of the value (dark: with the data, pale: prior alone)")
-        ax.grid(visible=False, axis="y")
+        draw_widths(made.subplots(), names, posterior, prior)
     return made
+
+
+def draw_widths(axis: Axes, names: Sequence[str], posterior: Array, prior: Array) -> None:
+    """Draw the half-width of each parameter's 95 % interval within that of its prior.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    names, posterior, prior
+        As `widths` takes them.
+    """
+    order = np.argsort(posterior)  # best known at the bottom
+    low = 10 ** np.floor(np.log10(max(float(np.min(posterior)), 1e-6)))
+    for row, i in enumerate(order):
+        axis.barh(row, min(prior[i], 1000.0) - low, left=low, color=BAND, height=0.75)
+        axis.barh(row, min(posterior[i], 1000.0) - low, left=low, color=SIMULATED, height=0.75)
+        axis.text(1050.0, row, f"± {posterior[i]:.2g} %", va="center", fontsize=7)
+    axis.set_xscale("log")
+    axis.set_xlim(low, 1000.0)
+    axis.set_yticks(range(len(names)), [names[i] for i in order], fontsize=7)
+    axis.set_xlabel("95 % half-width in percent of the value (dark: with the data, pale: prior alone)")
+    axis.grid(visible=False, axis="y")
 
 
 def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
@@ -149,15 +161,13 @@ def ranks(chains: Array, names: Sequence[str], bins: int = 20) -> Figure:
     return made
 
 
-def bands(parts: Sequence[Bands], unit: str) -> Figure:
+def bands(parts: Sequence[Bands]) -> Figure:
     """Draw what was measured with its predictive band, and the residual of the predictive median with all bands.
 
     Parameters
     ----------
     parts
         Bands of every run; each run has a row of the figure.
-    unit
-        Unit of what was measured.
 
     Returns
     -------
@@ -168,23 +178,72 @@ def bands(parts: Sequence[Bands], unit: str) -> Figure:
         made = figure(9.0, 1.9 * len(parts))
         axes = made.subplots(len(parts), 2, squeeze=False)
         for row, part in zip(axes, parts, strict=True):
-            run = part.run
-            t, y = run.t, run.y[:, 0]
-            row[0].fill_between(t, part.lower[-1], part.upper[-1], color=BAND, label="95 % band")
-            row[0].plot(t, y, color=MEASURED, lw=0.8, label="measured")
-            row[0].set_ylabel(unit)
-            row[0].set_title(f"{run.file} ({run.use})", fontsize=7, loc="left")
-            for k in (2, 1, 0):
-                low, high = 1e3 * (part.lower[k] - part.median), 1e3 * (part.upper[k] - part.median)
-                row[1].fill_between(t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
-            row[1].plot(t, 1e3 * (y - part.median), ",", color=RESIDUAL)
-            row[1].set_ylabel(f"m{unit}")
-            shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
-            row[1].set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")
+            draw_band(row[0], part)
+            draw_residual_bands(row[1], part)
         axes[0][0].legend(fontsize=6, loc="upper right")
         for ax in axes[-1]:
             ax.set_xlabel("time [s]")
     return made
+
+
+def draw_band(axis: Axes, part: Bands) -> None:
+    """Draw the measured position of a run over its predictive 95 % band.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    part
+        Bands of the run.
+    """
+    run = part.run
+    axis.fill_between(run.t, part.lower[-1], part.upper[-1], color=BAND, label="95 % band")
+    axis.plot(run.t, run.y[:, 0], color=MEASURED, lw=0.8, label="measured")
+    axis.set_ylabel(part.unit)
+    axis.set_title(f"{run.file} ({run.use})", fontsize=7, loc="left")
+
+
+def draw_residual_bands(axis: Axes, part: Bands) -> None:
+    """Draw measured position minus predictive median of a run over the bands of 50, 80 and 95 %.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    part
+        Bands of the run.
+    """
+    run = part.run
+    for k in (2, 1, 0):
+        low, high = 1e3 * (part.lower[k] - part.median), 1e3 * (part.upper[k] - part.median)
+        axis.fill_between(run.t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
+    axis.plot(run.t, 1e3 * (run.y[:, 0] - part.median), ",", color=RESIDUAL)
+    axis.set_ylabel(f"m{part.unit}")
+    shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
+    axis.set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")
+
+
+def draw_marginal(axis: Axes, posterior: Array, prior: Array, label: str) -> None:
+    """Draw the histogram of a parameter's draws over that of its prior, both as densities.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    posterior, prior
+        Draws of the parameter in its unit, shape (n,) each. Only the part of the prior near the posterior is shown.
+    label
+        Name and unit of the parameter.
+    """
+    low, high = np.quantile(posterior, [0.001, 0.999])
+    reach = max(high - low, 1e-12)  # a parameter that never moved still has an axis of some width
+    edges = np.linspace(low - reach / 2, high + reach / 2, 81)
+    share = np.histogram(prior, bins=edges)[0] / (prior.size * np.diff(edges))
+    axis.stairs(share, edges, color=ACCENT, label="prior")
+    axis.hist(posterior, bins=edges.tolist(), density=True, color=SIMULATED, histtype="stepfilled", label="posterior")
+    axis.set_xlabel(label)
+    axis.set_yticks([])
+    axis.legend(fontsize=7)
 
 
 def cycles(parts: Sequence[Bands], scatter: Array) -> Figure | None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+
+from haptid.measurement.values.run import Array
 from haptid.report.common.page import Section, Table
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import ParameterSummary
@@ -73,6 +76,28 @@ def width(s: ParameterSummary) -> float:
     """
     low, high = s.intervals[0.95]
     return (high - low) / 2 / max(abs(s.median), 1e-300)
+
+
+def relative_widths(p: Posterior) -> tuple[list[str], Array, Array]:
+    """Return the half-width of each parameter's 95 % interval and of its prior's.
+
+    Parameters
+    ----------
+    p
+        Posterior of one joint.
+
+    Returns
+    -------
+    names, posterior, prior
+        Ids of the equations' parameters, and half-widths in percent of the absolute median, shape (n,) each.
+    """
+    shown, coordinates = physical(p), p.mode.density.coordinates
+    draws = coordinates.values(coordinates.draw(np.random.default_rng(0), 2000))
+    ends = np.quantile(draws, [0.025, 0.975], axis=0)
+    scale = np.array([max(abs(s.median), 1e-300) for s in shown])
+    places = [coordinates.names.index(s.id) for s in shown]
+    prior = 100 * (ends[1] - ends[0])[places] / 2 / scale
+    return [s.id for s in shown], np.array([100 * width(s) for s in shown]), prior
 
 
 def overview(posteriors: Sequence[Posterior]) -> Section:

@@ -11,7 +11,7 @@ from haptid.report.common.numbers import round_to_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import data_uri
 from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
-from haptid.report.posterior.overview import lead, overview, physical, width
+from haptid.report.posterior.overview import lead, overview, physical, relative_widths
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.thresholds import THRESHOLDS
@@ -71,7 +71,7 @@ def _joint(p: Posterior) -> list[Section]:
             title=f"Joint {p.joint}: predicted and measured",
             pictures=[
                 *cycle_pictures,
-                _picture(bands(p.bands, p.unit), BANDS, f"predicted and measured {p.residual}s"),
+                _picture(bands(p.bands), BANDS, f"predicted and measured {p.residual}s"),
             ],
         ),
         Section(
@@ -103,14 +103,11 @@ def _picture(made: object, caption: str, alt: str) -> Picture:
 
 def _widths(p: Posterior) -> Picture:
     """Draw the posterior's width within the prior's."""
-    shown, coordinates = physical(p), p.mode.density.coordinates
-    prior = coordinates.values(coordinates.draw(np.random.default_rng(0), 2000))
-    ends = np.quantile(prior, [0.025, 0.975], axis=0)
-    scale = np.array([max(abs(s.median), 1e-300) for s in shown])
-    places = [coordinates.names.index(s.id) for s in shown]
-    wide = 100 * (ends[1] - ends[0])[places] / 2 / scale
-    made = widths([s.id for s in shown], np.array([100 * width(s) for s in shown]), wide)
-    return _picture(made, "How well each parameter is known, the least known on top.", "widths of intervals and priors")
+    return _picture(
+        widths(*relative_widths(p)),
+        "How well each parameter is known, the least known on top.",
+        "widths of intervals and priors",
+    )
 
 
 def _intervals(parameters: Sequence[ParameterSummary]) -> Table:

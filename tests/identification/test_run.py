@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-import haptid.identification.run as command
+import haptid.identification.job.identify as flow
 from haptid.identification.run import main
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine
@@ -98,15 +98,15 @@ def test_report_is_one_file_with_the_synthetic_label(identified):
 def test_interrupted_run_goes_on_where_it_stopped(identified, campaign, tmp_path, monkeypatch):
     _, whole, _ = identified
     sought = []
-    real = command.write_json
+    real = flow.write_json
 
     def stop_after_first(path, data):
         real(path, data)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "write_json", stop_after_first)
+    monkeypatch.setattr(flow, "write_json", stop_after_first)
     assert run(campaign, "--out", tmp_path, "--no-export", *FAST).exit_code == 130
-    monkeypatch.setattr(command, "write_json", real)
+    monkeypatch.setattr(flow, "write_json", real)
     kept = json.loads((tmp_path / "identification.json").read_text())
     assert kept["complete"] is False
     assert len(kept["configurations"]) == 1

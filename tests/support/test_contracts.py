@@ -14,7 +14,7 @@ from haptid.support.installing.environment import ROOT
 
 PACKAGES = (
     "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "noise", "uq", "discrepancy",
-    "report",
+    "report", "api",
 )  # fmt: skip
 
 
@@ -47,6 +47,8 @@ def test_clean_packages_pass(skeleton: Path):
         ("model/joint/slots.py", "measurement"),
         ("model/equations/quantity.py", "model.kernel.generate"),
         ("identification/result/fit.py", "report"),
+        ("report/common/page.py", "api"),
+        ("identification/job/identify.py", "api"),
         ("identification/problem/loss.py", "identification.fit.multistart"),
         ("uq/density/forward.py", "discrepancy"),
         ("virtual_device/machine/arm.py", "model"),

@@ -22,7 +22,7 @@ from haptid.support.installing.licence import recognise_licence
 
 OURS = (
     "support", "model", "virtual_device", "measurement", "fmu_build", "identification", "noise", "uq", "discrepancy",
-    "report", "haptid",
+    "report", "api", "haptid",
 )  # fmt: skip
 TOOLS = ("docs", "benchmarks", "studies", "tests")
 SPELLED_OTHERWISE = {"pinocchio": ["pin"]}

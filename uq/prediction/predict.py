@@ -25,14 +25,16 @@ class Bands:
     run
         The run.
     median
-        Predictive median [rad], shape (n_t,).
+        Predictive median, shape (n_t,).
     lower, upper
-        Band edges by level [rad], shape (n_levels, n_t) each.
+        Band edges by level, shape (n_levels, n_t) each.
     covered
         Share of the scored rows that lie within each band [1], shape (n_levels,).
     cycle_factors
         Mean and standard deviation of the amplitude factor 1 + s·ξ of every cycle given the data [1], shape
         (n_cycles, 2); shape (0, 2) without scatter.
+    unit
+        Unit of median and edges: that of the position or of the torque.
     """
 
     run: Run
@@ -41,6 +43,7 @@ class Bands:
     upper: Array
     covered: Array
     cycle_factors: Array
+    unit: str
 
 
 def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generator) -> Bands:
@@ -90,6 +93,7 @@ def predict(density: Density, terms: Terms, draws: Array, rng: np.random.Generat
         upper=upper,
         covered=inside[:, terms.run.scored].mean(axis=1),
         cycle_factors=factors,
+        unit=density.equations.outputs[0].unit,
     )
 
 

@@ -123,6 +123,25 @@ def leave_one_out(log_likelihood: Array) -> LeaveOneOut:
     )
 
 
+def read_netcdf(path: Path) -> Any:
+    """Read an ArviZ file into memory.
+
+    Parameters
+    ----------
+    path
+        File that `write_netcdf` wrote.
+
+    Returns
+    -------
+    arviz.InferenceData
+        It does not need the file any more.
+    """
+    data = az.from_netcdf(str(path), engine="h5netcdf")
+    data.load()
+    data.close()
+    return data
+
+
 def write_netcdf(
     path: Path, groups: Mapping[str, Mapping[str, Array]], *, dims: Mapping[str, list[str]],
     coords: Mapping[str, list[Any]], attributes: Mapping[str, Any],

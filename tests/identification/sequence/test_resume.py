@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
+import haptid.identification.job.identify as flow
 import haptid.identification.run as command
 from haptid.measurement.values.run import Run
 from tests.identification.controlled_cases import controlled_joint, slow_sweep, truth_of
@@ -64,15 +65,15 @@ def test_a_continued_run_writes_the_bytes_of_a_run_in_one_go(outcome, tmp_path, 
     campaign, whole, continued = campaign_of(outcome, tmp_path / "campaign"), tmp_path / "whole", tmp_path / "continued"
     assert identify(campaign, whole) == 0
     assert json.loads(results(whole))["configurations"][0]["outcome"] == outcome
-    write = command.write_json
+    write = flow.write_json
 
     def stop_after_first(path: Path, data: dict[str, Any]) -> None:
         write(path, data)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "write_json", stop_after_first)
+    monkeypatch.setattr(flow, "write_json", stop_after_first)
     assert identify(campaign, continued) == 130
-    monkeypatch.setattr(command, "write_json", write)
+    monkeypatch.setattr(flow, "write_json", write)
     fitted: list[object] = []
     monkeypatch.setattr("haptid.identification.sequence.sequence.fit_runs", lambda *a, **_: fitted.append(a))
     assert identify(campaign, continued) == 0

@@ -1,0 +1,92 @@
+"""What all calls of the API share: errors that name arguments, who listens, and the joint that is meant."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Protocol
+
+from haptid.measurement.values.campaign import Campaign
+from haptid.support.command import listening
+from haptid.support.errors import InputError
+from haptid.support.listener import Listener
+
+ARGUMENTS = {"out": "folder", "map": "columns", "with": "findings", "free": "joint", "effects": "own_effects"}
+"""Argument of the API by option of the commands, where their names differ."""
+_OPTION = re.compile(r"--([a-z][a-z-]*)")
+_COMMAND = re.compile(r"haptid [a-z]|python -m ")
+
+
+@contextmanager
+def errors_name_arguments() -> Iterator[None]:
+    """Name arguments instead of the commands' options in the input errors of the block.
+
+    Raises
+    ------
+    InputError
+        As the block does, in the words of a Python program.
+    """
+    try:
+        yield
+    except InputError as error:
+        where, expected, got = (_name_arguments(text) for text in (error.where, error.expected, error.got))
+        todo = _name_arguments(error.todo, tail="=")  # a remedy says what to write
+        raise InputError(where, expected=expected, got=got, todo=todo) from None
+
+
+def _name_arguments(text: str, tail: str = "") -> str:
+    if _COMMAND.search(text):  # a command that the user may type keeps its options
+        return text
+    return _OPTION.sub(lambda found: ARGUMENTS.get(found[1], found[1].replace("-", "_")) + tail, text)
+
+
+@contextmanager
+def listener_of(progress: bool | Listener) -> Iterator[Listener]:
+    """Return who listens to a computation.
+
+    Parameters
+    ----------
+    progress
+        True for a progress bar on stderr, False for nobody, or a listener. Remarks and warnings are in the results.
+    """
+    if isinstance(progress, Listener):
+        yield progress
+    else:
+        with listening(quiet=not progress) as shown:
+            yield Listener(progress=shown.progress)
+
+
+class HoldsCampaign(Protocol):
+    """Anything that holds a campaign: `haptid.Campaign`."""
+
+    @property
+    def values(self) -> Campaign:
+        """The campaign as all packages take it."""
+
+
+def only_one(wanted: int | None, known: Sequence[int]) -> int:
+    """Return the joint that is meant.
+
+    Parameters
+    ----------
+    wanted
+        Number of a joint; None for the only one.
+    known
+        Joints to choose from.
+
+    Returns
+    -------
+    int
+
+    Raises
+    ------
+    InputError
+        Where there is no such joint, or several and none is named.
+    """
+    if wanted is None and len(known) == 1:
+        return known[0]
+    if wanted is None or wanted not in known:
+        there = ", ".join(map(str, known)) or "none"
+        raise InputError("joint", expected=f"one of the joints {there}", got=str(wanted))
+    return wanted

@@ -1,0 +1,528 @@
+"""`Identified`, the result of an identification: tables, plots, FMUs; just made, or read from a command's folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+
+from haptid.api.arguments import HoldsCampaign, errors_name_arguments, listener_of, only_one
+from haptid.api.missing import Missing, find_values
+from haptid.api.place import Place, locked
+from haptid.api.shown import axes_or_new, html_of
+from haptid.fmu_build.building.packaging import Kind
+from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.fmu_build.export import package_result
+from haptid.identification.baseline.prediction import predict_unseen
+from haptid.identification.job.export import export_models
+from haptid.identification.job.identify import identify
+from haptid.identification.job.job import Identification, Job
+from haptid.identification.job.stored import stored_steps
+from haptid.identification.output.summary import summary_text
+from haptid.identification.output.traces import Trace, traces_of
+from haptid.identification.problem.options import FitOptions
+from haptid.identification.sequence.carried_fit import FILE
+from haptid.identification.sequence.configurations import Configuration, configurations_of
+from haptid.identification.sequence.step import Step
+from haptid.identification.simulators.kernel import KernelSimulator
+from haptid.measurement.format.devices import device_of
+from haptid.measurement.values.campaign import Campaign as Values
+from haptid.measurement.values.units import unit_for
+from haptid.measurement.values.warning import warn
+from haptid.model.equations.joint_parameters import sliding
+from haptid.report.common.stored_page import write_page
+from haptid.report.common.style import style
+from haptid.report.identification.figures import draw_residual, draw_signal, title_of
+from haptid.report.identification.page import identification_page
+from haptid.support.errors import InputError
+from haptid.support.installing.extras import need
+from haptid.support.listener import Listener
+
+if TYPE_CHECKING:
+    from haptid.api.posteriors import Posteriors
+
+PARAMETER = ("value", "std", "unit", "status", "description")
+"""Keys of a parameter in ``identification.json`` that a table shows."""
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Identified:
+    """Result of an identification.
+
+    Make one by `Campaign.identify`, or by `Identified.read` from a folder that ``haptid identify`` wrote.
+
+    Parameters
+    ----------
+    data
+        Content of ``identification.json``.
+    place
+        Folder of the results.
+    values
+        The campaign; None where the results were read without it, which leaves tables and FMUs.
+    steps
+        Fitted configurations, in the order of their fits; none without the campaign.
+    made
+        What the fits gave beside; None where the results were read.
+    """
+
+    data: dict[str, Any]
+    place: Place
+    values: Values | None = None
+    steps: tuple[Step, ...] = ()
+    made: Identification | None = None
+
+    @classmethod
+    def read(cls, folder: Path | str, campaign: HoldsCampaign | None = None) -> Identified:
+        """Read what an identification wrote.
+
+        Parameters
+        ----------
+        folder
+            Folder with ``identification.json``.
+        campaign
+            `haptid.Campaign` that was identified. With it fits can be plotted, posterior and search go on from here.
+
+        Returns
+        -------
+        Identified
+
+        Raises
+        ------
+        InputError
+            Where the file is at fault, or another campaign or another version of haptid was fitted.
+        """
+        source = Path(folder) / FILE
+        data = read_identification(source)
+        place = Place.existing(folder)
+        if campaign is None:
+            return cls(data=data, place=place)
+        values = campaign.values
+        steps = stored_steps(data, values, device_of(values), str(source))
+        return cls(data=data, place=place, values=values, steps=steps)
+
+    @property
+    def folder(self) -> Path:
+        """Folder with ``identification.json`` and the draws; a temporary one lives as long as this result."""
+        return self.place.path
+
+    @property
+    def measured(self) -> bool:
+        """False for simulated data."""
+        return bool(self.data["measured"])
+
+    def summary(self) -> pd.DataFrame:
+        """Return the estimates.
+
+        Returns
+        -------
+        DataFrame
+            One row a configuration and parameter: value, standard deviation, unit, status (``identified``, ``fixed``,
+            ``prior``, ``unidentifiable``, ``at_bound``) and meaning.
+        """
+        rows = [
+            {"configuration": name, "parameter": id, **{key: one.get(key) for key in PARAMETER}}
+            for name, entry in self._entries()
+            for id, one in entry["parameters"].items()
+        ]
+        return pd.DataFrame(rows).set_index(["configuration", "parameter"])
+
+    def links(self) -> pd.DataFrame:
+        """Return the masses, centroids and inertias of the links; empty where the device was not identified as a whole.
+
+        Returns
+        -------
+        DataFrame
+            One row a link and parameter: value, standard deviation, unit and status.
+        """
+        rows = [
+            {"link": link, "parameter": id, **one}
+            for link, table in self.data["links"].items()
+            for id, one in table.items()
+        ]
+        return pd.DataFrame(rows, columns=["link", "parameter", "value", "std", "unit", "status"]).set_index(
+            ["link", "parameter"]
+        )
+
+    def outcomes(self) -> pd.DataFrame:
+        """Return how the fits ended.
+
+        Returns
+        -------
+        DataFrame
+            One row a configuration: outcome, a sentence on it, and the largest RMS over noise of the fitted and of the
+            unseen runs.
+        """
+        runs = self.runs()
+        rows = []
+        for name, entry in self._entries():
+            own = runs[runs.configuration == name]
+            worst = {f"{use}_over_noise": own.rms_over_noise[own.use == use].max() for use in ("fit", "validate")}
+            said = {"outcome": entry["outcome"], "sentence": entry.get("outcome_sentence", "")}
+            rows.append({"configuration": name, **said, **worst})
+        return pd.DataFrame(rows).set_index("configuration")
+
+    def runs(self) -> pd.DataFrame:
+        """Return the residuals of all runs.
+
+        Returns
+        -------
+        DataFrame
+            One row a configuration and run: use, RMS of measured − simulated, its unit (that of a torque where the
+            torque was scored), and RMS over the sensor's noise, 1 for noise alone.
+        """
+        rows = []
+        for name, entry in self._entries():
+            torque = entry.get("scored") == "torque"
+            for run in entry["runs"]:
+                rms = run["rmse_Nm"] if torque else run["rmse_rad"]
+                rows.append({
+                    "configuration": name, "file": run["file"], "use": run["use"], "rms": rms,
+                    "unit": unit_for("N m" if torque else "rad", _slides(entry)),
+                    "rms_over_noise": run["rmse_over_noise"],
+                })  # fmt: skip
+        return pd.DataFrame(rows)
+
+    def plot_fit(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
+        """Plot the measured and the simulated signal of a run over time.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint; None for the only one.
+        run
+            File (name) of the run; None for the unseen run with the largest residual, or for a fitted one where no run
+            was held out.
+        ax
+            Axes to draw on; None for new ones.
+
+        Returns
+        -------
+        Axes
+            The axes, position in rad or m, torque in N m or N where the torque was scored.
+
+        Raises
+        ------
+        InputError
+            Where there is no such joint or run, or the results were read without their campaign.
+        """
+        trace, k = self._trace(joint, run)
+        axes = axes_or_new(ax)
+        with style():
+            draw_signal(axes, trace, k)
+            _label(axes, trace)
+            axes.legend()
+        return axes
+
+    def plot_residuals(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
+        """Plot measured minus simulated signal of a run over time, with the sensor's ±2σ.
+
+        Parameters
+        ----------
+        joint, run, ax
+            As `plot_fit` takes them.
+
+        Returns
+        -------
+        Axes
+            The axes, residual in thousandths of the signal's unit.
+
+        Raises
+        ------
+        InputError
+            As `plot_fit`.
+        """
+        trace, k = self._trace(joint, run)
+        axes = axes_or_new(ax)
+        with style():
+            draw_residual(axes, trace, k)
+            _label(axes, trace)
+        return axes
+
+    def export_fmu(
+        self,
+        path: Path | str,
+        *,
+        joint: int | None = None,
+        kind: Kind = "python",
+        findings: Sequence[Missing] = (),
+    ) -> Path:
+        """Write the identified device, or one joint of it, as an FMU; the same as ``haptid export``.
+
+        Parameters
+        ----------
+        path
+            File to write.
+        joint
+            Number of the joint to export alone; None for the whole device, or for the only joint of a
+            ``single_joint`` campaign.
+        kind
+            ``python`` (built by pythonfmu), ``native`` (compiled, FMI 2.0) or ``native3`` (FMI 3.0).
+        findings
+            What was found missing in single joints; its effects are taken along.
+
+        Returns
+        -------
+        Path
+            ``path``.
+
+        Raises
+        ------
+        InputError
+            Where the device was not identified as a whole, or a finding does not go with it.
+
+        Warns
+        -----
+        CampaignWarning
+            Where values are none that a real device has.
+        """
+        with errors_name_arguments():
+            packaged = package_result(
+                self.folder / FILE,
+                Path(path),
+                kind,
+                joints=None if joint is None else (joint,),
+                named=[one.file for one in findings],
+                device=None if self.values is None else device_of(self.values),
+            )
+        for sentence in packaged.warnings:
+            warn(f"{path}: {sentence}")
+        return packaged.fmu.path
+
+    def posterior(
+        self,
+        *,
+        joints: Sequence[int] | None = None,
+        quick: bool = False,
+        seed: int = 0,
+        workers: int = 1,
+        progress: bool | Listener = False,
+    ) -> Posteriors:
+        """Sample the posteriors from these fits on, in the same folder.
+
+        Parameters
+        ----------
+        joints, quick, seed, workers, progress
+            As `Campaign.posterior` takes them, which takes more.
+
+        Returns
+        -------
+        Posteriors
+
+        Raises
+        ------
+        InputError, NumericalError
+            As `Campaign.posterior`; also where the results were read without their campaign.
+        """
+        need("posterior", "posterior")
+        from haptid.api.posteriors import sample_values  # noqa: PLC0415 (its packages are that extra)
+
+        with errors_name_arguments(), locked(self.place.lasting), listener_of(progress) as listener:
+            return sample_values(
+                self._values("posterior"), self.place, listener, joints=None if joints is None else tuple(joints),
+                quick=quick, seed=seed, workers=workers, made_by="haptid.Identified.posterior",
+            )  # fmt: skip
+
+    def find_missing(
+        self,
+        joint: int | Sequence[int] | None = None,
+        *,
+        without: Sequence[str] = (),
+        seed: int = 0,
+        workers: int = 1,
+        progress: bool | Listener = False,
+    ) -> Missing:
+        """Search for what is missing from these fits on, in the same folder.
+
+        Parameters
+        ----------
+        joint, without, seed, workers, progress
+            As `Campaign.find_missing` takes them, which takes more.
+
+        Returns
+        -------
+        Missing
+
+        Raises
+        ------
+        InputError, NumericalError
+            As `Campaign.find_missing`; also where the results were read without their campaign.
+        """
+        with errors_name_arguments(), locked(self.place.lasting), listener_of(progress) as listener:
+            return find_values(
+                self._values("find_missing"), joint, self.place, listener, without=without, seed=seed, workers=workers
+            )
+
+    def save(self, folder: Path | str, *, fmus: bool = True) -> Identified:
+        """Write everything that ``haptid identify`` writes: JSON, report, draws, FMUs and parameter set.
+
+        Parameters
+        ----------
+        folder
+            Folder that may not exist yet; files of the same names are replaced.
+        fmus
+            Whether FMUs and parameter set are written, too.
+
+        Returns
+        -------
+        Identified
+            This result with ``folder`` as its folder. One that was read is copied as it is.
+
+        Raises
+        ------
+        InputError, WritingError
+            Where the folder cannot be written.
+        """
+        with errors_name_arguments(), locked(folder):
+            saved = replace(self, place=self.place.copy_to(folder))
+            if self.made is not None:
+                complete(saved, report=True, fmus=fmus)
+            return saved
+
+    def __str__(self) -> str:
+        """Return the summary that ``haptid identify`` prints."""
+        if self.steps:
+            return summary_text(self.steps, self.data["verification"])
+        return str(self.outcomes().to_string())
+
+    def __repr__(self) -> str:
+        """Return campaign and configurations in a line."""
+        return f"Identified({self.data['campaign']!r}: {', '.join(name for name, _ in self._entries())})"
+
+    def _repr_html_(self) -> str:
+        """Return outcomes, residuals and estimates for a notebook."""
+        tables = {"outcomes": self.outcomes(), "runs": self.runs(), "parameters": self.summary()}
+        said = "RMS over noise is 1 where only the sensor's noise is left."
+        return html_of(self.data["campaign"], said, tables, measured=self.measured)
+
+    def _entries(self) -> Iterator[tuple[str, Mapping[str, Any]]]:
+        """Yield name and entry of each configuration; several postures of the same joints are numbered."""
+        seen: dict[tuple[int, ...], int] = {}
+        for entry in self.data["configurations"]:
+            free = tuple(entry["free_joints"])
+            seen[free] = seen.get(free, 0) + 1
+            yield Configuration(free_joints=free, posture=(), runs=(), number=seen[free]).name, entry
+
+    def _values(self, call: str) -> Values:
+        if self.values is None:
+            todo = "Identified.read(folder, campaign)"
+            raise InputError(call, expected="results with their campaign", got="results read alone", todo=todo)
+        return self.values
+
+    def _trace(self, joint: int | None, file: str | None) -> tuple[Trace, int]:
+        """Simulate a run of a joint; return its signals, and the place of the joint among its free ones."""
+        self._values("plot")
+        number = only_one(joint, sorted({j for step in self.steps for j in step.configuration.free_joints}))
+        # Tests of the joint alone before those in which others move, too.
+        steps = sorted(self.steps, key=lambda step: len(step.configuration.free_joints))
+        own = [step for step in steps if number in step.configuration.free_joints]
+        known = [score.file for step in own for score in step.fit.runs]
+        if file is not None and file not in known:
+            raise InputError("run", expected=f"a run of joint {number} ({', '.join(known)})", got=repr(file))
+        step = next(step for step in own if file is None or file in [score.file for score in step.fit.runs])
+        traces = [t for t in traces_of(step, KernelSimulator.of) if file in (None, t.score.file)]
+        # Of a run whose end was held out, and where no run is named, what no fit saw comes first.
+        trace = max(traces, key=lambda t: (t.score.use == "validate", t.score.over_noise))
+        return trace, trace.joints.index(number)
+
+
+def _slides(entry: Mapping[str, Any]) -> list[bool]:
+    """Return whether each free joint of a configuration is prismatic, by the units of their springs."""
+    springs = [one for id, one in entry["parameters"].items() if id == "Ks" or id.startswith("Ks_")]
+    return [one["unit"] == sliding("N m/rad") for one in springs] or [False]
+
+
+def _label(axes: Axes, trace: Trace) -> None:
+    axes.set_title(title_of(trace), fontsize=8)
+    axes.set_xlabel("time [s]")
+
+
+def identify_values(  # noqa: PLR0913 # one argument a choice
+    values: Values,
+    place: Place,
+    listener: Listener,
+    *,
+    joints: tuple[int, ...] | None,
+    kind: Kind | None,
+    options: FitOptions,
+    scheduler: str | None,
+    made_by: str,
+) -> Identified:
+    """Identify a campaign; ``identification.json`` and draws are written into the folder.
+
+    Parameters
+    ----------
+    values
+        Campaign that is ready for fits.
+    place
+        Folder of the results.
+    listener
+        Told of remarks and of each configuration.
+    joints, kind, options, scheduler
+        As `Campaign.identify` takes them.
+    made_by
+        Command or call, for the reader of the results.
+
+    Returns
+    -------
+    Identified
+
+    Raises
+    ------
+    InputError, NumericalError
+        As `Campaign.identify`.
+    """
+    device = device_of(values)
+    job = Job(
+        campaign=values,
+        device=device,
+        configurations=configurations_of(values, device, joints),
+        options=options,
+        kind=kind,
+        out=place.path,
+        scheduler=scheduler,
+        made_by=made_by,
+    )
+    made = identify(job, listener)
+    return Identified(data=made.data, place=place, values=values, steps=made.steps, made=made)
+
+
+def complete(identified: Identified, *, report: bool, fmus: bool) -> list[Path]:
+    """Write report, FMUs and parameter set of a new identification into its folder, and mark it as complete.
+
+    Parameters
+    ----------
+    identified
+        Result that was just made.
+    report
+        Whether ``report.html`` is written.
+    fmus
+        Whether FMUs and parameter set are written.
+
+    Returns
+    -------
+    list of Path
+        FMUs and parameter set.
+
+    Raises
+    ------
+    InputError, WritingError
+        Where the folder cannot be written.
+    ValueError
+        Where the result was read.
+    """
+    made, values, folder = identified.made, identified.values, identified.folder
+    if made is None or values is None:
+        msg = "stored results have their files already"
+        raise ValueError(msg)
+    exported = export_models(made, values, device_of(values), folder) if fmus else []
+    if report:
+        traces = [traces_of(step, made.build) for step in made.steps]
+        predictions = [predict_unseen(step.compared) for step in made.steps]
+        page = identification_page(values.title, made.steps, traces, predictions, made.data, made.verification)
+        write_page(folder / "report.html", page)
+    made.finish(folder)
+    return exported

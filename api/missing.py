@@ -1,0 +1,410 @@
+"""`Missing`, the result of a search for missing effects: verdict, named effects, gap, plots and the rebuilt FMU."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+
+from haptid.api.arguments import errors_name_arguments, only_one
+from haptid.api.place import Place, locked
+from haptid.api.shown import axes_or_new, html_of
+from haptid.discrepancy.detect.localise import Map
+from haptid.discrepancy.finding.finding import Curve, Finding
+from haptid.discrepancy.finding.full_model import WholeFinding
+from haptid.discrepancy.finding.torque_finding import TorqueFinding
+from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS, Job, entries_without
+from haptid.discrepancy.job.search import AnyFinding, Prepared, SearchByPosition, prepare_alone, prepare_together
+from haptid.discrepancy.job.told import finding_json, tell_finding
+from haptid.fmu_build.building.packaging import Kind
+from haptid.measurement.values.campaign import Campaign as Values
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.page import Page
+from haptid.report.common.stored_page import write_page
+from haptid.report.common.style import style
+from haptid.report.discrepancy.page import discrepancy_page, draw_motion, draw_residuals, draw_shares
+from haptid.report.discrepancy.stage_pictures import write_pictures
+from haptid.report.discrepancy.torque_gap_page import draw_torque_left, torque_gap_page
+from haptid.report.discrepancy.whole_gap_page import whole_gap_page
+from haptid.support.errors import InputError
+from haptid.support.files.files import write_json
+from haptid.support.listener import Listener
+
+FOLDER = "discrepancy"
+"""Folder of findings below that of the results."""
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Missing:
+    """What is missing in the model of a joint, if anything.
+
+    Make one by `Campaign.find_missing` or `Identified.find_missing`.
+
+    Parameters
+    ----------
+    finding
+        Finding with the search behind it.
+    data
+        Content of its file, ``discrepancy/joint<j>.json``.
+    name, title
+        Name of that file without its suffix, and what was searched, as ``joint 3``.
+    place
+        Folder of the results.
+    values
+        The campaign.
+    """
+
+    finding: AnyFinding
+    data: dict[str, Any]
+    name: str
+    title: str
+    place: Place
+    values: Values
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the results; a temporary one lives as long as this result."""
+        return self.place.path
+
+    @property
+    def file(self) -> Path:
+        """File of the finding."""
+        return self.folder / FOLDER / f"{self.name}.json"
+
+    @property
+    def verdict(self) -> str:
+        """``nothing_missing``, ``named``, ``partly_named``, ``ambiguous`` or ``unlisted``."""
+        return str(self.data["verdict"])
+
+    @property
+    def sentence(self) -> str:
+        """The verdict in words, as an engineer reads it first."""
+        return str(self.data["sentence"])
+
+    @property
+    def effects(self) -> pd.DataFrame:
+        """Named effects: one row an effect and parameter with value, std, unit, evidence and stability."""
+        rows = []
+        for effect in self.data["effects"]:
+            common = {"effect": effect["id"]}
+            told = {key: effect.get(key) for key in ("evidence", "stability")}
+            parameters = effect.get("parameters") or {"": {}}
+            for id, one in parameters.items():
+                known = {key: one.get(key) for key in ("value", "std", "unit")}
+                rows.append({**common, "parameter": id, **known, **told})
+        columns = ["effect", "parameter", "value", "std", "unit", "evidence", "stability"]
+        return pd.DataFrame(rows, columns=columns).set_index(["effect", "parameter"])
+
+    @property
+    def gap(self) -> pd.DataFrame:
+        """RMS before and after: one row a group of runs (``fit``, ``validate``, ``sealed``).
+
+        Columns are ``before``, ``after``, ``noise``, ``closed`` [1], ``floor``, ``black_box`` and ``unit``. A check of
+        the whole device has one row a run, mode of simulation and joint.
+        """
+        if isinstance(self.finding, WholeFinding):
+            return pd.DataFrame(
+                [{**row.as_json(), "unit": unit_for("rad", [row.prismatic])} for row in self.finding.rows]
+            )
+        rows = {name: gap for name, gap in self.data["gap"].items() if gap is not None}
+        table = pd.DataFrame.from_dict(rows, orient="index", columns=list(next(iter(rows.values()))))
+        turning = "N m" if isinstance(self.finding, TorqueFinding) else "rad"
+        return table.assign(unit=unit_for(turning, self._prismatic()))
+
+    @property
+    def alternatives(self) -> pd.DataFrame:
+        """Other explanations with their evidence, the runner-up first; empty where there are none."""
+        rows = self.data.get("alternatives", ())
+        return pd.DataFrame([{**row, "ids": " + ".join(row["ids"])} for row in rows])
+
+    def plot_fit(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
+        """Plot a run's measured position and its simulations before and after the search.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint where several move together; None for the only one.
+        run
+            File (name) of the run; None for the first one that no fit saw.
+        ax
+            Axes to draw on; None for new ones.
+
+        Returns
+        -------
+        Axes
+            The axes, position in rad or m.
+
+        Raises
+        ------
+        InputError
+            Where there is no such joint or run, or the torque was searched.
+        """
+        curve = self._curve(joint, run)
+        axes = axes_or_new(ax)
+        with style():
+            draw_motion(axes, curve)
+            axes.set_title(f"{curve.run.file} ({curve.run.use})", fontsize=8)
+            axes.set_xlabel("time [s]")
+            axes.set_ylabel(f"position [{unit_for('rad', curve.run.prismatic)}]")
+            axes.legend()
+        return axes
+
+    def plot_residuals(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
+        """Plot what the model misses before and after the search.
+
+        Parameters
+        ----------
+        joint, run, ax
+            As `plot_fit` takes them. Where the torque was searched, all held-out stretches are shown.
+
+        Returns
+        -------
+        Axes
+            Measured − simulated position [mrad] or [mm] of a run over time; where the torque was searched, the residual
+            torque [mN m] or [mN] over position.
+
+        Raises
+        ------
+        InputError
+            Where there is no such joint or run.
+        """
+        if isinstance(self.finding, TorqueFinding):
+            axes = axes_or_new(ax)
+            with style():
+                draw_torque_left(axes, self.finding)
+                axes.legend()
+            return axes
+        curve = self._curve(joint, run)
+        axes = axes_or_new(ax)
+        with style():
+            draw_residuals(axes, curve)
+            axes.set_title(f"{curve.run.file} ({curve.run.use})", fontsize=8)
+            axes.set_xlabel("time [s]")
+            axes.set_ylabel(f"measured − simulated [{unit_for('mrad', curve.run.prismatic)}]")
+            axes.legend()
+        return axes
+
+    def plot_where(self, variable: str = "position_rad", *, ax: Axes | None = None) -> Axes:
+        """Plot over which part of a variable the nominal model misses the data.
+
+        Parameters
+        ----------
+        variable
+            ``position_rad``, ``velocity_rad_s``, ``torque_Nm``, ``time_s``, ``cycle``, ``direction``, ``run`` or
+            ``frequency_rad_s``.
+        ax
+            Axes to draw on; None for new ones.
+
+        Returns
+        -------
+        Axes
+            Shares of the excess residual energy and of the samples [%].
+
+        Raises
+        ------
+        InputError
+            Where there is no such variable.
+        """
+        maps: dict[str, Map] = {}
+        if not isinstance(self.finding, WholeFinding):
+            maps = {m.variable: m for m in self.finding.maps}
+        if variable not in maps:
+            expected = f"one of {', '.join(maps) or 'none: the whole device was only simulated'}"
+            raise InputError("variable", expected=expected, got=repr(variable))
+        axes = axes_or_new(ax)
+        with style():
+            draw_shares(axes, maps[variable], self._prismatic())
+            axes.set_ylabel("share [%]")
+            axes.legend()
+        return axes
+
+    def export_fmu(self, path: Path | str) -> Path:
+        """Write the FMU of the joint with the named effects, in the packaging of the search.
+
+        Parameters
+        ----------
+        path
+            File to write.
+
+        Returns
+        -------
+        Path
+            ``path``.
+
+        Raises
+        ------
+        InputError
+            Where the verdict names nothing that goes into an FMU, or the place cannot be written.
+        """
+        made = self.data.get("fmu")
+        if made is None:
+            todo = "Identified.export_fmu writes the model without effects"
+            raise InputError("export_fmu", expected="a verdict with named effects", got=self.verdict, todo=todo)
+        target = Path(path)
+        Place.of(target.parent).path.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(self.folder / made, target)
+        return target
+
+    def save(self, folder: Path | str) -> Missing:
+        """Write everything that ``haptid missing`` writes: JSON, page, pictures and FMU.
+
+        Parameters
+        ----------
+        folder
+            Folder that may not exist yet; files of the same names are replaced.
+
+        Returns
+        -------
+        Missing
+            This result with ``folder`` as its folder.
+
+        Raises
+        ------
+        InputError, WritingError
+            Where the folder cannot be written.
+        """
+        with errors_name_arguments(), locked(folder):
+            saved = replace(self, place=self.place.copy_to(folder))
+            _write_report(saved)
+            return saved
+
+    def __str__(self) -> str:
+        """Return verdict and gaps as ``haptid missing`` prints them."""
+        return tell_finding(self.finding, self.title, self.verdict)
+
+    def __repr__(self) -> str:
+        """Return what was searched, and the verdict, in a line."""
+        return f"Missing({self.title}: {self.verdict})"
+
+    def _repr_html_(self) -> str:
+        """Return verdict, effects and gap for a notebook."""
+        tables = {"effects": self.effects, "gap": self.gap, "alternatives": self.alternatives}
+        shown = {caption: table for caption, table in tables.items() if len(table)}
+        return html_of(
+            f"{self.title.capitalize()}: {self.verdict.replace('_', ' ')}",
+            self.sentence,
+            shown,
+            measured=self.values.measured,
+        )
+
+    def _prismatic(self) -> tuple[bool, ...]:
+        """Return whether the joints slide."""
+        if isinstance(self.finding, TorqueFinding):
+            return (self.finding.search.study.prismatic,)
+        if isinstance(self.finding, WholeFinding):
+            return tuple(row.prismatic for row in self.finding.rows)
+        return self.finding.search.study.fitted[0].prismatic
+
+    def _curve(self, joint: int | None, run: str | None) -> Curve:
+        if not isinstance(self.finding, Finding):
+            got = "a search of its torque" if isinstance(self.finding, TorqueFinding) else "a check of the whole device"
+            raise InputError("plot", expected="a search in the position of a joint", got=got)
+        number = only_one(joint, self.finding.joints)
+        curves = [curve for curve in self.finding.curves if curve.run.free_joints == (number,)]
+        chosen = [curve for curve in curves if run in (None, curve.run.file)]
+        if not chosen:
+            files = ", ".join(curve.run.file for curve in curves)
+            raise InputError("run", expected=f"a run of joint {number} ({files})", got=repr(run))
+        return chosen[0]
+
+
+def find_values(  # noqa: PLR0913 # one argument a choice
+    values: Values,
+    joint: int | Sequence[int] | None,
+    place: Place,
+    listener: Listener,
+    *,
+    without: Sequence[str],
+    own_effects: Path | None = None,
+    kind: Kind = "python",
+    seed: int,
+    starts: int = MOST_STARTS,
+    effort: int = MOST_EFFORT,
+    workers: int,
+) -> Missing:
+    """Find what is missing in a joint's model.
+
+    Parameters
+    ----------
+    values
+        Campaign that is ready for fits.
+    joint, without, own_effects, kind, seed, starts, effort, workers
+        As `Campaign.find_missing` takes them.
+    place
+        Folder of the results, perhaps with those of an identification.
+    listener
+        Told of each step.
+
+    Returns
+    -------
+    Missing
+
+    Raises
+    ------
+    InputError, NumericalError
+        As `Campaign.find_missing`.
+    """
+    job = Job(
+        campaign=values, entries=entries_without(without, own_effects), out=place.path, kind=kind, seed=seed,
+        starts=starts, effort=effort, threads=workers,
+    )  # fmt: skip
+    if joint is None or isinstance(joint, int):
+        return carry_out(prepare_alone(job, only_one(joint, values.joints)), place, listener)
+    return carry_out(prepare_together(job, tuple(sorted(joint))), place, listener)
+
+
+def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:
+    """Carry out a search; its JSON, and the FMU with what it names, are written into the folder.
+
+    Parameters
+    ----------
+    search
+        Prepared search.
+    place
+        Folder of the results.
+    listener
+        Told of each step.
+
+    Returns
+    -------
+    Missing
+
+    Raises
+    ------
+    NumericalError
+        As `Campaign.find_missing`.
+    """
+    job = search.job
+    if isinstance(search, SearchByPosition) and search.remark:
+        listener.note(search.remark)
+    listener.progress(search.title)
+    finding = search.find(listener.progress)
+    data = finding_json(finding, measured=job.campaign.measured, seed=job.seed)
+    made = Missing(
+        finding=finding, data=data, name=search.name, title=search.title, place=place, values=job.campaign
+    )  # fmt: skip
+    write_json(made.file, data)
+    if not place.temporary:
+        _write_report(made)
+    return made
+
+
+def _write_report(made: Missing) -> None:
+    """Write the page of a finding, and the pictures of a search in the position."""
+    write_page(made.file.with_suffix(".html"), _page_of(made))
+    if isinstance(made.finding, Finding):
+        write_pictures(made.finding, made.file.parent)
+
+
+def _page_of(made: Missing) -> Page:
+    finding, title, measured = made.finding, made.values.title, made.values.measured
+    if isinstance(finding, WholeFinding):
+        return whole_gap_page(finding, title, measured=measured)
+    if isinstance(finding, TorqueFinding):
+        return torque_gap_page(finding, title, measured=measured)
+    return discrepancy_page(finding, title, measured=measured)

@@ -1,0 +1,413 @@
+"""`Posteriors`, the result of a sampling: intervals, plots of draws and bands, and ArviZ's `InferenceData`."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+
+from haptid.api.arguments import errors_name_arguments, only_one
+from haptid.api.place import Place, locked
+from haptid.api.shown import axes_or_new, html_of
+from haptid.fmu_build.building.packaging import Kind
+from haptid.identification.verification.result import Verification
+from haptid.measurement.format.devices import device_of
+from haptid.measurement.values.campaign import Campaign as Values
+from haptid.measurement.values.run import Array
+from haptid.report.common.stored_page import write_page
+from haptid.report.common.style import style
+from haptid.report.discrepancy.full_model_section import full_model_sections
+from haptid.report.posterior.figures import draw_band, draw_marginal, draw_residual_bands, draw_widths
+from haptid.report.posterior.overview import lead, relative_widths
+from haptid.report.posterior.page import posterior_page
+from haptid.support.errors import InputError
+from haptid.support.listener import Listener
+from haptid.uq.job.job import Job, workers_of
+from haptid.uq.job.sample import Sampled, sample_joints
+from haptid.uq.job.told import tell_posterior
+from haptid.uq.job.written import chains_file, write_chains, write_posteriors
+from haptid.uq.prediction.predict import Bands
+from haptid.uq.result.arviz_door import read_netcdf
+from haptid.uq.result.full_model import full_model_bands
+from haptid.uq.result.infer import QUICK, InferOptions
+from haptid.uq.result.posterior import Posterior
+from haptid.uq.sampling.sampling import SamplingOptions
+
+SUMMARY = ("mean", "std", "median", "unit", "rhat", "ess_bulk", "verdict")
+"""Keys of a parameter in ``posterior.json`` that a table shows beside its 95 % interval."""
+DRAWS_OF_PRIOR = 4000
+"""Draws behind the histogram of a prior."""
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Posteriors:
+    """Posteriors of the joints of a campaign.
+
+    Make them by `Campaign.posterior` or `Identified.posterior`.
+
+    Parameters
+    ----------
+    posteriors
+        One for each joint, in locking order.
+    full
+        Bands of runs with all joints free; without runs where a joint has no posterior.
+    data
+        Content of ``posterior.json``.
+    place
+        Folder of the results.
+    values
+        The campaign.
+    made_by
+        Command or call, for the reader of the page.
+    """
+
+    posteriors: tuple[Posterior, ...]
+    full: Verification
+    data: dict[str, Any]
+    place: Place
+    values: Values
+    made_by: str
+
+    @property
+    def folder(self) -> Path:
+        """Folder with ``posterior.json``, draws and chains; a temporary one lives as long as this result."""
+        return self.place.path
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Numbers of the sampled joints."""
+        return tuple(one.joint for one in self.posteriors)
+
+    @property
+    def sound(self) -> bool:
+        """Whether the independent ensembles of all joints agree and their chains are long enough."""
+        return all(one.sound for one in self.posteriors)
+
+    def of_joint(self, joint: int | None = None) -> Posterior:
+        """Return everything that is known of one joint.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint; None for the only one.
+
+        Returns
+        -------
+        haptid.uq.result.posterior.Posterior
+            Chains, noise models, scores, bands and the proposed next run.
+
+        Raises
+        ------
+        InputError
+            Where the joint was not sampled.
+        """
+        number = only_one(joint, self.joints)
+        return next(one for one in self.posteriors if one.joint == number)
+
+    def summary(self) -> pd.DataFrame:
+        """Return how well each parameter is known.
+
+        Returns
+        -------
+        DataFrame
+            One row a joint and parameter, those of the noise model included: mean, standard deviation, median, ends of
+            the equal-tailed 95 % interval, unit, R̂, effective sample size, and a sentence.
+        """
+        rows = []
+        for joint in self.data["joints"]:
+            for id, one in joint["parameters"].items():
+                low, high = one["intervals"]["0.95"]
+                known = {key: one[key] for key in SUMMARY}
+                rows.append({"joint": joint["joint"], "parameter": id, **known, "lower_95": low, "upper_95": high})
+        order = [*SUMMARY[:3], "lower_95", "upper_95", *SUMMARY[3:]]
+        return pd.DataFrame(rows).set_index(["joint", "parameter"])[order]
+
+    def draws(self, joint: int | None = None) -> pd.DataFrame:
+        """Return draws of a joint's parameters.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint; None for the only one.
+
+        Returns
+        -------
+        DataFrame
+            One row a draw, one column a parameter in its unit, those of the noise model included.
+
+        Raises
+        ------
+        InputError
+            Where the joint was not sampled.
+        """
+        one = self.of_joint(joint)
+        coordinates = one.mode.density.coordinates
+        flat = one.draws.reshape(-1, one.draws.shape[-1])
+        return pd.DataFrame(coordinates.values(flat), columns=list(coordinates.names))
+
+    def plot_marginal(self, parameter: str, joint: int | None = None, *, ax: Axes | None = None) -> Axes:
+        """Plot the histogram of a parameter's draws over that of its prior.
+
+        Parameters
+        ----------
+        parameter
+            Id of the parameter.
+        joint
+            Number of the joint; None for the only one.
+        ax
+            Axes to draw on; None for new ones.
+
+        Returns
+        -------
+        Axes
+            The axes, the parameter in its unit.
+
+        Raises
+        ------
+        InputError
+            Where there is no such joint or parameter.
+        """
+        coordinates = self.of_joint(joint).mode.density.coordinates
+        if parameter not in coordinates.names:
+            raise InputError("parameter", expected=f"one of {', '.join(coordinates.names)}", got=repr(parameter))
+        place = coordinates.names.index(parameter)
+        prior = coordinates.values(coordinates.draw(np.random.default_rng(0), DRAWS_OF_PRIOR))[:, place]
+        posterior: Array = self.draws(joint)[parameter].to_numpy()
+        unit = coordinates.units[place]
+        axes = axes_or_new(ax)
+        with style():
+            draw_marginal(axes, posterior, prior, parameter if unit == "1" else f"{parameter} [{unit}]")
+        return axes
+
+    def plot_widths(self, joint: int | None = None, *, ax: Axes | None = None) -> Axes:
+        """Plot the width of each parameter's 95 % interval within that of its prior.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint; None for the only one.
+        ax
+            Axes to draw on; None for new ones.
+
+        Returns
+        -------
+        Axes
+            The axes, half-widths in percent of the value.
+
+        Raises
+        ------
+        InputError
+            Where the joint was not sampled.
+        """
+        one = self.of_joint(joint)
+        axes = axes_or_new(ax)
+        with style():
+            draw_widths(axes, *relative_widths(one))
+        return axes
+
+    def plot_prediction(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
+        """Plot the measured position of a run over its predictive 95 % band.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint; None for the only one.
+        run
+            File (name) of the run; None for the first one that no fit saw.
+        ax
+            Axes to draw on; None for new ones.
+
+        Returns
+        -------
+        Axes
+            The axes, position in rad or m.
+
+        Raises
+        ------
+        InputError
+            Where there is no such joint or run.
+        """
+        bands = self._bands(joint, run)
+        axes = axes_or_new(ax)
+        with style():
+            draw_band(axes, bands)
+            axes.set_xlabel("time [s]")
+            axes.legend()
+        return axes
+
+    def plot_residuals(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
+        """Plot measured position minus predictive median of a run over the bands of 50, 80 and 95 %.
+
+        Parameters
+        ----------
+        joint, run, ax
+            As `plot_prediction` takes them.
+
+        Returns
+        -------
+        Axes
+            The axes, residual in mrad or mm.
+
+        Raises
+        ------
+        InputError
+            Where there is no such joint or run.
+        """
+        bands = self._bands(joint, run)
+        axes = axes_or_new(ax)
+        with style():
+            draw_residual_bands(axes, bands)
+            axes.set_xlabel("time [s]")
+        return axes
+
+    def to_inference_data(self, joint: int | None = None) -> Any:
+        """Return chains, prior, log densities and measured positions of a joint for ArviZ.
+
+        It is the file ``posterior/joint<j>.nc`` of the results, in memory.
+
+        Parameters
+        ----------
+        joint
+            Number of the joint; None for the only one.
+
+        Returns
+        -------
+        arviz.InferenceData
+            Groups ``posterior``, ``prior``, ``log_likelihood`` (by cycle and by run), ``observed_data`` and
+            ``constant_data`` (edges of the bands).
+
+        Raises
+        ------
+        InputError
+            Where the joint was not sampled.
+        """
+        return read_netcdf(chains_file(self.folder, self.of_joint(joint).joint))
+
+    def save(self, folder: Path | str) -> Posteriors:
+        """Write everything that ``haptid posterior`` writes: JSON, page, draws and chains.
+
+        Parameters
+        ----------
+        folder
+            Folder that may not exist yet; files of the same names are replaced.
+
+        Returns
+        -------
+        Posteriors
+            This result with ``folder`` as its folder.
+
+        Raises
+        ------
+        InputError, WritingError
+            Where the folder cannot be written.
+        """
+        with errors_name_arguments(), locked(folder):
+            saved = replace(self, place=self.place.copy_to(folder))
+            _write_page(saved)
+            return saved
+
+    def __str__(self) -> str:
+        """Return the summary that ``haptid posterior`` prints."""
+        return "\n".join(tell_posterior(one) for one in self.posteriors)
+
+    def __repr__(self) -> str:
+        """Return campaign and joints in a line."""
+        return f"Posteriors({self.values.title!r}: joints {', '.join(map(str, self.joints))})"
+
+    def _repr_html_(self) -> str:
+        """Return verdict and intervals for a notebook."""
+        tables = {"parameters": self.summary()}
+        return html_of(self.values.title, lead(self.posteriors), tables, measured=self.values.measured)
+
+    def _bands(self, joint: int | None, run: str | None) -> Bands:
+        one = self.of_joint(joint)
+        # What no fit saw comes first; the sort keeps the order of the campaign.
+        bands = sorted(one.bands, key=lambda part: part.run.use != "validate")
+        chosen = [part for part in bands if run in (None, part.run.file)]
+        if not chosen:
+            files = ", ".join(part.run.file for part in bands)
+            raise InputError("run", expected=f"a run of joint {one.joint} ({files})", got=repr(run))
+        return chosen[0]
+
+
+def sample_values(  # noqa: PLR0913 # one argument a choice
+    values: Values,
+    place: Place,
+    listener: Listener,
+    *,
+    joints: tuple[int, ...] | None,
+    quick: bool,
+    sensitivity: bool = False,
+    kind: Kind | None = None,
+    seed: int,
+    workers: int,
+    scheduler: str | None = None,
+    made_by: str,
+) -> Posteriors:
+    """Sample the joints of a campaign; what is finished is in the folder after each.
+
+    Parameters
+    ----------
+    values
+        Campaign that is ready for fits.
+    place
+        Folder of the results, perhaps with those of an identification.
+    listener
+        Told of remarks, of each step, and of each finished joint.
+    joints, quick, sensitivity, kind, seed, workers, scheduler
+        As `Campaign.posterior` takes them.
+    made_by
+        Command or call, for the reader of the page.
+
+    Returns
+    -------
+    Posteriors
+
+    Raises
+    ------
+    InputError, NumericalError
+        As `Campaign.posterior`.
+    """
+    device = device_of(values)
+    sampling = replace(QUICK if quick else SamplingOptions(), seed=seed)
+    options = InferOptions(sampling=sampling, noise_given=values.noise_given, sensitivity=sensitivity)
+    job = Job(campaign=values, device=device, out=place.path, options=options, kind=kind)
+    configurations = job.configurations(joints)
+    done: list[Sampled] = []
+
+    def keep(full: Verification) -> Posteriors:
+        """Write the joints that are finished so far: an interrupted sampling keeps them."""
+        made = tuple(one.posterior for one in done)
+        data = write_posteriors(job, done, full)
+        result = Posteriors(posteriors=made, full=full, data=data, place=place, values=values, made_by=made_by)
+        if not place.temporary:
+            _write_page(result)
+        return result
+
+    none = Verification(runs=())
+    with workers_of(scheduler, workers) as pool:
+        for one in sample_joints(job, configurations, pool, listener):
+            done.append(one)
+            write_chains(job, one.posterior)
+            result = keep(none)
+            listener.finished(tell_posterior(one.posterior))
+    if device is not None:
+        result = keep(full_model_bands(values, device, [one.step for one in done], seed=seed))
+    return result
+
+
+def _write_page(result: Posteriors) -> None:
+    made_by = f"{result.made_by}, seed {result.data['seed']}, {time.strftime('%Y-%m-%d')}"
+    page = posterior_page(
+        result.posteriors,
+        title="How well the parameters are known",
+        synthetic=not result.values.measured,
+        footer=[made_by, result.values.title],
+        full=full_model_sections(result.full),
+    )
+    write_page(result.folder / "posterior.html", page)

@@ -1,0 +1,311 @@
+"""Searches of a job: `Job` and joints in, a prepared search out, which `find` carries out.
+
+Input is refused where a search is prepared, so that several can be prepared before the first long work begins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
+
+from haptid.discrepancy.finding.accuracy import origin_of
+from haptid.discrepancy.finding.finding import Finding, find
+from haptid.discrepancy.finding.full_model import WholeFinding, whole_finding
+from haptid.discrepancy.finding.torque_finding import TorqueFinding, find_torque
+from haptid.discrepancy.job.job import Job
+from haptid.discrepancy.study.coupled_study import coupled_study_of
+from haptid.discrepancy.study.study import Study, begun_at, study_of, with_positions
+from haptid.discrepancy.torque.choice import is_searched_by_torque, read_carried_fit, read_zeros
+from haptid.discrepancy.torque.study import torque_study_of
+from haptid.fmu_build.exchange.discrepancy_json import VERDICTS, by_joint, finding_of, read_discrepancy
+from haptid.fmu_build.exchange.discrepancy_json import Finding as JointFinding
+from haptid.fmu_build.exchange.identification_json import read_identification
+from haptid.identification.sequence.carried_fit import FILE
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.measurement.format.devices import device_of
+from haptid.measurement.values.run import Run
+from haptid.model.device.device import Device
+from haptid.support.command import word_command
+from haptid.support.errors import InputError
+
+Tell = Callable[[str], None]
+"""Function that takes one line on the progress."""
+AnyFinding: TypeAlias = Finding | TorqueFinding | WholeFinding
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchByPosition:
+    """Search in the position of one joint, or of several that move together.
+
+    Parameters
+    ----------
+    job
+        What is asked for.
+    study
+        Runs and nominal model, with the fit of an identification where there is one.
+    remark
+        What the reader has to know of the runs; empty where there is nothing.
+    """
+
+    job: Job
+    study: Study
+    remark: str = ""
+
+    @property
+    def name(self) -> str:
+        """``joint3`` or ``joints01``."""
+        return self.study.name
+
+    @property
+    def title(self) -> str:
+        """``joint 3`` or ``joints 0, 1``."""
+        return self.study.title.lower()
+
+    def find(self, tell: Tell) -> Finding:
+        """Search; the FMU with the named effects is written below the job's folder.
+
+        Parameters
+        ----------
+        tell
+            Takes one line on the progress.
+        """
+        job, origin = self.job, origin_of(self.job.campaign, self.study.fitted[0].free_joints)
+        return find(
+            self.study, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell, origin=origin
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SearchByTorque:
+    """Search in the torque of a joint that a position controller moved.
+
+    Parameters
+    ----------
+    job
+        What is asked for.
+    joint
+        Number of the joint.
+    """
+
+    job: Job
+    joint: int
+
+    @property
+    def name(self) -> str:
+        """Name of the finding, as ``joint3``."""
+        return f"joint{self.joint}"
+
+    @property
+    def title(self) -> str:
+        """Name for a reader, as ``joint 3``."""
+        return f"joint {self.joint}"
+
+    def find(self, tell: Tell) -> TorqueFinding:
+        """Search; the FMU with the named effects is written below the job's folder.
+
+        Parameters
+        ----------
+        tell
+            Takes one line on the progress.
+        """
+        job, campaign, free = self.job, self.job.campaign, (self.joint,)
+        base = equations_for(campaign, device_of(campaign), free)
+        carried = read_carried_fit(campaign, free, base, job.out, springless=True)
+        study = torque_study_of(campaign, self.joint, carried, threads=job.threads)
+        return find_torque(
+            study, job.entries, job.out, kind=job.kind, seed=job.seed, starts=job.starts, tell=tell,
+            origin=origin_of(campaign, free),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WholeCheck:
+    """Check of the identified device, and of what was named in its joints, on runs with all joints free.
+
+    Parameters
+    ----------
+    job
+        What is asked for.
+    device
+        The device.
+    runs
+        Runs with all joints free.
+    identification
+        Content of ``identification.json``.
+    named
+        Findings of the single joints.
+    """
+
+    job: Job
+    device: Device
+    runs: tuple[Run, ...]
+    identification: Mapping[str, Any]
+    named: tuple[JointFinding, ...]
+
+    name = "whole"
+    title = "all joints"
+
+    def find(self, tell: Tell) -> WholeFinding:
+        """Simulate and judge.
+
+        Parameters
+        ----------
+        tell
+            Takes one line on the progress.
+        """
+        tell("simulate all joints")
+        return whole_finding(self.job.campaign, self.device, self.runs, self.identification, self.named)
+
+
+Prepared: TypeAlias = SearchByPosition | SearchByTorque | WholeCheck
+
+
+def prepare_alone(job: Job, joint: int) -> SearchByPosition | SearchByTorque:
+    """Prepare the search in the runs in which one joint moves alone.
+
+    Parameters
+    ----------
+    job
+        What is asked for.
+    joint
+        Number of the joint.
+
+    Returns
+    -------
+    SearchByPosition or SearchByTorque
+        As `is_searched_by_torque` chooses.
+
+    Raises
+    ------
+    InputError
+        Where no run to fit frees this joint alone.
+    """
+    if is_searched_by_torque(job.campaign, joint, job.out):
+        return SearchByTorque(job=job, joint=joint)
+    return _in_position(job, study_of(job.campaign, joint, job.entries, threads=job.threads))
+
+
+def prepare_together(job: Job, joints: Sequence[int]) -> SearchByPosition | WholeCheck:
+    """Prepare the search in the runs in which several joints move together.
+
+    Parameters
+    ----------
+    job
+        What is asked for.
+    joints
+        Numbers of the joints. What searches below the job's folder named in them alone is part of the nominal model.
+
+    Returns
+    -------
+    SearchByPosition or WholeCheck
+        A check of the whole device where all its joints move and no such run is to be fitted.
+
+    Raises
+    ------
+    InputError
+        Where there are too many joints, no run frees exactly these, or the whole device was not identified.
+    """
+    free = tuple(joints)
+    if not job.campaign.runs_of(free, "fit"):
+        return prepare_whole(job, free)
+    known = by_joint(findings_below(job, free))
+    return _in_position(job, coupled_study_of(job.campaign, free, job.entries, known, threads=job.threads))
+
+
+def prepare_whole(job: Job, joints: Sequence[int]) -> WholeCheck:
+    """Prepare the check of the identified device on its runs with all joints free that no fit saw.
+
+    Parameters
+    ----------
+    job
+        What is asked for.
+    joints
+        Numbers of the joints: all of the device.
+
+    Returns
+    -------
+    WholeCheck
+
+    Raises
+    ------
+    InputError
+        Where these are not all joints, there is no such run, or the job's folder holds no identification.
+    """
+    device, source, free = device_of(job.campaign), job.out / FILE, tuple(joints)
+    if device is None or not moves_whole(job, free):
+        where = f"--free {','.join(map(str, free))}"
+        raise InputError(where, expected="runs in which these joints move together", got="none that tells")
+    if not source.exists():
+        raise InputError("--free", expected=f"an identified model, {source}", got="no such file", todo=need_of(job))
+    return WholeCheck(
+        job=job,
+        device=device,
+        runs=job.campaign.runs_of(free, "validate"),
+        identification=read_identification(source),
+        named=tuple(findings_below(job, free)),
+    )
+
+
+def moves_whole(job: Job, joints: Sequence[int]) -> bool:
+    """Whether these are all joints of the device, and some run that no fit saw frees them.
+
+    Parameters
+    ----------
+    job
+        Job with the campaign.
+    joints
+        Numbers of the joints.
+    """
+    device = device_of(job.campaign)
+    known = device is not None and len(joints) == len(device.joints)
+    return known and bool(job.campaign.runs_of(tuple(joints), "validate"))
+
+
+def need_of(job: Job) -> str:
+    """Say what a check of the whole device needs.
+
+    Parameters
+    ----------
+    job
+        Job with the folder of the results.
+    """
+    making = word_command("identify", "identification.run")
+    return f"runs with all joints free need {job.out / FILE}: {making} makes it"
+
+
+def findings_below(job: Job, joints: Sequence[int]) -> list[JointFinding]:
+    """Read what earlier searches below the job's folder named in joints that were tested alone.
+
+    Parameters
+    ----------
+    job
+        Job with the folder.
+    joints
+        Numbers of the joints.
+
+    Returns
+    -------
+    list
+        Findings with a verdict that names effects; joints that were not studied are left out.
+    """
+    found = []
+    for joint in joints:
+        path = job.out / "discrepancy" / f"joint{joint}.json"
+        if not path.exists():
+            continue
+        data = read_discrepancy(path)
+        if data["verdict"] in VERDICTS:
+            found.append(finding_of(data, str(path), dict(job.entries)))
+    return found
+
+
+def _in_position(job: Job, study: Study) -> SearchByPosition:
+    free = study.fitted[0].free_joints
+    carried = read_carried_fit(job.campaign, free, study.base, job.out)
+    study = begun_at(replace(study, effort=job.effort), carried)
+    zeros = read_zeros(job.campaign, free, job.out)
+    if not zeros:
+        return SearchByPosition(job=job, study=study)
+    remark = f"{study.title.lower()}: the encoder zeros of {job.out / FILE} are taken out of the readings"
+    return SearchByPosition(job=job, study=with_positions(study, zeros), remark=remark)

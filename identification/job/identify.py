@@ -1,0 +1,147 @@
+"""Identify a device: `Job` in, `Identification` out.
+
+1. Fit every configuration in locking order; what is finished is on disk after each.
+2. Combine the fits to the whole device, and verify it on runs with all joints free.
+3. Draw the parameters of every model, for its FMU.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from haptid.fmu_build.accuracy.draws import COUNT
+from haptid.identification.job.job import Identification, Job
+from haptid.identification.job.provenance import provenance
+from haptid.identification.optimise.dask_workers import Cluster
+from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.output.written_draws import write_draws
+from haptid.identification.sequence.result_json import SCHEMA, step_json
+from haptid.identification.sequence.resume import code_digest, data_digest, inputs_digest, kept_entries
+from haptid.identification.sequence.sequence import Sequence
+from haptid.identification.sequence.step import Step
+from haptid.identification.sequence.whole_device import Whole, whole_device
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.verification.result import Verification
+from haptid.identification.verification.verify import verify
+from haptid.measurement.checks.preparation import tell_remarks
+from haptid.support.files.files import write_json
+from haptid.support.listener import Listener
+
+
+def identify(job: Job, listener: Listener) -> Identification:
+    """Fit, combine and verify; write ``identification.json`` and ``draws/`` below ``job.out``.
+
+    Parameters
+    ----------
+    job
+        What to identify, and how.
+    listener
+        Told of remarks on the data and of each configuration.
+
+    Returns
+    -------
+    Identification
+        Its JSON is on disk, but not as complete: `Identification.finish` says so once all that was asked for is there.
+
+    Raises
+    ------
+    NumericalError
+        Where a fit fails.
+    InputError, WritingError
+        Where the folder cannot be written, or the scheduler not be reached.
+    """
+    steps, data = _fit_configurations(job, listener)
+    whole, verification = _combine(job, steps)
+    data |= {"links": _links_json(whole), "verification": verification.as_json()}
+    data["whole"] = dict(whole.values) if whole else {}
+    name = job.device.name if job.device else ""
+    data["draws"] = write_draws(steps, whole, job.out, name=name, seed=job.options.seed)
+    write_json(job.file, data)
+    return Identification(steps=steps, verification=verification, data=data, build=job.build)
+
+
+def _fit_configurations(job: Job, listener: Listener) -> tuple[tuple[Step, ...], dict[str, Any]]:
+    """Fit every configuration; the results so far are on disk after each."""
+    digest = inputs_digest(job.campaign, job.device, job.configurations, job.options, str(job.kind))
+    entries = kept_entries(job.file, digest)
+    data = _head(job, digest)
+    steps: list[Step] = []
+    count = len(job.configurations)
+    with _workers(job) as workers:
+        tell_remarks(job.campaign, listener)
+        sequence = Sequence(
+            campaign=job.campaign,
+            device=job.device,
+            build=job.build,
+            options=job.options,
+            workers=workers,
+            kept=dict(enumerate(entries)),
+        )
+        listener.progress(job.configurations[0].name, 0, count)
+        for step in sequence.steps(job.configurations):
+            steps.append(step)
+            source = data_digest(job.campaign, job.device, step.configuration)
+            data["configurations"].append({**step_json(step), "data": source})
+            # After every configuration: an interrupted identification is continued from the finished ones.
+            write_json(job.file, data)
+            listener.progress(job.configurations[min(len(steps), count - 1)].name, len(steps), count)
+    return tuple(steps), data
+
+
+@contextmanager
+def _workers(job: Job) -> Iterator[Workers]:
+    if job.scheduler is not None:
+        with Cluster(job.scheduler) as cluster:
+            yield cluster
+    elif job.options.workers == 1:
+        yield Here()
+    else:
+        with Processes(job.options.workers) as pool:
+            yield pool
+
+
+def _head(job: Job, digest: str) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "device": job.campaign.device,
+        "campaign": job.campaign.title,
+        "measured": job.campaign.measured,
+        "remarks": list(job.campaign.remarks),
+        **provenance(job.options, job.made_by),
+        "code": code_digest().hex()[:16],
+        "inputs": digest,
+        "complete": False,
+        "locking_order": [list(joints) for joints in dict.fromkeys(c.free_joints for c in job.configurations)],
+        "configurations": [],
+        "links": {},
+        "verification": {"runs": []},
+    }
+
+
+def _combine(job: Job, steps: tuple[Step, ...]) -> tuple[Whole | None, Verification]:
+    """Combine the steps and verify the whole model, where every joint of the device was tested."""
+    device = job.device
+    if device is None or {j for step in steps for j in step.configuration.free_joints} != set(
+        range(len(device.joints))
+    ):
+        return None, Verification(runs=())
+    whole = whole_device(device, steps, seed=job.options.seed, draws=COUNT)
+    controller = job.campaign.extra.get("controller")
+    unseen = [run for run in job.campaign.runs if run.use == "validate"]
+    return whole, verify(
+        device, whole.values, unseen, controller, draws=whole.draws[: THRESHOLDS.draws_of_whole_device]
+    )
+
+
+def _links_json(whole: Whole | None) -> dict[str, Any]:
+    if whole is None:
+        return {}
+    return {
+        link: {
+            id: {"value": one.value, "std": one.std, "unit": one.unit, "status": one.status}
+            for id, one in table.items()
+        }
+        for link, table in whole.links.links.items()
+    }

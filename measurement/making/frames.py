@@ -1,0 +1,107 @@
+"""A campaign from tables in memory: data frames and `Answers` in, `Campaign` out, checked as one that is read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from haptid.measurement.format.devices import SUFFIXES
+from haptid.measurement.format.reading import campaign_from
+from haptid.measurement.format.toml_source import TomlSource
+from haptid.measurement.making.answers import Answers
+from haptid.measurement.making.prepared import describe_campaign, prepare_table
+from haptid.measurement.tables.table import Table
+from haptid.measurement.thresholds import THRESHOLDS
+from haptid.measurement.values.campaign import Campaign
+from haptid.model.device.device import Device
+from haptid.model.device.reader import load_device
+from haptid.support.errors import InputError
+
+FOLDER = Path("frames")
+"""Stands in errors for the folder that such a campaign does not have: ``frames/run1, row 7``."""
+
+
+def campaign_from_frames(
+    frames: Mapping[str, pd.DataFrame], answers: Answers, joints: Mapping[int, Mapping[str, Any]]
+) -> Campaign:
+    """Make a campaign of data frames.
+
+    Parameters
+    ----------
+    frames
+        Table of each run by its name, with the columns of a run's file; units in names are converted to SI.
+    answers
+        What the user states of them.
+    joints
+        Tables ``[joint.J]`` of ``campaign.toml`` by number of the joint.
+
+    Returns
+    -------
+    Campaign
+        As `read_campaign` returns one, not yet ready for fits.
+
+    Raises
+    ------
+    InputError
+        With name, row and column of the first fault.
+
+    Warns
+    -----
+    CampaignWarning
+        As `read_campaign`.
+    """
+    device, loaded = _device_of(answers)
+    known = replace(answers, device=answers.device if loaded is None else loaded)
+    prepared = [prepare_table(table_of(name, frame), known) for name, frame in frames.items()]
+    content = describe_campaign(prepared, answers, device)
+    if joints:
+        content["joint"] = {str(joint): dict(table) for joint, table in joints.items()}
+    tables = {one.file: table_of(one.file, one.frame) for one in prepared}
+    return campaign_from(
+        TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: tables[name], loaded
+    )
+
+
+def table_of(name: str, frame: pd.DataFrame) -> Table:
+    """Return the table that a data frame is.
+
+    Parameters
+    ----------
+    name
+        Name of the run.
+    frame
+        Its columns; the index counts for nothing.
+
+    Returns
+    -------
+    Table
+
+    Raises
+    ------
+    InputError
+        Where the name is a path, it is no data frame, two columns have one name, or it has fewer than 8 rows.
+    """
+    path = FOLDER / name
+    if path.name != name:
+        raise InputError(str(FOLDER), expected="names of runs without slashes", got=repr(name))
+    if not isinstance(frame, pd.DataFrame):
+        raise InputError(str(path), expected="a pandas DataFrame", got=type(frame).__name__)
+    columns = pd.Index([str(column).strip() for column in frame.columns])
+    if columns.has_duplicates:
+        doubled = columns[columns.duplicated()][0]
+        raise InputError(str(path), expected=f"one column {doubled}", got="several")
+    if len(frame) < THRESHOLDS.least_rows_of_table:
+        raise InputError(str(path), expected=f"at least {THRESHOLDS.least_rows_of_table} rows", got=f"{len(frame)}")
+    return Table(path=path, frame=frame.set_axis(columns, axis=1).reset_index(drop=True), in_memory=True)
+
+
+def _device_of(answers: Answers) -> tuple[str, Device | None]:
+    """Return how the campaign names its device, and the device where a file or the program says what it is."""
+    if isinstance(answers.device, Device):
+        # Not the bare name: a stored result would be exported with the built-in device of that name.
+        return f"{answers.device.name} (given as a Device)", answers.device
+    return answers.device, load_device(answers.device) if answers.device.endswith(SUFFIXES) else None

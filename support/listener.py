@@ -1,0 +1,51 @@
+"""What a long computation tells while it runs: `Listener`, of whom nobody is there by default."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+
+class Progress(Protocol):
+    """Function that is told how far a computation is."""
+
+    def __call__(self, title: str, done: int = 0, total: int | None = None, figures: str = "") -> None:
+        """Take the state of a computation.
+
+        Parameters
+        ----------
+        title
+            What is being computed, as ``joint 4: sampling``.
+        done, total
+            Steps that are done, and steps in all; None where nobody knows their number.
+        figures
+            Figures so far, as ``τ 12.3, ESS 800``.
+        """
+
+
+def _ignore_progress(title: str, done: int = 0, total: int | None = None, figures: str = "") -> None:
+    """Take the state of a computation, and do nothing."""
+
+
+def _ignore(text: str) -> None:
+    """Take a text, and do nothing."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Listener:
+    """Hold the functions that a long computation calls.
+
+    Parameters
+    ----------
+    progress
+        Called with each step.
+    note
+        Called with each line that a user should see at once, as ``warning: …``; results hold these lines, too.
+    finished
+        Called with the summary of each part that is finished and written.
+    """
+
+    progress: Progress = _ignore_progress
+    note: Callable[[str], None] = _ignore
+    finished: Callable[[str], None] = _ignore

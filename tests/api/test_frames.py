@@ -1,0 +1,203 @@
+"""Campaigns from data frames: the same runs as from files, the same checks, errors that name run, row and column."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+import haptid
+from haptid import Campaign, FitOptions, Identified, InputError
+from haptid.command_line import main
+from haptid.identification.run import main as identify
+from haptid.measurement.values.warning import CampaignWarning
+from haptid.model.device.reader import load_device
+from haptid.support.installing import extras
+from haptid.support.installing.environment import ROOT
+from tests.identification.plain_joint import plain_run
+
+QUICK = FitOptions(method="gauss_newton", starts=1)
+
+
+def frame_of(seed: int, joint: int = 0) -> pd.DataFrame:
+    run = plain_run(seed, seconds=4.0)
+    columns = (f"Torque {joint} (Nmm)", f"Angle {joint} (deg)")
+    angle = np.degrees(run.y[:, 0])
+    return pd.DataFrame({"t (ms)": 1e3 * run.t, columns[0]: 1e3 * run.u[:, 0], columns[1]: angle})
+
+
+@pytest.fixture(scope="module")
+def frames() -> dict[str, pd.DataFrame]:
+    return {"a": frame_of(1), "b": frame_of(2), "c": frame_of(3)}
+
+
+@pytest.fixture(scope="module")
+def folder(frames, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same tables as a campaign that ``haptid init`` made."""
+    tables, out = tmp_path_factory.mktemp("tables"), tmp_path_factory.mktemp("made") / "campaign"
+    for name, frame in frames.items():
+        frame.to_csv(tables / f"{name}.csv", index=False)
+    made = CliRunner().invoke(
+        main, ["init", str(tables), "--out", str(out), "--synthetic", "--validate", "c.csv", "--title", "plain"]
+    )
+    assert made.exit_code == 0, made.output
+    return out
+
+
+def test_frames_are_the_runs_of_their_files(frames, folder):
+    here = Campaign.from_frames(frames, validate=["c"], measured=False, title="plain")
+    there = Campaign.read(folder)
+    assert [run.use for run in here.runs] == [run.use for run in there.runs] == ["fit", "fit", "validate"]
+    for one, other in zip(here.runs, there.runs, strict=True):
+        assert f"{one.file}.csv" == other.file
+        for name in ("t", "u", "y", "noise", "resolution"):
+            assert np.array_equal(getattr(one, name), getattr(other, name)), name
+    assert here.remarks == tuple(remark.replace(".csv", "") for remark in there.remarks)
+    assert len(here.summary()) == 3
+
+
+def test_a_call_and_the_command_give_the_same_numbers(folder, tmp_path):
+    options = ["--fmu", "none", "--method", "gauss_newton", "--starts", "1", "--no-export", "--quiet", "--workers", "1"]
+    done = CliRunner().invoke(identify, [str(folder), "--out", str(tmp_path), *options])
+    assert done.exit_code == 0, done.output
+    called = Campaign.read(folder).identify(kind=None, options=QUICK)
+    stored = Identified.read(tmp_path)
+    assert stored.summary().equals(called.summary())
+    assert stored.runs().equals(called.runs())
+    assert called.outcomes().outcome.to_list() == [stored.data["configurations"][0]["outcome"]]
+
+
+def test_a_folder_of_a_call_is_continued_by_its_repetition(frames, tmp_path, monkeypatch):
+    campaign = Campaign.from_frames(frames, validate=["c"], measured=False)
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    with monkeypatch.context() as patch:
+        patch.setattr("haptid.identification.job.identify._combine", stop)
+        with pytest.raises(KeyboardInterrupt):
+            campaign.identify(folder=tmp_path, kind=None, options=QUICK, fmus=False)
+    fitted: list[object] = []
+    monkeypatch.setattr("haptid.identification.sequence.sequence.fit_runs", lambda *a, **_: fitted.append(a))
+    again = campaign.identify(folder=tmp_path, kind=None, options=QUICK, fmus=False)
+    assert fitted == []
+    assert again.data["complete"]
+    assert (tmp_path / "report.html").is_file()
+
+
+def test_a_list_of_frames_gets_names_and_a_held_out_part(frames):
+    campaign = Campaign.from_frames(list(frames.values()), measured=False)
+    assert {run.file for run in campaign.runs} == {"run0", "run1", "run2"}
+    assert [run.use for run in campaign.runs].count("validate") == 1
+
+
+def test_what_is_known_of_a_joint_is_that_of_a_campaign_file(frames):
+    known = {0: {"friction": "dahl", "parameters": {"inertia": {"initial": 2e-2, "lower": 1e-3, "upper": 1.0}}}}
+    campaign = Campaign.from_frames(frames, joints=known)
+    assert campaign.values.friction == {0: "dahl"}
+    assert campaign.values.parameter_overrides[0]["inertia"]["initial"] == 2e-2
+
+
+@pytest.mark.parametrize("given", ["freedom6s", "freedom6s.toml", "device"])
+def test_a_device_by_name_by_path_or_as_it_is(given, tmp_path, monkeypatch):
+    built_in = ROOT / "model" / "device" / "built_in" / "freedom6s.toml"
+    (tmp_path / "freedom6s.toml").write_bytes(built_in.read_bytes())
+    monkeypatch.chdir(tmp_path)
+    device = load_device("freedom6s") if given == "device" else given
+    campaign = Campaign.from_frames({"a": frame_of(1, joint=4), "b": frame_of(2, joint=4)}, device=device)
+    assert campaign.joints == (4,)
+    assert campaign.runs[0].posture.shape == (6,)
+    assert campaign.values.device == ("freedom6s (given as a Device)" if given == "device" else given)
+
+
+def without(frames, column: str) -> dict[str, pd.DataFrame]:
+    return {**frames, "b": frames["b"].drop(columns=column)}
+
+
+def with_cell(frames, column: str, value: object) -> dict[str, pd.DataFrame]:
+    changed = frames["b"].astype(object)
+    changed.loc[6, column] = value
+    return {**frames, "b": changed}
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda f: with_cell(f, "Angle 0 (deg)", np.nan), "frames/b, row 7, Angle 0 (deg): expected a finite number"),
+        (lambda f: with_cell(f, "Torque 0 (Nmm)", "x"), "frames/b, row 7, Torque 0 (Nmm): expected a finite number"),
+        (lambda f: with_cell(f, "t (ms)", -5.0), "frames/b, row 7, time_s: expected time that increases"),
+        (lambda f: without(f, "Torque 0 (Nmm)"), "frames/b: expected columns time_s, torque_<j>_Nm, position_<j>_rad"),
+        (lambda f: {**f, "b": f["b"].iloc[:5]}, "frames/b: expected at least 8 rows, got 5"),
+        (lambda f: {**f, "b": [1, 2]}, "frames/b: expected a pandas DataFrame, got list"),
+        (lambda f: {**f, "x/y": f["b"]}, "frames: expected names of runs without slashes, got 'x/y'"),
+        (
+            lambda f: {**f, "b": pd.concat([f["b"], f["b"]], axis=1)},
+            "frames/b: expected one column t (ms), got several",
+        ),
+    ],
+)
+def test_a_fault_names_run_row_and_column(frames, change, told):
+    with pytest.raises(InputError) as caught:
+        Campaign.from_frames(change(frames))
+    assert str(caught.value).startswith(told)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        ({"validate": ["d*"]}, "validate: expected one of a, b, c, got d*"),
+        ({"device": "freedom6"}, "device: expected a built-in device or a file"),
+        ({"device": "no_such.toml"}, "device: expected a file"),
+        ({"columns": {"M": "torque"}}, "columns: expected COLUMN=NAME"),
+        ({"joints": {0: {"frction": "dahl"}}}, "frames, joint.0.frction: expected"),
+        ({"hold": "cubic"}, "frames, campaign.hold: expected"),
+    ],
+)
+def test_a_wrong_argument_is_named(frames, arguments, told):
+    with pytest.raises(InputError) as caught:
+        Campaign.from_frames(frames, **arguments)
+    assert str(caught.value).startswith(told)
+    assert "--" not in str(caught.value)
+
+
+def test_unknown_columns_are_kept_with_a_python_warning(frames):
+    strange = {**frames, "a": frames["a"].assign(mood=1.0)}
+    with pytest.warns(CampaignWarning, match="columns that the format does not know are kept and not used: mood"):
+        campaign = Campaign.from_frames(strange)
+    assert "mood" in campaign.runs[0].extra
+
+
+def test_a_posterior_without_its_extra_names_the_extra(frames, monkeypatch):
+    monkeypatch.setattr(extras, "_lacking", lambda _: "arviz")
+    with pytest.raises(
+        InputError, match=r"^posterior: expected an environment with the extra 'posterior', got no arviz"
+    ):
+        Campaign.from_frames(frames).posterior()
+
+
+def test_a_folder_in_use_is_refused(frames, tmp_path):
+    from haptid.support.files.folder_lock import lock_folder  # noqa: PLC0415 # only here
+
+    with lock_folder(tmp_path), pytest.raises(InputError, match="one command at a time") as caught:
+        Campaign.from_frames(frames).identify(folder=tmp_path)
+    assert "name another folder with folder=" in str(caught.value)
+
+
+def test_public_names_are_imported_when_they_are_asked_for():
+    script = "\n".join((
+        "import sys, haptid",
+        "print('numpy' in sys.modules)",
+        "from haptid import InputError",
+        "print('pandas' in sys.modules)",
+    ))  # fmt: skip
+    done = subprocess.run([sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["False", "False"]
+    assert {"Campaign", "Identified", "Posteriors", "Missing"} <= set(dir(haptid))
+    with pytest.raises(AttributeError, match="no attribute 'campaign_of'"):
+        haptid.campaign_of  # noqa: B018 # the look-up is the test

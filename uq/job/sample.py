@@ -1,0 +1,129 @@
+"""Sample the posteriors of a campaign's joints: `Job` in, `Sampled` joint after joint out.
+
+1. Take the fit that an identification left in the folder of the results, or make one.
+2. Sample the posterior from there.
+3. Say where the posterior contradicts the fit, and refuse a posterior that is not finite.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from haptid.identification.optimise.workers import Workers
+from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.sequence.step import Step
+from haptid.measurement.checks.preparation import tell_remarks
+from haptid.support.listener import Listener
+from haptid.support.processes.threads import single_threaded
+from haptid.uq.job.job import Job
+from haptid.uq.result.agreement import word_disagreement
+from haptid.uq.result.finite import check_finite, early_word
+from haptid.uq.result.full_model import as_fit
+from haptid.uq.result.infer import infer
+from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.subject import find_subject
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sampled:
+    """A joint whose posterior was sampled.
+
+    Parameters
+    ----------
+    step
+        Its configuration, with mean and covariance of the posterior as the fit.
+    posterior
+        Its posterior.
+    """
+
+    step: Step
+    posterior: Posterior
+
+
+def sample_joints(
+    job: Job, configurations: Sequence[Configuration], pool: Workers, listener: Listener
+) -> Iterator[Sampled]:
+    """Sample one joint after the other.
+
+    Parameters
+    ----------
+    job
+        What to sample, and how.
+    configurations
+        Configurations of one free joint each.
+    pool
+        Workers of fit and sampler.
+    listener
+        Told of remarks on the data, of each step, and of warnings.
+
+    Yields
+    ------
+    Sampled
+        In the order of ``configurations``.
+
+    Raises
+    ------
+    InputError
+        Where a configuration has no free parameter.
+    NumericalError
+        Where a posterior is not finite, or a fit fails.
+    """
+    tell_remarks(job.campaign, listener)
+    for configuration in configurations:
+        yield single_threaded(_sample_joint, job, configuration, pool, listener)
+
+
+def _sample_joint(job: Job, configuration: Configuration, pool: Workers, listener: Listener) -> Sampled:
+    joint, runs = configuration.free_joints[0], configuration.runs
+    equations = equations_for(job.campaign, job.device, (joint,), configuration.posture)
+    early = early_word(equations, runs, joint, job.campaign.folder)
+    if early:
+        listener.note(f"warning: {early}")
+    stages = _Stages(listener=listener, joint=joint, longest=job.options.sampling.longest)
+    stages.enter("fit")
+    subject = find_subject(
+        job.campaign, job.device, configuration, equations, job.out,
+        kind=job.kind, seed=job.options.sampling.seed, workers=pool,
+    )  # fmt: skip
+    found = subject.fit
+    posterior = infer(
+        subject.simulator,
+        subject.runs,
+        np.array(found.theta),
+        job.options,
+        joint=joint,
+        workers=pool,
+        folder=job.out / "posterior" / f"joint{joint}.chains",
+        report=stages.report,
+        say=stages.enter,
+        forward=subject.forward,
+    )
+    notes = (*found.notes, *found.warnings, f"The fit it starts from, {subject.source}: {found.outcome.value}.")
+    contradiction = word_disagreement(found, posterior.parameters)
+    if contradiction:
+        listener.note(f"warning: joint {joint}: {contradiction}")
+        notes = (contradiction, *notes)
+    posterior = check_finite(replace(posterior, notes=(early, *notes) if early else notes))
+    return Sampled(step=Step(configuration=configuration, fit=as_fit(found, posterior)), posterior=posterior)
+
+
+@dataclass(slots=True, kw_only=True)
+class _Stages:
+    """Progress of one joint: the stage that it is in, and the steps of its chains."""
+
+    listener: Listener
+    joint: int
+    longest: int
+    stage: str = ""
+
+    def enter(self, stage: str) -> None:
+        self.stage = stage
+        self.listener.progress(f"joint {self.joint}: {stage}", 0, self.longest)
+
+    def report(self, steps: int, tau: float, effective: float) -> None:
+        figures = f"τ {tau:.1f}, ESS {effective:.0f}"
+        self.listener.progress(f"joint {self.joint}: {self.stage}", steps, self.longest, figures)
