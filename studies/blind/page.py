@@ -51,7 +51,7 @@ def share(row: Row) -> str:
     Examples
     --------
     >>> share({"hits": 9, "n": 10, "share": 0.9, "low": 0.596, "high": 0.982})
-    '9 of 10 (90 %; 60 to 98 %)'
+    '9 of 10 (90 %; 60 to 98.2 %)'
     """
     if not row["n"]:
         return "no case"
@@ -61,7 +61,9 @@ def share(row: Row) -> str:
 
 
 def _percent(x: float) -> str:
-    return f"{100 * x:.0f}"
+    """Write a share in percent, with a digit more near 0 and 1, so that a few cases of many still show."""
+    near = 0.0 < x < 0.1 or 0.9 < x < 1.0
+    return f"{100 * x:.1f}" if near else f"{100 * x:.0f}"
 
 
 def headlines(study: Row) -> list[str]:

@@ -2,6 +2,7 @@
 
 Only the scoring opens the labels. It also decides which entry to leave out of the catalogue in the second pass, where
 the right answer is that something unlisted is missing, and adds the proposed run to the cases that were ambiguous.
+The study enters the ledger before the search sees its first case, and stays in it however it ends.
 """
 
 from __future__ import annotations
@@ -28,7 +29,10 @@ from haptid.support.files.files import write_json
 from studies.blind.outcome import MEANING, Outcome, score_case
 from studies.blind.score import summary
 from studies.blind.settle import with_run
-from studies.blind.study import ROOT, Job, digest, make, work_all
+from studies.blind.study import ROOT, Job, digest, make, work_all, worked
+from studies.ledger.entries import LEDGER, begin_study, end_study
+from studies.ledger.generator import generator_digest
+from studies.ledger.version import git_version
 
 SCHEMA = "blind/1"
 WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}
@@ -59,12 +63,27 @@ WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}
 @click.option("--limit", type=float, default=1800.0, show_default=True, help="Longest time for one case [s].")
 @click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
 @click.option("--quiet", is_flag=True, help="No progress on stderr.")
+@click.option(
+    "--ledger",
+    type=click.Path(path_type=Path, dir_okay=False),
+    default=LEDGER,
+    show_default="docs/results/ledger.json",
+    help="Where the study is entered; its results go beside it.",
+)
 @exit_codes
 def main(
-    out: Path, *, whole: bool, leave_out: bool, settle: bool, minutes: float | None, workers: int, **choices: Any
+    out: Path,
+    *,
+    whole: bool,
+    leave_out: bool,
+    settle: bool,
+    minutes: float | None,
+    workers: int,
+    ledger: Path,
+    **choices: Any,
 ) -> None:
-    """Make, work through, score."""
-    out, began, date = out.resolve(), time.monotonic(), time.strftime("%Y-%m-%d")
+    """Make, enter, work through, score."""
+    out, began = out.resolve(), time.monotonic()
     asked = {name: choices[name] for name in ("cases", "seed", "kinds", "sizes", "inputs", "effects")}
     bar: Any
     with progress(total=choices["cases"], title="cases made", quiet=choices["quiet"]) as bar:
@@ -73,31 +92,37 @@ def main(
     jobs = [Job(case=name, campaign=out / "cases" / name, out=out / "found" / name, without=lacks) for name in names]
     asked_for = {"found": whole, "without": leave_out, "settled": settle and whole}
     study = _Passes(out, began, minutes, workers, choices, asked_for)
-    first = study.scored(jobs, "found") if whole else []
-    done = {o.case for o in first}
-    left = [job for job in jobs if job.case in done or not whole]
-    second = study.scored(_without(out, left, study.labels), "without") if leave_out else []
-    if not first and not second:
+    told = {"command": _command(), "date": time.strftime("%Y-%m-%d"), "git": git_version(), "code": digest()}
+    plan = {
+        **asked, "without": choices["without"], "passes": [name for name, wanted in asked_for.items() if wanted],
+        "limit_s": choices["limit"],
+    }  # fmt: skip
+    name = begin_study(ledger, out, plan, {**told, "generator": generator_digest()})
+
+    def store() -> None:
+        figures = {**_about_the_machine(began, workers), "asked": asked, **study.as_json()}
+        end_study(ledger, name, {"schema": SCHEMA, **told, **figures}, complete=study.complete)
+        write_json(out / "blind.json", {"schema": SCHEMA, **told, **figures})
+
+    try:
+        _work_through(study, jobs, asked_for)
+    except BaseException:
+        store()  # an interrupted study stays in the ledger with what it worked through
+        raise
+    store()
+    if not study.worked_through:
         raise InputError("--minutes", expected="time for one case at least", got=f"{minutes}")
-    third = study.scored(with_run(out, first), "settled") if asked_for["settled"] else []
-    figures = summary(first, second, third)
-    write_json(
-        out / "blind.json",
-        {
-            "schema": SCHEMA, "command": _command(), "date": date, "git": git_version(), "code": digest(),
-            "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
-            "wall_s": time.monotonic() - began, "workers": workers, "asked": asked,
-            "worked_through": len(first) or len(second),
-            "meaning": MEANING, **figures, "cases": [o.as_json() for o in first],
-            "leave_one_out_cases": [o.as_json() for o in second], "settled_cases": [o.as_json() for o in third],
-        },
-    )  # fmt: skip
     page = subprocess.run([sys.executable, "-m", "studies.blind.page", str(out / "blind.json")], cwd=ROOT, check=False)
     sys.exit(page.returncode)
 
 
+def _about_the_machine(began: float, workers: int) -> dict[str, Any]:
+    machine = f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}"
+    return {"machine": machine, "wall_s": time.monotonic() - began, "workers": workers}
+
+
 class _Passes:
-    """The three passes over the cases share labels, time and workers."""
+    """The three passes over the cases share labels, time and workers, and keep what was worked through."""
 
     def __init__(
         self,
@@ -110,22 +135,61 @@ class _Passes:
     ) -> None:
         read = json.loads((out / "labels.json").read_text(encoding="utf-8"))["labels"]
         self.labels = {label["case"]: label for label in read}
-        self.began, self.minutes, self.workers, self.choices = began, minutes, workers, choices
+        self.out, self.began, self.minutes, self.workers, self.choices = out, began, minutes, workers, choices
         self.shares = shares([name for name, wanted in asked_for.items() if wanted])
+        self.done: dict[str, list[Outcome]] = {"found": [], "without": [], "settled": []}
+        self.open = set(self.shares)
 
     def scored(self, jobs: Sequence[Job], name: str) -> list[Outcome]:
-        """Work through the jobs of one pass and score those that were begun in time."""
+        """Work through the jobs of one pass and score those that were begun in time, or before an interruption."""
         until = float("inf") if self.minutes is None else self.began + 60.0 * self.minutes * self.shares[name]
+        stamp = digest()
         bar: Any
-        with progress(total=len(jobs), title=name, quiet=self.choices["quiet"]) as bar:
-            done = work_all(
-                jobs, seed=self.choices["seed"], workers=self.workers, limit=self.choices["limit"], until=until,
-                tell=bar.update,
-            )  # fmt: skip
-        return [
-            score_case(self.labels[job.case], job.result(), left_out=job.without, reason=job.failure() or "")
-            for job in done
-        ]
+        try:
+            with progress(total=len(jobs), title=name, quiet=self.choices["quiet"]) as bar:
+                work_all(
+                    jobs, seed=self.choices["seed"], workers=self.workers, limit=self.choices["limit"], until=until,
+                    tell=bar.update,
+                )  # fmt: skip
+        finally:
+            done = [job for job in jobs if worked(job, stamp)]
+            self.done[name] = [
+                score_case(self.labels[job.case], job.result(), left_out=job.without, reason=job.failure() or "")
+                for job in done
+            ]
+        if len(done) == len(jobs):
+            self.open.discard(name)
+        return self.done[name]
+
+    @property
+    def complete(self) -> bool:
+        """Whether every job of every pass that was asked for is worked through."""
+        return not self.open
+
+    @property
+    def worked_through(self) -> int:
+        """Number of cases, with the whole catalogue or else without their true entry."""
+        return len(self.done["found"]) or len(self.done["without"])
+
+    def as_json(self) -> dict[str, Any]:
+        """Return figures and cases of all passes."""
+        first, second, third = self.done["found"], self.done["without"], self.done["settled"]
+        return {
+            "worked_through": self.worked_through, "meaning": MEANING, **summary(first, second, third),
+            "cases": [o.as_json() for o in first], "leave_one_out_cases": [o.as_json() for o in second],
+            "settled_cases": [o.as_json() for o in third],
+        }  # fmt: skip
+
+
+def _work_through(study: _Passes, jobs: Sequence[Job], asked_for: Mapping[str, bool]) -> None:
+    """Work through the passes in their order: without their true entry only cases that have a verdict with it."""
+    first = study.scored(jobs, "found") if asked_for["found"] else []
+    if asked_for["without"]:
+        done = {o.case for o in first}
+        left = [job for job in jobs if job.case in done or not asked_for["found"]]
+        study.scored(_without(study.out, left, study.labels), "without")
+    if asked_for["settled"]:
+        study.scored(with_run(study.out, first), "settled")
 
 
 def shares(passes: Sequence[str]) -> dict[str, float]:
@@ -182,19 +246,6 @@ def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
     hidden = [e for e in entries if e.id in ids]
     alike = (other.id for other in entries for e in hidden if match_parameters(e, other) is not None)
     return tuple(dict.fromkeys((*ids, *alike)))
-
-
-def git_version() -> str:
-    """Describe the version of the code.
-
-    Returns
-    -------
-    str
-        As ``git describe`` says it, with ``-dirty`` after uncommitted changes; ``unknown`` outside a repository.
-    """
-    command = ["git", "describe", "--always", "--dirty"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    return done.stdout.strip() or "unknown"
 
 
 def _command() -> str:

@@ -19,6 +19,7 @@ from studies.blind.outcome import score_case
 from studies.blind.run import main
 from studies.blind.settle import with_run
 from studies.blind.study import FAILED, ROOT, STAMP, Job, digest, make, work, work_all
+from studies.ledger.entries import begin_study, read_ledger
 
 ASKED = {"cases": 2, "seed": 4, "kinds": "none", "sizes": "", "inputs": "table3", "effects": ""}
 FINDING = {
@@ -169,6 +170,8 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Job, "command", command)
     asked = ["--cases", "2", "--kinds", "single", "--effects", "cogging", "--sizes", "small", "--inputs", "rich"]
+    ledger = tmp_path / "kept" / "ledger.json"
+    asked += ["--ledger", str(ledger)]
     done = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--seed", "2"])
     assert done.exit_code == 0, done.output
     stored = json.loads((tmp_path / "blind.json").read_text())
@@ -178,6 +181,9 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
     assert stored["right"]["share"] == 1.0
     assert stored["asked"]["effects"] == "cogging"
     assert (tmp_path / "blind.md").exists()
+    (entry,) = read_ledger(ledger)
+    assert (entry["outcome"], entry["worked_through"], entry["entered"]) == ("complete", 2, "before")
+    assert json.loads((ledger.parent / entry["file"]).read_text()) == stored
     options = ["--workers", "1", "--quiet", "--seed", "2", "--no-whole", "--minutes", "5"]
     alone = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, *options])
     assert alone.exit_code == 0, alone.output
@@ -186,6 +192,34 @@ def test_a_study_goes_through_all_its_passes(tmp_path, monkeypatch):
     assert stored["leave_one_out"]["flagged"]["hits"] == 2
     again = CliRunner().invoke(main, ["--out", str(tmp_path), *asked, "--workers", "1", "--quiet", "--minutes", "0"])
     assert again.exit_code == 2  # another seed is another study
+    assert [e["plan"]["passes"] for e in read_ledger(ledger)] == [["found", "without", "settled"], ["without"]]
+
+
+def test_an_interrupted_study_stays_in_the_ledger_with_what_it_worked_through(tmp_path, monkeypatch):
+    stop = "import os, signal; os.kill(os.getppid(), signal.SIGINT)"
+
+    def command(self: Job, seed: int, threads: int) -> list[str]:  # noqa: ARG001 (as the workflow's)
+        ledger = json.loads((tmp_path / "ledger.json").read_text())
+        assert [entry["outcome"] for entry in ledger["studies"]] == ["begun"]
+        asked = [sys.executable, "-c", ORACLE, str(self.campaign), str(self.out), *self.without]
+        return asked if self.case == "case_0000" else [sys.executable, "-c", stop]
+
+    monkeypatch.setattr(Job, "command", command)
+    out, ledger = tmp_path / "out", tmp_path / "ledger.json"
+    asked = ["--cases", "2", "--kinds", "single", "--effects", "cogging", "--sizes", "small", "--inputs", "rich"]
+    asked += ["--out", str(out), "--ledger", str(ledger), "--workers", "1", "--quiet"]
+    done = CliRunner().invoke(main, asked)
+    assert done.exit_code == 130, done.output
+    (entry,) = read_ledger(ledger)
+    assert (entry["outcome"], entry["worked_through"]) == ("interrupted", 1)
+    stored = json.loads((tmp_path / entry["file"]).read_text())
+    assert [case["case"] for case in stored["cases"]] == ["case_0000"]
+    (begun,) = read_ledger(ledger)
+    name = begin_study(
+        ledger, out, begun["plan"], {k: begun[k] for k in ("command", "date", "git", "code", "generator")}
+    )
+    assert name == begun["id"]
+    assert len(read_ledger(ledger)[0]["given_again"]) == 1
 
 
 @pytest.mark.skipif(not hasattr(os, "killpg"), reason="process groups are POSIX's")
@@ -193,6 +227,7 @@ def test_a_terminated_study_leaves_nothing_running_and_goes_on(tmp_path):
     """As ``timeout`` or a batch system ends it: the signal goes to the study alone, not to what it started."""
     command = [sys.executable, "-m", "studies.blind.run", "--cases", "6", "--kinds", "none", "--inputs", "table3"]
     command += ["--out", str(tmp_path), "--workers", "2", "--minutes", "30", "--quiet"]
+    command += ["--ledger", str(tmp_path / "ledger.json")]
     study = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, text=True, start_new_session=True)
     until = time.monotonic() + 400.0  # the first case takes 20 s where nothing else runs
     while not list(tmp_path.glob("found/*")) and time.monotonic() < until:
@@ -204,3 +239,5 @@ def test_a_terminated_study_leaves_nothing_running_and_goes_on(tmp_path):
     with pytest.raises(ProcessLookupError):
         os.killpg(study.pid, 0)
     assert not list(tmp_path.glob("found/*/failed.json"))
+    (entry,) = read_ledger(tmp_path / "ledger.json")
+    assert entry["outcome"] == "interrupted"

@@ -225,7 +225,7 @@ def test_campaigns_of_the_panel_can_be_read(name, tmp_path):
 
 
 def test_seeds_of_the_panel_are_those_of_no_stored_study():
-    texts = [p.read_text(encoding="utf-8") for p in (ROOT / "docs" / "results").glob("blind*.json")]
+    texts = [p.read_text(encoding="utf-8") for p in (ROOT / "docs" / "results").glob("blind/*.json")]
     stored = {int(n) for text in texts for n in re.findall(r'"seed": (\d+)', text)}
     assert stored
     assert not {one.hidden["seed"] for one in PANEL} & stored

@@ -1,0 +1,1 @@
+"""The ledger of blind studies: what was begun, with which plan and code, and how it ended."""
