@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 from docs.tables import table
 
+MARKS = {True: "yes", False: "no", None: "-"}
 NONE = "no result"
 """What stands where a command gave none."""
 
@@ -33,25 +35,38 @@ def page_of(data: Mapping[str, Any]) -> str:
 
 
 def readme_text(data: Mapping[str, Any]) -> str:
-    """Write the paragraph of README that names the figures."""
+    """Write the table of README that names the figures, rounded for reading; the page has them in full."""
     all_figures = [figure for one in data["sets"] for figure in one["figures"]]
     met = sum(figure["met"] is True for figure in all_figures)
-    lines = [
-        f"- [Real machines](docs/results/real_machines.md) are harder than synthetic joints: {met} of "
-        f"{len(all_figures)} figures reach their aims.",
-    ]
+    rows = []
     for one in data["sets"]:
-        clauses = [_clause(figure) for figure in one["figures"]]
-        lines.append(f"    - {one['title']}: {'; '.join(clauses)}.")
-    return "\n".join(lines)
+        title = one["title"]
+        for figure in one["figures"]:
+            rows.append((title, short_name(figure["name"]), _reached(figure), _aim(figure), MARKS[figure["met"]]))
+            title = ""  # a machine is named once
+    first = (
+        f"- [Real machines](docs/results/real_machines.md) are harder than synthetic joints: {met} of "
+        f"{len(all_figures)} figures reach their aims."
+    )
+    header = ("machine", "figure", "reached", "aim", "met")
+    return f"{first}\n\n{table(header, rows)}"
 
 
-def _clause(figure: Mapping[str, Any]) -> str:
-    return f"{figure['name']} {_value(figure['reached'], figure['unit'])} (aim {_aim(figure)})"
+def short_name(name: str) -> str:
+    """Return the name of a figure without the published value and other remarks."""
+    return re.sub(r"deviation from .*", "deviation from the published", re.sub(r" \(.*\)", "", name))
+
+
+def _reached(figure: Mapping[str, Any]) -> str:
+    """Write a figure with two digits, and with a third where two would hide on which side of its aim it is."""
+    value, aim = figure["reached"], figure["aim"]
+    if not isinstance(value, float) or not isinstance(aim, float):
+        return _value(value, figure["unit"])
+    short = float(f"{value:.2g}")
+    return _value(short if (short <= aim) == (value <= aim) else value, figure["unit"])
 
 
 def _figures(sets: Sequence[Mapping[str, Any]]) -> str:
-    marks = {True: "yes", False: "no", None: "-"}
     rows = [
         (
             one["folder"],
@@ -59,7 +74,7 @@ def _figures(sets: Sequence[Mapping[str, Any]]) -> str:
             _aim(figure),
             _value(figure["published"], figure["unit"], none=""),
             _value(figure["reached"], figure["unit"]),
-            marks[figure["met"]],
+            MARKS[figure["met"]],
         )
         for one in sets
         for figure in one["figures"]

@@ -14,7 +14,7 @@ from click.testing import CliRunner
 from benchmarks.machines.campaigns import write_emps, write_xl330
 from benchmarks.machines.commands import identify
 from benchmarks.machines.figure import Figure
-from benchmarks.machines.page import page_of, readme_text
+from benchmarks.machines.page import page_of, readme_text, short_name
 from benchmarks.machines.sets import SETS
 from benchmarks.real_machines import RESULTS, STORED, main
 from docs.tables import with_parts
@@ -38,9 +38,14 @@ def test_readme_names_the_stored_figures():
     parts = {"real machines": readme_text(DATA)}
     assert text == with_parts(text, parts, "benchmarks/real_machines.py")
     trusted = text.partition("## What to trust")[2].partition("\n## ")[0]
-    for _, figure in FIGURES:
+    told = rows_of(trusted)[2:]
+    assert len(told) == len(FIGURES)
+    for (name, reached, _, met), (_, figure) in zip((row[1:] for row in told), FIGURES, strict=True):
+        assert name == short_name(figure["name"])
         if isinstance(figure["reached"], float):
-            assert f"{figure['name']} {figure['reached']:.3g}" in trusted
+            assert float(reached.split()[0]) == pytest.approx(figure["reached"], rel=5e-2)
+            assert (float(reached.split()[0]) <= figure["aim"]) == (met == "yes") == figure["met"]
+    assert f"{sum(row[4] == 'yes' for row in told)} of {len(told)} figures" in trusted
 
 
 @pytest.mark.parametrize(("folder", "figure"), FIGURES, ids=lambda x: x if isinstance(x, str) else x["name"])
