@@ -27,6 +27,7 @@ from benchmarks.peers.problem import CASES, NAMES, THRESHOLD, Case
 from benchmarks.peers.table import lines, page, ratios
 from haptid.fmu_build.building.packaging import build_fmu
 from haptid.model.joint.locked_joint import joint_equations
+from studies.ledger.version import git_version
 
 OUT = ROOT / "docs" / "results" / "time_to_truth.json"
 MOST_STARTS = 16
@@ -167,6 +168,7 @@ def main(peers: bool, only: str, again: str) -> None:
         kept = {
             "command": "python -m benchmarks.time_to_truth --peers" + (f" --again {again}" if again else ""),
             "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
+            "git": git_version(),
             "machine": f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
             "wall_s": time.perf_counter() - began,
             "threshold": THRESHOLD,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from benchmarks.peers.problem import CASES
+from studies.ledger.version import tell_version
 
 Row = dict[str, Any]
 DEFAULT = "haptid, Python FMU, SLSQP"
@@ -82,7 +83,9 @@ def _line(row: Row, rows: list[Row]) -> str:
 def page(cases: dict[str, list[Row]], kept: Row) -> str:
     """Return the aim, the tables and what to know about them as Markdown."""
     tables = "\n\n".join("\n".join(lines(CASES[name].title, rows)) for name, rows in cases.items())
-    made = f"`{kept['command']}`, {kept['date']}, {kept['machine']}, {kept['wall_s'] / 60:.0f} min."
+    made = (
+        f"`{kept['command']}`, {kept['date']}, {tell_version(kept)}, {kept['machine']}, {kept['wall_s'] / 60:.0f} min."
+    )
     old = sorted({r["contestant"] for rows in cases.values() for r in rows if "of_run" in r})
     if old:
         made += f"\nFrom a run before, on the same problem and machine: {', '.join(old)}."

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import binom, binomtest, chisquare
 
 from studies.calibration.simulation_based import Outcome, chi_square_bins, coverage
+from studies.ledger.version import tell_version
 
 LEVELS = (0.5, 0.8, 0.95)
 BINS = 10
@@ -121,8 +122,9 @@ def page(stored: dict[str, Any]) -> str:
         Markdown.
     """
     text = "# Are the printed intervals right?\n\n" + (
-        f"`{stored['command']}`, {stored['date']}, Python {stored['python']}, {stored['wall_s'] / 60:.0f} minutes with "
-        f"{stored['workers']} process. The same numbers: `calibration.json` beside this page.\n\n"
+        f"`{stored['command']}`, {stored['date']}, {tell_version(stored)}, Python {stored['python']}, "
+        f"{stored['wall_s'] / 60:.0f} minutes with {stored['workers']} process. The same numbers: `calibration.json` "
+        "beside this page.\n\n"
         "Truths are drawn from the priors, data from the model, and each truth is ranked among draws of its posterior "
         "(simulation-based calibration: Talts, Betancourt, Simpson, Vehtari, Gelman 2018). Where the software is "
         "right, ranks are uniform and a p-interval holds the truth in a share p of the data sets. The path is the "

@@ -27,6 +27,7 @@ from haptid.support.errors import InputError
 from haptid.support.files.files import write_json, write_text
 from studies.calibration.result import judge_ranks, page, table
 from studies.calibration.simulation_based import Design, Outcome, rank_one_set
+from studies.ledger.version import git_version
 
 PRIOR = 0.1
 """Relative width of the priors from which truths are drawn."""
@@ -98,6 +99,7 @@ class _Study:
         stored = {
             "command": self.command,
             "date": time.strftime("%Y-%m-%d"),
+            "git": git_version(),
             "python": sys.version.split()[0],
             "workers": self.workers,
             "wall_s": time.perf_counter() - self.begun,

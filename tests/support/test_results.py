@@ -1,0 +1,59 @@
+"""Every page of results is written from stored JSON, or says in its first line of which version it is."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import pytest
+
+from benchmarks import identification_devices
+from benchmarks.house import page_of as house_page
+from benchmarks.machines.page import page_of as machines_page
+from benchmarks.peers import table as time_to_truth
+from haptid.support.installing.environment import ROOT
+from studies.calibration import result as calibration
+from studies.thresholds import page as thresholds
+from tests.fuzz import run as fuzzing
+
+RESULTS = ROOT / "docs" / "results"
+
+
+def page_of_time_to_truth(stored: dict[str, Any]) -> str:
+    cases = {name: case["contestants"] for name, case in stored["cases"].items()}
+    return time_to_truth.page(cases, stored)
+
+
+WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
+    "calibration": calibration.page,
+    "fuzzing": fuzzing.page,
+    "house": house_page,
+    "identification_devices": identification_devices.page,
+    "identification_machines": identification_devices.page,
+    "real_machines": machines_page,
+    "thresholds": thresholds.page,
+    "time_to_truth": page_of_time_to_truth,
+}
+TYPED = ("change_exercises", "coupled_missing", "lookalikes", "posterior_sampling", "search_growth")
+"""Pages whose numbers no file holds."""
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_page_is_that_of_its_stored_results(name: str):
+    stored = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    assert (RESULTS / f"{name}.md").read_text(encoding="utf-8") == WRITTEN[name](stored)
+
+
+@pytest.mark.parametrize("name", TYPED)
+def test_a_typed_page_says_first_of_which_version_it_is(name: str):
+    first = (RESULTS / f"{name}.md").read_text(encoding="utf-8").splitlines()[2]
+    assert re.search(r"\b[0-9a-f]{7}\b", first)
+    assert re.search(r"\b20\d\d-\d\d-\d\d\b", first)
+    assert "no file holds" in first
+
+
+def test_there_is_no_other_page():
+    pages = {path.stem for path in RESULTS.glob("*.md") if not path.stem.startswith("blind")}
+    assert pages == {*WRITTEN, *TYPED}
