@@ -33,6 +33,8 @@ SOURCES = ROOT / "docs"
 OTHER_COMMANDS = (
     "studies.calibration.run",
     "studies.blind.run",
+    "studies.evidence.run",
+    "studies.evidence.enter",
     "studies.thresholds.run",
     "virtual_device.make_campaign",
 )

@@ -93,16 +93,15 @@ def main(
     asked_for = {"found": whole, "without": leave_out, "settled": settle and whole}
     study = _Passes(out, began, minutes, workers, choices, asked_for)
     told = {"command": _command(), "date": time.strftime("%Y-%m-%d"), "git": git_version(), "code": digest()}
-    plan = {
-        **asked, "without": choices["without"], "passes": [name for name, wanted in asked_for.items() if wanted],
-        "limit_s": choices["limit"],
-    }  # fmt: skip
+    passes = [name for name, wanted in asked_for.items() if wanted]
+    plan = {**asked, "without": choices["without"], "passes": passes, "limit_s": choices["limit"]}
     name = begin_study(ledger, out, plan, {**told, "generator": generator_digest()})
 
     def store() -> None:
-        figures = {**_about_the_machine(began, workers), "asked": asked, **study.as_json()}
-        end_study(ledger, name, {"schema": SCHEMA, **told, **figures}, complete=study.complete)
-        write_json(out / "blind.json", {"schema": SCHEMA, **told, **figures})
+        machine = _about_the_machine(began, workers)
+        stored = {"schema": SCHEMA, **told, **machine, "asked": asked, **study.as_json()}
+        write_json(out / "blind.json", stored)
+        end_study(ledger, name, stored, complete=study.complete)
 
     try:
         _work_through(study, jobs, asked_for)
@@ -250,8 +249,9 @@ def with_twins(ids: Sequence[str]) -> tuple[str, ...]:
 
 def _command() -> str:
     """Return the command as typed, folders that only say where left out."""
-    told = [a for a in sys.argv[1:] if not a.startswith("--out")]
-    places = {sys.argv[k + 1] for k, a in enumerate(sys.argv[:-1]) if a == "--out"}
+    folders = ("--out", "--ledger")
+    told = [a for a in sys.argv[1:] if not a.startswith(folders)]
+    places = {sys.argv[k + 1] for k, a in enumerate(sys.argv[:-1]) if a in folders}
     return " ".join(["python -m studies.blind.run", *(a for a in told if a not in places)])
 
 
