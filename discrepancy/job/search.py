@@ -69,6 +69,11 @@ class SearchByPosition:
         ----------
         tell
             Takes one line on the progress.
+
+        Returns
+        -------
+        Finding
+            Verdict, named effects and gaps.
         """
         job, origin = self.job, origin_of(self.job.campaign, self.study.fitted[0].free_joints)
         return find(
@@ -108,6 +113,11 @@ class SearchByTorque:
         ----------
         tell
             Takes one line on the progress.
+
+        Returns
+        -------
+        TorqueFinding
+            Verdict, named effects and gaps in torque.
         """
         job, campaign, free = self.job, self.job.campaign, (self.joint,)
         base = equations_for(campaign, device_of(campaign), free)
@@ -153,6 +163,11 @@ class WholeCheck:
         ----------
         tell
             Takes one line on the progress.
+
+        Returns
+        -------
+        WholeFinding
+            Residuals of the whole device by joint, with what they are compared with.
         """
         tell("simulate all joints")
         return whole_finding(self.job.campaign, self.device, self.runs, self.identification, self.named)
@@ -256,6 +271,11 @@ def moves_whole(job: Job, joints: Sequence[int]) -> bool:
         Job with the campaign.
     joints
         Numbers of the joints.
+
+    Returns
+    -------
+    bool
+        True where a check of the whole device is possible.
     """
     device = device_of(job.campaign)
     known = device is not None and len(joints) == len(device.joints)
@@ -269,6 +289,11 @@ def need_of(job: Job) -> str:
     ----------
     job
         Job with the folder of the results.
+
+    Returns
+    -------
+    str
+        One line with the missing file and the command that makes it.
     """
     making = word_command("identify", "identification.run")
     return f"runs with all joints free need {job.out / FILE}: {making} makes it"

@@ -38,7 +38,13 @@ def provenance(options: FitOptions, made_by: str) -> dict[str, Any]:
 
 
 def word_this_command() -> str:
-    """Return the command ``haptid identify`` as the user typed it, with its arguments."""
+    """Return the command ``haptid identify`` as the user typed it, with its arguments.
+
+    Returns
+    -------
+    str
+        One line for reports and result files.
+    """
     command = word_command("identify", "identification.run")
     # Below haptid the command's own name is the first argument.
     arguments = sys.argv[2:] if command.startswith("haptid") else sys.argv[1:]

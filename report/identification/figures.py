@@ -66,6 +66,11 @@ def title_of(trace: Trace) -> str:
     ----------
     trace
         Signals of the run with its score.
+
+    Returns
+    -------
+    str
+        Title of a panel.
     """
     return f"{trace.score.file}\n{trace.score.use}: RMS = {trace.score.over_noise:.2f} × noise"
 

@@ -29,6 +29,11 @@ def chains_file(folder: Path, joint: int) -> Path:
         Folder of the results.
     joint
         Number of the joint.
+
+    Returns
+    -------
+    Path
+        Path, whether or not the file exists.
     """
     return folder / "posterior" / f"joint{joint}.nc"
 
@@ -42,6 +47,11 @@ def write_chains(job: Job, posterior: Posterior) -> Path:
         Job with the folder of the results.
     posterior
         Posterior of the joint.
+
+    Returns
+    -------
+    Path
+        File that was written.
 
     Raises
     ------
