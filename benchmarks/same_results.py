@@ -32,7 +32,7 @@ COMMANDS = {
 }
 """Folder of the results: the command that writes them."""
 TOLD = {"code", "command", "data", "date", "inputs", "software", "version", "wall_s"}
-"""Keys of JSON that tell of the run, not of its result: ``code``, ``data`` and ``inputs`` hold the digest of the code."""
+"""Keys of JSON that tell of the run, not of its result; three of them hold the digest of the code."""
 
 
 def run(revision: str, folder: Path) -> str:
