@@ -280,7 +280,8 @@ def write_stranger_case(folder: Path, case: StrangerCase, seed: Sequence[int]) -
     make_stranger_campaign(folder, case.joint, tables, device=case.device, known=known, noise=noise)
     left = {name: bench.left(values) for name, values in hidden.items()}
     return {
-        "case": folder.name, **asdict(case), "truth": "stranger", "effects": list(case.hides),
+        "case": folder.name, "truth": "stranger", "effects": list(case.hides), "kind": case.kind,
+        "joint": case.joint, "device": case.device, "inputs": case.inputs,
         "size": _word(left), "base": {name: parameters[name] for name in BASE}, "friction": joint,
         "friction_law_left_over_noise": law, "outside": [LAW] if law >= LAW_LEAVES else [],
         "hidden": hidden, "shapes": shapes, "left_over_noise": left,

@@ -19,7 +19,8 @@ from studies.hidden.stranger import LAW, make_stranger_cases, plan_stranger
 def label(*effects: str, outside: tuple[str, ...] = ()) -> dict[str, Any]:
     kind = ("none", "single", "several")[min(len(effects), 2)]
     return {
-        "case": "case_0000", "kind": kind, "effects": list(effects), "outside": list(outside), "size": "large", "joint": 4,
+        "case": "case_0000", "kind": kind, "effects": list(effects), "outside": list(outside), "size": "large",
+        "joint": 4,
         "device": "single_joint", "inputs": "rich", "coloured": 0.0, "base": {"inertia": 1e-4}, "hidden": {},
     }  # fmt: skip
 
