@@ -12,6 +12,7 @@ from haptid.model.effects.registry import catalogue
 from haptid.support.errors import InputError
 from haptid.virtual_device.stranger.effects import FORMULAS
 from studies.blind.stranger import score_stranger
+from studies.blind.stranger_page import count_kinds, describe_cases
 from studies.hidden.kinds import KINDS
 from studies.hidden.stranger import LAW, make_stranger_cases, plan_stranger
 
@@ -86,3 +87,16 @@ def test_a_case_repeats_and_its_label_lies_apart(tmp_path: Path) -> None:
     assert first["left_over_noise"]["gear_wave"] > 0.1
     assert first["share_of_motion"]["gear_wave"] < 0.7
     assert ("sensor" in tomllib.loads(text)) == (first["stated"] is not None)
+
+
+def test_the_page_says_what_was_hidden_how_large_and_in_which_noise() -> None:
+    hidden = {
+        **label("gear_wave"), "hidden": {"gear_wave": {}}, "left_over_noise": {"gear_wave": 3.21},
+        "share_of_motion": {"gear_wave": 0.04}, "friction": {"law": "dahl"}, "friction_law_left_over_noise": 0.2,
+        "recorder": {"coloured": 1e-4, "jitter": 0.0, "smoothing": 5}, "stated": None,
+    }  # fmt: skip
+    case = score_stranger(hidden, found("named", "cogging")).as_json()
+    (row,) = describe_cases([case], [hidden])[1]
+    told = ("gear_wave 3.2, 4 %", "dahl, leaves 0.2", "coloured, smoothed, not stated", "named cogging", "right")
+    assert row == ("case_0000", *told)
+    assert count_kinds([case], [hidden])[1] == [("gear_wave", "cogging", "1", "1", "named")]
