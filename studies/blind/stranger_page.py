@@ -48,7 +48,7 @@ def describe_cases(cases: Sequence[Row], labels: Sequence[Row]) -> tuple[tuple[s
         "",
     )
     known = {label["case"]: label for label in labels}
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for case in cases:
         label = known[case["case"]]
         told = " ".join([case["verdict"], *case.get("names", ())])
@@ -96,7 +96,7 @@ def count_kinds(cases: Sequence[Row], labels: Sequence[Row]) -> tuple[tuple[str,
     for case in cases:
         for name in known[case["case"]]["effects"]:
             hidden.setdefault(name, []).append(case)
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name in sorted(hidden):
         among = [case for case in hidden[name] if KINDS[name][0] in case.get("names", ())]
         verdicts = ", ".join(case["result"] for case in hidden[name])
