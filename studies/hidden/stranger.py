@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from haptid.support.errors import InputError, NumericalError
+from haptid.support.errors import NumericalError
 from haptid.support.files.files import write_json
 from haptid.support.processes.pool import Pool
-from haptid.virtual_device.machine.compiled import Array
 from haptid.virtual_device.machine.effects import Scales, Values
 from haptid.virtual_device.machine.joint import BASE
 from haptid.virtual_device.recording.inputs import Cosine
@@ -24,8 +22,9 @@ from haptid.virtual_device.stranger.physics import rest_position
 from haptid.virtual_device.stranger.ranges import draw_all, draw_friction, read_ranges
 from haptid.virtual_device.stranger.readings import draw_recorder
 from studies.hidden.joints import choose_inputs, draw_joint, fixed_parameters
-from studies.hidden.kinds import KINDS
-from studies.hidden.sizing import LARGEST, Reach, reach, solve_size
+from studies.hidden.sizing import reach
+from studies.hidden.stranger_plan import StrangerCase, plan_stranger
+from studies.hidden.stranger_sizing import STEP, Bench, Joint, draw_size
 
 LAW = "friction_law"
 """Name of what is hidden where a refit of LuGre friction cannot follow the friction law."""
@@ -35,206 +34,6 @@ DRAWS = 8
 """How often a case is drawn before its joint may be said to run away."""
 TWICE = 2.0
 """What a refit leaves of the least effect over the noise, from which on the size of a case is ``large``."""
-STEP = 3e-4
-"""Longest integration step of the sizing [s]."""
-Joint = dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StrangerCase:
-    """One case before its joint is drawn.
-
-    Parameters
-    ----------
-    kind
-        ``none``, ``single`` or ``several``.
-    hides
-        Names of `FORMULAS`.
-    joint
-        Number of the joint.
-    device
-        ``single_joint`` or ``freedom6s``.
-    inputs
-        ``rich`` or ``table3``.
-    """
-
-    kind: str
-    hides: tuple[str, ...]
-    joint: int
-    device: str
-    inputs: str
-
-
-def plan_stranger(
-    count: int,
-    rng: np.random.Generator,
-    *,
-    kinds: Sequence[str] = (),
-    inputs: str = "mixed",
-    effects: Sequence[str] = (),
-) -> list[StrangerCase]:
-    """Draw cases; single effects go through all names in random order before one comes again.
-
-    Parameters
-    ----------
-    count
-        Number of cases.
-    rng
-        Random generator, which moves on.
-    kinds
-        Some of ``none``, ``single``, ``several``; all where empty.
-    inputs
-        Torques of the runs: ``rich``, ``table3`` or ``mixed``.
-    effects
-        Where not empty, no others are hidden.
-
-    Returns
-    -------
-    list of StrangerCase
-        In random order.
-
-    Raises
-    ------
-    InputError
-        Where a kind or an effect is unknown.
-    """
-    shares = read_ranges()["case"]["kinds"]
-    for name, known, chosen in (("kinds", shares, kinds), ("effects", FORMULAS, effects)):
-        if not set(chosen) <= set(known):
-            raise InputError(where=f"--{name}", expected=f"some of {', '.join(known)}", got=", ".join(chosen))
-    slots = [kind for kind in kinds or shares for _ in range(shares[kind])]
-    order = rng.permutation(np.array([slots[k % len(slots)] for k in range(count)]))
-    names = _endless(effects or tuple(FORMULAS), rng)
-    return [_draw_case(str(kind), names, inputs, rng) for kind in order]
-
-
-def _endless(names: Sequence[str], rng: np.random.Generator) -> itertools.chain[str]:
-    rounds = (np.array(names)[rng.permutation(len(names))] for _ in itertools.count())
-    return itertools.chain.from_iterable(map(str, order) for order in rounds)
-
-
-def _draw_case(kind: str, names: itertools.chain[str], inputs: str, rng: np.random.Generator) -> StrangerCase:
-    low, high = read_ranges()["case"]["several"]
-    count = {"none": 0, "single": 1, "several": int(rng.integers(low, high + 1))}[kind]
-    hides: list[str] = []
-    for name in itertools.islice(names, 20 * count):  # a name that stands for a kind already hidden is passed over
-        taken = {id for other in hides for id in KINDS[other]}
-        if len(hides) < count and not taken & set(KINDS[name]):
-            hides.append(name)
-        if len(hides) == count:
-            break
-    return StrangerCase(
-        kind=kind,
-        hides=tuple(sorted(hides)),
-        joint=int(rng.integers(6)),
-        device="single_joint" if rng.random() < 0.6 else "freedom6s",
-        inputs=inputs if inputs != "mixed" else str(rng.choice(["rich", "rich", "table3"])),
-    )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Bench:
-    """The joint on which disturbances are sized.
-
-    Parameters
-    ----------
-    base
-        LuGre joint of the same numbers, and what a refit of it can follow.
-    joint
-        The stranger's joint.
-    still
-        Its undisturbed motion on the runs of ``base``, shape (n,).
-    std
-        Standard deviation of the noise [rad].
-    """
-
-    base: Reach
-    joint: Joint
-    still: Array
-    std: float
-
-    def change(self, values: dict[str, float]) -> Array:
-        """Return how a disturbance changes the positions.
-
-        Parameters
-        ----------
-        values
-            Parameters of ``stranger.c`` by name, SI units.
-
-        Returns
-        -------
-        ndarray, shape (n,)
-            Disturbed minus undisturbed positions [rad].
-
-        Raises
-        ------
-        NumericalError
-            Where the disturbed joint runs away.
-        """
-        return positions({**self.joint, **values}, self.base.runs, STEP) - self.still
-
-    def share(self, values: dict[str, float]) -> float:
-        """Return the RMS of a change over that of the motion about its mean [1].
-
-        Parameters
-        ----------
-        values
-            Parameters of ``stranger.c`` by name, SI units.
-
-        Returns
-        -------
-        float
-        """
-        return self.base.share(self.change(values))
-
-    def left(self, values: dict[str, float]) -> float:
-        """Return what a refit leaves of a change to first order, over the noise.
-
-        Parameters
-        ----------
-        values
-            Parameters of ``stranger.c`` by name, SI units.
-
-        Returns
-        -------
-        float
-            RMS over the standard deviation of the noise [1].
-        """
-        return self.base.left_at_first(self.change(values)) / self.std
-
-
-def draw_size(
-    bench: Bench, effect: Callable[[float], dict[str, float]], largest: float, rng: np.random.Generator
-) -> float:
-    """Draw a size, uniform in its logarithm between the threshold of notice and a share of the motion.
-
-    Parameters
-    ----------
-    bench
-        Joint on which the disturbance is sized.
-    effect
-        Parameters of the disturbance as a function of its size.
-    largest
-        Largest share of the motion [1].
-    rng
-        Random generator, which moves on.
-
-    Returns
-    -------
-    float
-        Size [1].
-
-    Raises
-    ------
-    NumericalError
-        Where the threshold lies above the largest share: the joint's own parameters take up all of it.
-    """
-    low = solve_size(lambda k: bench.left(effect(k)), read_ranges()["case"]["smallest_left"])
-    high = solve_size(lambda k: bench.share(effect(k)), largest)
-    if high <= low:
-        msg = f"no size between {low:g} and {high:g}: the joint's own parameters take up all of it"
-        raise NumericalError(msg)
-    return float(np.exp(rng.uniform(np.log(low), np.log(min(high, LARGEST)))))
 
 
 def write_stranger_case(folder: Path, case: StrangerCase, seed: Sequence[int]) -> dict[str, Any]:

@@ -14,7 +14,8 @@ from haptid.virtual_device.stranger.effects import FORMULAS
 from studies.blind.stranger import score_stranger
 from studies.blind.stranger_page import count_kinds, describe_cases
 from studies.hidden.kinds import KINDS
-from studies.hidden.stranger import LAW, make_stranger_cases, plan_stranger
+from studies.hidden.stranger import LAW, make_stranger_cases
+from studies.hidden.stranger_plan import plan_stranger
 
 
 def label(*effects: str, outside: tuple[str, ...] = ()) -> dict[str, Any]:
