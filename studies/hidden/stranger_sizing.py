@@ -16,6 +16,8 @@ from studies.hidden.sizing import LARGEST, Reach, solve_size
 
 STEP = 3e-4
 """Longest integration step of the sizing [s]."""
+TOLERANCE = 1.25
+"""Factor by which a size may miss the threshold or the largest share, which are found to a tenth."""
 Joint = dict[str, Any]
 
 
@@ -114,11 +116,19 @@ def draw_size(
     Raises
     ------
     NumericalError
-        Where the threshold lies above the largest share: the joint's own parameters take up all of it.
+        Where the threshold lies above the largest share (the joint's own parameters take up all of it), or the size
+        that was drawn is outside of both by more than `TOLERANCE`: what is left need not grow evenly with the size.
     """
-    low = solve_size(lambda k: bench.left(effect(k)), read_ranges()["case"]["smallest_left"])
+    least = read_ranges()["case"]["smallest_left"]
+    low = solve_size(lambda k: bench.left(effect(k)), least)
     high = solve_size(lambda k: bench.share(effect(k)), largest)
     if high <= low:
         msg = f"no size between {low:g} and {high:g}: the joint's own parameters take up all of it"
         raise NumericalError(msg)
-    return float(np.exp(rng.uniform(np.log(low), np.log(min(high, LARGEST)))))
+    size = float(np.exp(rng.uniform(np.log(low), np.log(min(high, LARGEST)))))
+    change = bench.change(effect(size))
+    left, share = bench.base.left_at_first(change) / bench.std, bench.base.share(change)
+    if left < least / TOLERANCE or share > largest * TOLERANCE:
+        msg = f"the size {size:g} leaves {left:g} of the noise and is {share:g} of the motion"
+        raise NumericalError(msg)
+    return size

@@ -3,19 +3,20 @@
 import json
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
 from haptid.model.effects.registry import catalogue
-from haptid.support.errors import InputError
+from haptid.support.errors import InputError, NumericalError
 from haptid.virtual_device.stranger.effects import FORMULAS
 from studies.blind.stranger import score_stranger
 from studies.blind.stranger_page import count_kinds, describe_cases
 from studies.hidden.kinds import KINDS
 from studies.hidden.stranger import LAW, make_stranger_cases
 from studies.hidden.stranger_plan import plan_stranger
+from studies.hidden.stranger_sizing import TOLERANCE, Bench, draw_size
 
 
 def label(*effects: str, outside: tuple[str, ...] = ()) -> dict[str, Any]:
@@ -88,6 +89,42 @@ def test_a_case_repeats_and_its_label_lies_apart(tmp_path: Path) -> None:
     assert first["left_over_noise"]["gear_wave"] > 0.1
     assert first["share_of_motion"]["gear_wave"] < 0.7
     assert ("sensor" in tomllib.loads(text)) == (first["stated"] is not None)
+
+
+class Slope:
+    """A bench on which a disturbance leaves a power of its size, and is a tenth of the motion at a size of 1."""
+
+    std = 1.0
+
+    def __init__(self, power: float) -> None:
+        self.base, self.power = self, power
+
+    def change(self, values: dict[str, float]) -> float:
+        return values["size"]
+
+    def left_at_first(self, change: float) -> float:
+        return 10.0 * change**self.power
+
+    def share(self, change: Any) -> float:
+        return 0.1 * (change["size"] if isinstance(change, dict) else change)
+
+    def left(self, values: dict[str, float]) -> float:
+        return self.left_at_first(values["size"])
+
+
+@pytest.mark.parametrize("power", [1.0, 2.5, 9.0])
+def test_sizes_lie_between_the_threshold_and_the_largest_share_or_are_refused(power: float) -> None:
+    bench, rng = Slope(power), np.random.default_rng(0)
+    kept = 0
+    for _ in range(50):
+        try:
+            size = draw_size(cast("Bench", bench), lambda k: {"size": k}, 0.3, rng)
+        except NumericalError:
+            continue
+        kept += 1
+        assert bench.left_at_first(size) >= 0.2 / TOLERANCE
+        assert bench.share(size) <= 0.3 * TOLERANCE
+    assert kept == 50 or power > 2.0
 
 
 def test_the_page_says_what_was_hidden_how_large_and_in_which_noise() -> None:
