@@ -12,8 +12,13 @@ from haptid.support.command import exit_codes
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_json, write_bytes, write_text
 from studies.blind.picture import confusion_picture
+from studies.blind.stranger_page import SAID, count_kinds, describe_cases
 
 Row = dict[str, Any]
+SIZES_SAID = (
+    "Sizes: `nominal` moves the joint by 1 to 5 % of its motion and leaves at least twice the noise after a refit; "
+    "`threshold` leaves 0.1 to 0.3 of the noise; `small` is their geometric mean.\n"
+)
 
 
 @click.command(help=__doc__)
@@ -25,7 +30,7 @@ def main(path: Path) -> None:
     picture = path.with_suffix(".png")
     drawn, page = png(confusion_picture(study["confusion"], study["confusion_leave_one_out"])), ""
     try:
-        page = blind_page(study, picture.name)
+        page = blind_page(study, picture.name) + _stranger_part(path, study)
     except (KeyError, TypeError, ValueError, AttributeError) as error:  # nested figures: the page asks for each by name
         got = f"{type(error).__name__}: {error}"
         raise InputError(str(path), expected="all figures of a blind study", got=got) from None
@@ -132,8 +137,7 @@ def blind_page(study: Row, picture: str) -> str:
             ("kind", "size", "right verdict", "named exactly, or nothing rightly"),
             [(r["kind"], r["size"], share(r["right"]), share(r["exact"])) for r in study["by_kind_and_size"]],
         ),
-        "Sizes: `nominal` moves the joint by 1 to 5 % of its motion and leaves at least twice the noise after a refit; "
-        "`threshold` leaves 0.1 to 0.3 of the noise; `small` is their geometric mean.\n",
+        SAID if study["asked"].get("truth") == "stranger" else SIZES_SAID,
         "## Results\n",
         _table(
             ("result", "cases", "meaning"),
@@ -155,6 +159,16 @@ def blind_page(study: Row, picture: str) -> str:
         ),
     ]
     return "\n".join(parts)
+
+
+def _stranger_part(path: Path, study: Row) -> str:
+    """Return the tables of a study of the stranger, whose labels stand beside it."""
+    beside = path.with_name(f"{path.stem}_labels.json")
+    if study["asked"].get("truth") != "stranger" or not beside.exists():
+        return ""
+    labels = read_json(beside, "the labels of a blind study", ("studies.hidden", "labels.schema.json"))["labels"]
+    kinds, cases = count_kinds(study["cases"], labels), describe_cases(study["cases"], labels)
+    return "\n".join(["\n## By what was hidden\n", _table(*kinds), "## All cases\n", _table(*cases)])
 
 
 def _not_right(cases: list[Row]) -> list[Row]:

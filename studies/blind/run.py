@@ -13,7 +13,7 @@ import platform
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -29,12 +29,15 @@ from haptid.support.files.files import write_json
 from studies.blind.outcome import MEANING, Outcome, score_case
 from studies.blind.score import summary
 from studies.blind.settle import with_run
+from studies.blind.stranger import score_stranger
 from studies.blind.study import ROOT, Job, digest, make, work_all, worked
 from studies.ledger.entries import LEDGER, begin_study, end_study
 from studies.ledger.generator import generator_digest
 from studies.ledger.version import git_version
 
 SCHEMA = "blind/1"
+SCORES: dict[str, Callable[..., Outcome]] = {"own": score_case, "stranger": score_stranger}
+"""How a case is scored, by the machine that hides."""
 WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}
 """Shares of the time within which jobs of the passes are begun; a pass that is not asked for leaves its to the rest."""
 
@@ -45,6 +48,10 @@ WEIGHTS = {"found": 0.65, "without": 0.25, "settled": 0.1}
 )
 @click.option("--cases", type=click.IntRange(min=1), default=400, show_default=True)
 @click.option("--seed", type=int, default=0, show_default=True)
+@click.option(
+    "--truth", type=click.Choice(list(SCORES)), default="own", show_default=True,
+    help="Machine that hides: with the catalogue's formulas, or a stranger with others, by the whole catalogue alone.",
+)  # fmt: skip
 @click.option("--kinds", default="", metavar="KIND,KIND", help="none, single, pair, scatter, scatter_with, unlisted.")
 @click.option("--sizes", default="", metavar="SIZE,SIZE", help="nominal, small, threshold.")
 @click.option("--inputs", type=click.Choice(["rich", "table3", "mixed"]), default="mixed", show_default=True)
@@ -85,6 +92,8 @@ def main(
     """Make, enter, work through, score."""
     out, began = out.resolve(), time.monotonic()
     asked = {name: choices[name] for name in ("cases", "seed", "kinds", "sizes", "inputs", "effects")}
+    if choices["truth"] != "own":  # the other passes know the formulas of the catalogue
+        asked, leave_out, settle = {**asked, "truth": choices["truth"]}, False, False
     bar: Any
     with progress(total=choices["cases"], title="cases made", quiet=choices["quiet"]) as bar:
         names = make(out, asked, workers, lambda made: bar.update(made - bar.n))
@@ -152,8 +161,9 @@ class _Passes:
                 )  # fmt: skip
         finally:
             done = [job for job in jobs if worked(job, stamp)]
+            score = SCORES[self.choices["truth"]]
             self.done[name] = [
-                score_case(self.labels[job.case], job.result(), left_out=job.without, reason=job.failure() or "")
+                score(self.labels[job.case], job.result(), left_out=job.without, reason=job.failure() or "")
                 for job in done
             ]
         if len(done) == len(jobs):

@@ -20,73 +20,21 @@ from haptid.support.command import exit_codes
 from haptid.support.errors import InputError, NumericalError
 from haptid.support.files.files import write_json
 from haptid.support.processes.pool import Pool
-from haptid.virtual_device.machine.arm import JOINTS, Arm
 from haptid.virtual_device.machine.effects import Scales, Shape
 from haptid.virtual_device.machine.joint import BASE, rest_position
-from haptid.virtual_device.machine.truth import read_truth
-from haptid.virtual_device.machine.variation import vary
 from haptid.virtual_device.recording.campaign import make_joint_campaign
-from haptid.virtual_device.recording.inputs import Cosine, rich, table3
+from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
 from studies.hidden.further_run import add_run
+from studies.hidden.joints import choose_inputs, draw_joint, fixed_parameters
 from studies.hidden.plan import KINDS, RANDOM, SIZES, UPRIGHT, Case, plan
 from studies.hidden.sizing import Reach, formula, marked_size, reach, share_size, threshold_size
-
-WIDTH = 0.2
-"""Spread of the machines around the one of the embedded campaign, itself within ±30 % of its design."""
-TOLD = ("inertia", "Ks", "sigma0", "sigma1", "sigma2", "vs", "Fs", "Fc")
-"""Parameters of which a campaign of a single joint tells the design value."""
-
-
-def draw_joint(case: Case, rng: np.random.Generator) -> tuple[dict[str, float], dict[str, dict[str, float]]]:
-    """Draw the joint of a case, and what its campaign tells of it.
-
-    Parameters
-    ----------
-    case
-        Case.
-    rng
-        Random generator, which moves on.
-
-    Returns
-    -------
-    parameters : dict
-        Parameters of the joint by name, SI units.
-    known : dict
-        Entries of ``[joint.<j>.parameters]`` by name; empty for a joint of the built-in device.
-    """
-    design, home = Arm(read_truth()), np.zeros(JOINTS)
-    drawn = Arm(vary(read_truth(), WIDTH, rng)).locked_joint(case.joint, home)
-    if case.device != "single_joint":
-        return drawn, {}
-    guess = design.locked_joint(case.joint, home)
-    known = {"Kp": {"fixed": 1.0}} | {name: {"initial": float(f"{guess[name]:.2g}")} for name in TOLD}
-    if case.joint in UPRIGHT:
-        return drawn | {"gravity_cos": 0.0, "gravity_sin": 0.0}, known | {
-            "gravity_cos": {"fixed": 0.0},
-            "gravity_sin": {"fixed": 0.0},
-        }
-    weight = 2.0 * float(np.hypot(drawn["gravity_cos"], drawn["gravity_sin"]))
-    limit = max(0.05 if case.joint < 3 else 0.005, float(f"{weight:.1g}"))
-    bounds = {"initial": 0.0, "lower": -limit, "upper": limit}
-    return drawn, known | {"gravity_cos": dict(bounds), "gravity_sin": dict(bounds)}
-
+from studies.hidden.stranger import make_stranger_cases
 
 DRAWS = 5
 """How often a case is drawn before its joint may be said to run away."""
 MOST_OF_MOTION, HIDDEN = 0.3, 0.08
 """Largest share of the motion that a disturbance may be; what a refit leaves of it, over the noise, at least."""
-
-
-def _tests(case: Case) -> tuple[Cosine, ...]:
-    """Return the runs; Table III keeps two for validation, its brackets included."""
-    if case.inputs == "rich":
-        return rich(case.joint)
-    runs = [replace(run, use="validate", reason="") if run.use == "excluded" else run for run in table3(case.joint)]
-    if sum(run.use == "validate" for run in runs) < 2:
-        fastest = max(k for k, run in enumerate(runs) if run.use == "fit")
-        runs[fastest] = replace(runs[fastest], use="validate")
-    return tuple(runs)
 
 
 def _size(case: Case, base: Reach, name: str, shape: Shape, rng: np.random.Generator) -> tuple[dict[str, float], float]:
@@ -148,11 +96,11 @@ def make_case(folder: Path, case: Case, seed: Sequence[int]) -> dict[str, Any]:
     """
     for attempt in range(1, DRAWS):
         try:
-            return write_case(folder, case, seed, _tests(case))
+            return write_case(folder, case, seed, choose_inputs(case.joint, case.inputs))
         except NumericalError:
             seed = [*seed, attempt]
     last = replace(case, device="single_joint", joint=UPRIGHT[seed[2] % len(UPRIGHT)])
-    return write_case(folder, last, seed, _tests(last))
+    return write_case(folder, last, seed, choose_inputs(last.joint, last.inputs))
 
 
 def write_case(folder: Path, case: Case, seed: Sequence[int], runs: Sequence[Cosine]) -> dict[str, Any]:
@@ -182,12 +130,11 @@ def write_case(folder: Path, case: Case, seed: Sequence[int], runs: Sequence[Cos
         Where a disturbance is unknown.
     """
     rng = np.random.default_rng(list(seed))
-    parameters, known = draw_joint(case, rng)
+    parameters, known = draw_joint(case.joint, case.device, rng)
     hidden: dict[str, Mapping[str, float]] = {}
     label: dict[str, Any] = {"case": folder.name, **asdict(case), "base": {name: parameters[name] for name in BASE}}
     if case.effects:
-        fixed = ("Kp", "gravity_cos", "gravity_sin") if known and case.joint in UPRIGHT else ("Kp",)
-        base = reach(parameters, runs[:: len(runs) // 2], fixed)
+        base = reach(parameters, runs[:: len(runs) // 2], fixed_parameters(case.joint, known))
         label |= {"hidden": hidden, "left_over_noise": {}, "share_of_motion": {}}
         for name in case.effects:
             shape = Shape.draw(rng)
@@ -269,8 +216,9 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), required=True, help="Folder to write.")
 @click.option("--cases", "count", type=click.IntRange(min=1), default=40, show_default=True)
 @click.option("--seed", type=int, default=0, show_default=True)
-@click.option("--kinds", default=",".join(KINDS), show_default=True)
-@click.option("--sizes", default=",".join(SIZES), show_default=True)
+@click.option("--truth", type=click.Choice(["own", "stranger"]), default="own", show_default=True)
+@click.option("--kinds", default="", metavar="KIND,KIND", help=f"Some of {', '.join(KINDS)}; several for a stranger.")
+@click.option("--sizes", default=",".join(SIZES), show_default=True, help="Not those of a stranger, which has a range.")
 @click.option("--inputs", type=click.Choice(["rich", "table3", "mixed"]), default="mixed", show_default=True)
 @click.option("--effects", default="", metavar="ID,ID", help="Hide no others than these.")
 @click.option("--workers", type=click.IntRange(min=1), default=os.cpu_count() or 1, show_default="cores")
@@ -284,17 +232,24 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
 @click.option("--repeats", type=click.IntRange(min=1), default=1, show_default=True, help="How often it is made.")
 @click.option("--duration", type=float, default=16.0, show_default=True, help="Of the added run [s].")
 @exit_codes
-def main(out: Path, count: int, seed: int, *, extra: str | None, to: Path | None, **choices: Any) -> None:
+def main(out: Path, count: int, seed: int, *, truth: str, extra: str | None, to: Path | None, **choices: Any) -> None:
     """Write the cases, or one further run."""
     drawn = {name: choices.pop(name) for name in ("inputs", "workers")}
     drawn |= {name: [part for part in choices.pop(name).split(",") if part] for name in ("kinds", "sizes", "effects")}
     if extra is None:
-        labels = make_cases(out, count, seed, **drawn)
+        labels = _make(truth, out, count, seed, drawn)
         click.echo(f"{out / 'cases'}: {len(labels)} blind cases; answers in {out / 'labels.json'}")
     elif to is None:
         raise InputError("--extra", expected="--to FOLDER beside it", got="none")
     else:
         click.echo(f"{add_run(out, extra, choices, to)}: {extra} with one run more")
+
+
+def _make(truth: str, out: Path, count: int, seed: int, drawn: dict[str, Any]) -> list[dict[str, Any]]:
+    sizes = drawn.pop("sizes")
+    if truth == "stranger":
+        return make_stranger_cases(out, count, seed, **drawn)
+    return make_cases(out, count, seed, sizes=sizes, **drawn | {"kinds": drawn["kinds"] or tuple(KINDS)})
 
 
 if __name__ == "__main__":

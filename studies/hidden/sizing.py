@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -44,6 +45,8 @@ class Reach:
         Names of the parameters that a fit may change.
     slopes
         ∂position/∂(free parameters, start of each run), shape (n, m).
+    max_step
+        Longest integration step [s].
     """
 
     parameters: Mapping[str, float]
@@ -51,6 +54,7 @@ class Reach:
     motion: Array
     free: tuple[str, ...]
     slopes: Array
+    max_step: float = COARSE
 
     def effect(self, values: Mapping[str, float]) -> Array:
         """Return how a disturbance changes the positions.
@@ -70,7 +74,7 @@ class Reach:
         NumericalError
             Where the disturbed joint runs away.
         """
-        return np.asarray(positions({**self.parameters, **values}, self.runs) - self.motion)
+        return np.asarray(positions({**self.parameters, **values}, self.runs, max_step=self.max_step) - self.motion)
 
     def share(self, change: Array) -> float:
         """Return a change relative to the motion.
@@ -115,8 +119,23 @@ class Reach:
             fresh = found is None or _rms(found[1]) > SLOW * _rms(left)
             moved, left = found or (moved, left)
             if fresh:
-                slopes = reach(self._moved(moved), self.runs, self.fixed).slopes
+                slopes = reach(self._moved(moved), self.runs, self.fixed, self.max_step).slopes
         return rest
+
+    def left_at_first(self, change: Array) -> float:
+        """Return what a refit leaves of a change to first order: right for a small change, most for others.
+
+        Parameters
+        ----------
+        change
+            Change of the positions [rad], shape (n,).
+
+        Returns
+        -------
+        float
+            RMS [rad].
+        """
+        return _refit_step(self.slopes, change)[1]
 
     def _further(self, change: Array, moved: Array, step: Array, before: float) -> tuple[Array, Array] | None:
         """Return where the first share of a step that leaves less than before leads, and what it leaves; else None."""
@@ -152,7 +171,8 @@ class Reach:
         NumericalError
             Where it runs away, or a positive parameter goes beyond `FARTHEST`.
         """
-        return positions(self._moved(moved), self.runs) + self.slopes[:, len(self.free) :] @ moved[len(self.free) :]
+        motion = positions(self._moved(moved), self.runs, max_step=self.max_step)
+        return motion + self.slopes[:, len(self.free) :] @ moved[len(self.free) :]
 
     def _moved(self, moved: Array) -> dict[str, float]:
         parameters = dict(self.parameters)
@@ -175,7 +195,9 @@ def _refit_step(slopes: Array, left: Array) -> tuple[Array, float]:
     return step, _rms(left - slopes @ step)
 
 
-def positions(parameters: Mapping[str, float], runs: Sequence[Cosine], shift: float = 0.0) -> Array:
+def positions(
+    parameters: Mapping[str, float], runs: Sequence[Cosine], shift: float = 0.0, max_step: float = COARSE
+) -> Array:
     """Simulate all runs without noise.
 
     Parameters
@@ -186,6 +208,8 @@ def positions(parameters: Mapping[str, float], runs: Sequence[Cosine], shift: fl
         Runs.
     shift
         Start relative to the rest position [rad].
+    max_step
+        Longest integration step [s].
 
     Returns
     -------
@@ -198,11 +222,16 @@ def positions(parameters: Mapping[str, float], runs: Sequence[Cosine], shift: fl
         Where the joint has no stable rest, or runs away.
     """
     start = rest_position(parameters) + shift
-    made = [integrate(parameters, run.times(), run.torque(), start=(start, 0.0), max_step=COARSE)[2] for run in runs]
+    made = [integrate(parameters, run.times(), run.torque(), start=(start, 0.0), max_step=max_step)[2] for run in runs]
     return np.concatenate([readings[::4] for readings in made])
 
 
-def reach(parameters: Mapping[str, float], runs: Sequence[Cosine], fixed: Sequence[str] = ("Kp",)) -> Reach:
+def reach(
+    parameters: Mapping[str, float],
+    runs: Sequence[Cosine],
+    fixed: Sequence[str] = ("Kp",),
+    max_step: float = COARSE,
+) -> Reach:
     """Differentiate the motion with respect to the parameters that a fit may change, and to the start of each run.
 
     Parameters
@@ -213,6 +242,8 @@ def reach(parameters: Mapping[str, float], runs: Sequence[Cosine], fixed: Sequen
         Tests on which disturbances are judged.
     fixed
         Names of the parameters that a fit may not change.
+    max_step
+        Longest integration step [s].
 
     Returns
     -------
@@ -223,18 +254,20 @@ def reach(parameters: Mapping[str, float], runs: Sequence[Cosine], fixed: Sequen
     NumericalError
         Where the joint has no stable rest, or runs away.
     """
-    motion, columns = positions(parameters, runs), []
+    move = partial(positions, runs=runs, max_step=max_step)
+    motion, columns = move(parameters), []
     free = tuple(name for name in BASE if name not in fixed)
     for name in free:
         step = 1e-3 * abs(parameters[name]) if name not in SIGNED else 1e-4
         step *= 0.1 * parameters["Ks"] if name.startswith("gravity") else 1.0
-        columns.append((positions({**parameters, name: parameters[name] + step}, runs) - motion) / step)
-    shifted, first = (positions(parameters, runs, 1e-4) - motion) / 1e-4, 0
+        columns.append((move({**parameters, name: parameters[name] + step}) - motion) / step)
+    shifted, first = (move(parameters, shift=1e-4) - motion) / 1e-4, 0
     for run in runs:
         last = first + len(run.times()[::4])
         columns.append(np.where((np.arange(motion.size) >= first) & (np.arange(motion.size) < last), shifted, 0.0))
         first = last
-    return Reach(parameters=parameters, runs=runs, motion=motion, free=free, slopes=np.stack(columns, axis=1))
+    slopes = np.stack(columns, axis=1)
+    return Reach(parameters=parameters, runs=runs, motion=motion, free=free, slopes=slopes, max_step=max_step)
 
 
 def threshold_size(base: Reach, effect: Callable[[float], Values], target: float) -> float:
@@ -254,7 +287,7 @@ def threshold_size(base: Reach, effect: Callable[[float], Values], target: float
     float
         Size [1] between `SMALLEST` and `LARGEST`.
     """
-    return _solve(lambda k: base.left(base.effect(effect(k))), target)
+    return solve_size(lambda k: base.left(base.effect(effect(k))), target)
 
 
 def share_size(base: Reach, effect: Callable[[float], Values], share: float) -> float:
@@ -274,7 +307,7 @@ def share_size(base: Reach, effect: Callable[[float], Values], share: float) -> 
     float
         Size [1] between `SMALLEST` and `LARGEST`.
     """
-    return _solve(lambda k: base.share(base.effect(effect(k))), share)
+    return solve_size(lambda k: base.share(base.effect(effect(k))), share)
 
 
 def marked_size(base: Reach, effect: Callable[[float], Values], share: float, floor: float) -> float:
@@ -302,8 +335,21 @@ def marked_size(base: Reach, effect: Callable[[float], Values], share: float, fl
     return size
 
 
-def _solve(measure: Callable[[float], float], target: float) -> float:
-    """Find k with measure(k) = target, for a measure about proportional to k."""
+def solve_size(measure: Callable[[float], float], target: float) -> float:
+    """Find k with measure(k) = target, for a measure about proportional to k.
+
+    Parameters
+    ----------
+    measure
+        Function of the size.
+    target
+        Value that it should have, in the unit of ``measure``.
+
+    Returns
+    -------
+    float
+        Size [1] between `SMALLEST` and `LARGEST`.
+    """
     size, low, high = 0.5, SMALLEST, LARGEST
     for _ in range(7):
         ratio = target / max(_finite(measure, size), 1e-15)

@@ -25,13 +25,15 @@ FLAGS = ("-std=c99", "-O3", "-mcpu=baseline", "-ffp-contract=off", "-shared", "-
 
 
 @functools.cache
-def library(name: str) -> ctypes.CDLL:
-    """Compile ``<name>.c`` of this package with its headers (unless the cache has it) and load it.
+def library(name: str, folder: Path = Path(__file__).parent) -> ctypes.CDLL:
+    """Compile ``<name>.c`` of a folder with its headers (unless the cache has it) and load it.
 
     Parameters
     ----------
     name
         Name of the source without its suffix, as ``arm``.
+    folder
+        Folder of the source and its headers; this package's own by default.
 
     Returns
     -------
@@ -45,7 +47,6 @@ def library(name: str) -> ctypes.CDLL:
     WritingError
         Where the cache's disk is full.
     """
-    folder = Path(__file__).parent
     sources = [folder / f"{name}.c", *sorted(folder.glob("*.h"))]
     content = b"".join(path.read_bytes() for path in sources)
     digest = hashlib.sha256(content + repr(FLAGS).encode() + sys.platform.encode()).hexdigest()[:16]

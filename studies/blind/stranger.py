@@ -1,0 +1,68 @@
+"""A case of the stranger scored: a name is right if it is the kind of what is hidden.
+
+The table of kinds, `studies.hidden.kinds`, and these rules were written down before any search saw a case. Where
+nothing is hidden but a friction law that a refit of LuGre friction cannot follow, the right answer is that something
+outside the catalogue is missing. Beside an effect, such a law changes nothing of what is right: the kinds that are
+hidden have to be named, and no other. The intervals of parameters are not scored, for the formulas differ.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from studies.blind.outcome import Outcome, score_case
+from studies.hidden.kinds import KINDS, kinds_of
+
+
+def score_stranger(
+    label: Mapping[str, Any], found: Mapping[str, Any] | None, *, left_out: Sequence[str] = (), reason: str = ""
+) -> Outcome:
+    """Score one finding against the label of a case of the stranger.
+
+    Parameters
+    ----------
+    label
+        Label of the case, as `studies.hidden.stranger.make_stranger_cases` describes it.
+    found
+        Finding of the workflow, as its JSON holds it; None where the workflow failed.
+    left_out
+        Entries that the catalogue lacked.
+    reason
+        Why the workflow failed.
+
+    Returns
+    -------
+    Outcome
+        With the kinds in place of names, the first name of each.
+    """
+    return score_case(in_kinds(label), _found_in_kinds(found, label["effects"]), left_out=left_out, reason=reason)
+
+
+def in_kinds(label: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a label in the catalogue's names.
+
+    Parameters
+    ----------
+    label
+        Label of a case of the stranger.
+
+    Returns
+    -------
+    dict
+        Label for `score_case`: the first name of each kind, a kind of case that says whether the friction law shows,
+        and no parameters to be covered.
+    """
+    effects, outside = [KINDS[name][0] for name in label["effects"]], list(label["outside"])
+    kind = str(label["kind"])
+    if outside:
+        kind = f"{kind} beside another friction law" if effects else "unlisted"
+    return {**label, "effects": effects or outside, "kind": kind, "hidden": {}}
+
+
+def _found_in_kinds(found: Mapping[str, Any] | None, hidden: Sequence[str]) -> dict[str, Any] | None:
+    if found is None:
+        return None
+    effects = [{**e, "id": kinds_of([e["id"]], hidden)[0]} for e in found["effects"]]
+    alternatives = [{**a, "ids": list(kinds_of(a["ids"], hidden))} for a in found["alternatives"]]
+    return {**found, "effects": effects, "alternatives": alternatives}
