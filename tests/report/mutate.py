@@ -1,24 +1,27 @@
-"""``python -m tests.report.mutate``: put each error of `mutations` into a copy of the tree, and see whether a test fails.
+"""``python -m tests.report.mutate``: put each error of `mutations` into a copy of the tree, and run the tests there.
 
 Nothing outside the temporary copy changes. A mutation that no test notices is named, and the exit code is 1.
 """
 
 from __future__ import annotations
 
+import importlib
+import multiprocessing
+import os
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import click
+import pytest
 
 from tests.report.mutations import MUTATIONS, Mutation
 
 ROOT = Path(__file__).parents[2]
 COPIED = ("report", "haptid", "tests")
 """Folders that are copied: the mutated one, the links to it, and the tests, whose place decides what they import."""
-COMMAND = (sys.executable, "-B", "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "--no-header", "--tb", "no")
+OPTIONS = ("-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", "--no-header", "--tb", "no", "-c", "pyproject.toml")
 PASSED, FAILED = 0, 1
 """Exit codes of pytest; any other means that no test could be run."""
 
@@ -32,11 +35,31 @@ def copy_tree(copy: Path) -> None:
             (copy / path.name).symlink_to(path)
 
 
-def test(copy: Path, *files: str) -> int:
-    """Run test files of the copy, and return pytest's exit code."""
-    paths = [f"tests/report/{name}" for name in files]
-    command = (*COMMAND, "-c", "pyproject.toml", "--rootdir", str(copy), *paths)
-    return subprocess.run(command, cwd=copy, check=False, capture_output=True).returncode
+def import_from(copy: Path) -> None:
+    """Import from the copy all that the tests need but the pages and the tests: the forked processes share it."""
+    sys.dont_write_bytecode = True  # two mutations of one second and one length would share their bytecode
+    os.chdir(copy)
+    sys.path[:] = [str(copy), *(path for path in sys.path if path and Path(path) != ROOT)]
+    for name in sorted({mutation.test for mutation in MUTATIONS}):
+        importlib.import_module(f"tests.report.{name.removesuffix('.py')}")
+    for name in [name for name in sys.modules if name.partition(".")[0] == "tests" or name.startswith("haptid.report")]:
+        del sys.modules[name]
+
+
+def run_tests(copy: Path, files: tuple[str, ...]) -> None:
+    """Run test files of the copy, and end the process with pytest's exit code."""
+    with Path(os.devnull).open("w", encoding="utf-8") as nowhere:
+        sys.stdout = sys.stderr = nowhere
+        code = pytest.main([*OPTIONS, "--rootdir", str(copy), *(f"tests/report/{name}" for name in files)])
+        os._exit(code)
+
+
+def fork_tests(copy: Path, *files: str) -> int | None:
+    """Run test files of the copy in a process of their own, and return pytest's exit code."""
+    process = multiprocessing.get_context("fork").Process(target=run_tests, args=(copy, files))
+    process.start()
+    process.join()
+    return process.exitcode
 
 
 def is_noticed(copy: Path, mutation: Mutation) -> bool:
@@ -50,12 +73,13 @@ def is_noticed(copy: Path, mutation: Mutation) -> bool:
     path = copy / "report" / mutation.file
     text = path.read_text(encoding="utf-8")
     where = f"{mutation.file}, {mutation.name}"
-    if text.count(mutation.old) != 1:
-        msg = f"{where}: expected the old text once, got it {text.count(mutation.old)} times; adapt tests/report/mutations.py"
+    count = text.count(mutation.old)
+    if count != 1:
+        msg = f"{where}: expected the old text once, got it {count} times; adapt tests/report/mutations.py"
         raise click.ClickException(msg)
     path.write_text(text.replace(mutation.old, mutation.new), encoding="utf-8")
     try:
-        code = test(copy, mutation.test)
+        code = fork_tests(copy, mutation.test)
     finally:
         path.write_text(text, encoding="utf-8")
     if code not in (PASSED, FAILED):
@@ -73,8 +97,9 @@ def main(only: str) -> None:
     with TemporaryDirectory() as folder:
         copy = Path(folder)
         copy_tree(copy)
+        import_from(copy)
         # A test that fails without any error would notice every one.
-        if test(copy, *sorted({mutation.test for mutation in chosen})) != PASSED:
+        if fork_tests(copy, *sorted({mutation.test for mutation in chosen})) != PASSED:
             raise click.ClickException("tests/report: expected tests that pass before any mutation; mend them first")
         for mutation in chosen:
             noticed = is_noticed(copy, mutation)

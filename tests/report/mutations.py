@@ -1,4 +1,4 @@
-"""Errors in pages, one at a time: text of a file of ``report/``, what stands in its place, and the tests that must fail."""
+"""Errors in pages, one at a time: a text in ``report/``, what stands in its place, and the tests that must fail."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ DISCREPANCY = of(
     ("the torque's error a tenth", "with_error(y, std)) for x, y, std", "with_error(y, std / 10)) for x, y, std"),
     ("the share that is not closed", "{100 * max(shape.closed, 0.0):.1f}", "{100 - 100 * max(shape.closed, 0.0):.1f}"),
     ("the share of bags that lose the name", 'f"{100 * share:.0f} %"', 'f"{100 - 100 * share:.0f} %"'),
-    ("the picture's curves swapped", "top.plot(t, curve.before,", "top.plot(t, curve.after,"),
+    ("the picture's curves swapped", "axis.plot(curve.run.t, curve.before,", "axis.plot(curve.run.t, curve.after,"),
     ("a band of 1 σ", "band = [2e3 * s", "band = [1e3 * s"),
     (
         "all for the best starts",
@@ -244,7 +244,7 @@ POSTERIOR = (
         "posterior/foreign_page.py",
         "test_posterior_pages.py",
         ("the interval of 50 %", "p.intervals[0.95]", "p.intervals[0.5]"),
-        ("what is not covered", '(*(f"{band.covered[content]:.0%}"', '(*(f"{1 - band.covered[content]:.0%}"'),
+        ("what is not covered", "{band.covered[content]:.0%}", "{1 - band.covered[content]:.0%}"),
     ),
 )
 PLAN = (

@@ -65,6 +65,7 @@ def bands_of(file: str, use: str, covered: tuple[float, float, float]) -> Bands:
     return Bands(
         run=known_run(file, use), median=np.full(4, 0.2), lower=np.full((3, 4), 0.2) - half,
         upper=np.full((3, 4), 0.2) + 2 * half, covered=np.array(covered), cycle_factors=np.array([[1.021, 0.004]]),
+        unit="rad",
     )  # fmt: skip
 
 
