@@ -1,25 +1,62 @@
-"""What a reader of a page sees: text, tables, pictures, by the standard library's parser."""
+"""What a reader of a page sees: text, tables, pictures, by the standard library's parser; and the figures behind it."""
 
 from __future__ import annotations
 
 import base64
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
+
+import pytest
+from matplotlib.figure import Figure
+
+from haptid.report.common import style
+from haptid.report.common.page import Page
 
 VOID = {"meta", "img", "br", "hr", "link", "input", "col", "wbr"}
 PNG = b"\x89PNG\r\n\x1a\n"
 
 
 @dataclass
+class Grid:
+    """A table of a page with the heading of its section."""
+
+    section: str
+    caption: str = ""
+    rows: list[list[str]] = field(default_factory=list)
+
+    @property
+    def header(self) -> list[str]:
+        return self.rows[0]
+
+    def row(self, *first: str) -> dict[str, str]:
+        """Return the cells by heading of the only row that begins with these texts; a second heading bears a prime."""
+        (cells,) = [row for row in self.rows[1:] if tuple(row[: len(first)]) == first]
+        headings: list[str] = []
+        for heading in self.header:
+            headings.append(f"{heading}'" if heading in headings else heading)
+        return dict(zip(headings, cells, strict=True))
+
+    def column(self, heading: str) -> list[str]:
+        """Return the cells under a heading, from top to bottom."""
+        return [row[self.header.index(heading)] for row in self.rows[1:]]
+
+
+@dataclass
 class Seen(HTMLParser):
     """Cells of tables by row, all text, tags, and pictures; a tag that is closed wrongly is an error."""
 
+    tables: list[Grid] = field(default_factory=list)
+    heading: str = ""
+    paragraphs: list[str] = field(default_factory=list)
+    captions: list[str] = field(default_factory=list)
     rows: list[list[str]] = field(default_factory=list)
     words: list[str] = field(default_factory=list)
     tags: set[str] = field(default_factory=set)
     pictures: list[bytes] = field(default_factory=list)
     alternatives: list[str] = field(default_factory=list)
     open: list[str] = field(default_factory=list)
+    figures: list[Figure] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         super().__init__(convert_charrefs=True)
@@ -30,27 +67,57 @@ class Seen(HTMLParser):
         assert not [name for name in given if name.startswith("on")]
         if tag not in VOID:
             self.open.append(tag)
-        if tag == "tr":
-            self.rows.append([])
-        if tag in ("td", "th"):
-            self.rows[-1].append("")
         if tag == "img":
             head, _, data = given["src"].partition(",")
             assert head == "data:image/png;base64"
             self.pictures.append(base64.b64decode(data, validate=True))
             self.alternatives.append(given["alt"])
+        self._begin(tag)
+
+    def _begin(self, tag):
+        """Begin the empty text or table that the tag holds."""
+        if tag in ("h2", "summary"):
+            self.heading = ""
+        if tag == "table":
+            self.tables.append(Grid(self.heading))
+        if tag == "p":
+            self.paragraphs.append("")
+        if tag == "figcaption":
+            self.captions.append("")
+        if tag == "tr":
+            self.rows.append([])
+            self.tables[-1].rows.append(self.rows[-1])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
 
     def handle_endtag(self, tag):
         assert self.open.pop() == tag, f"</{tag}> closes another tag"
 
     def handle_data(self, data):
         self.words.append(data)
+        if {"h2", "summary"} & set(self.open):
+            self.heading += data
+        if "caption" in self.open:
+            self.tables[-1].caption += data
+        if "p" in self.open:
+            self.paragraphs[-1] += data
+        if "figcaption" in self.open:
+            self.captions[-1] += data
         if {"td", "th"} & set(self.open):
             self.rows[-1][-1] += data
 
     @property
     def text(self) -> str:
         return " ".join(" ".join(self.words).split())
+
+    def table(self, section: str, caption: str = "", heading: str = "") -> Grid:
+        """Return the only table of a section, of those with this in the caption and among the headings."""
+        (found,) = [
+            grid
+            for grid in self.tables
+            if grid.section == section and caption in grid.caption and heading in (*grid.header, "")
+        ]
+        return found
 
     def row(self, first: str) -> list[str]:
         """Return the cells of the first row that begins with this text."""
@@ -68,3 +135,35 @@ def seen(page: str) -> Seen:
     assert all(data.startswith(PNG) and len(data) > 2_000 for data in parser.pictures)
     assert all(parser.alternatives)
     return parser
+
+
+def render(make: Callable[..., Page], *arguments: object, **options: object) -> Seen:
+    """Make a page and parse it; its figures are kept as they are drawn, and none of them is rendered."""
+    drawn: list[Figure] = []
+
+    def keep(figure: Figure) -> bytes:
+        drawn.append(figure)
+        return PNG + bytes(2_001)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "png", keep)
+        page = seen(make(*arguments, **options).html)
+    page.figures = drawn
+    return page
+
+
+def heights(line) -> list[float]:
+    """Return the ordinates of a drawn line, to six digits."""
+    return [float(f"{y:.6g}") for y in line.get_ydata()]
+
+
+def ends_of_band(axis) -> list[float]:
+    """Return the lower and the upper end of the only horizontal band of an axis, to six digits."""
+    (patch,) = axis.patches
+    return [float(f"{y:.6g}") for y in (patch.get_y(), patch.get_y() + patch.get_height())]
+
+
+def ends_of_area(area) -> list[float]:
+    """Return the least and the largest ordinate of a filled area, to six digits."""
+    ordinates = area.get_paths()[0].vertices[:, 1]
+    return [float(f"{y:.6g}") for y in (ordinates.min(), ordinates.max())]

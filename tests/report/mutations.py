@@ -1,0 +1,292 @@
+"""Errors in pages, one at a time: a text in ``report/``, what stands in its place, and the tests that must fail."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Mutation:
+    """An error put into one place.
+
+    Parameters
+    ----------
+    name
+        What a reader of the page would see.
+    file
+        File below ``report/``.
+    old, new
+        Text that stands there exactly once, and what replaces it.
+    test
+        File below ``tests/report/`` that must notice.
+    """
+
+    name: str
+    file: str
+    old: str
+    new: str
+    test: str
+
+
+def of(file: str, test: str, *changes: tuple[str, str, str]) -> tuple[Mutation, ...]:
+    """Return the mutations of one file; a change is its name, the old and the new text."""
+    return tuple(Mutation(name=name, file=file, old=old, new=new, test=test) for name, old, new in changes)
+
+
+DISCREPANCY = of(
+    "discrepancy/page.py",
+    "test_discrepancy_page.py",
+    (
+        "a tenth of the standard deviation",
+        "with_error(x.value, x.std), x.unit",
+        "with_error(x.value, x.std / 10), x.unit",
+    ),
+    (
+        "an interval of ±0.67 σ",
+        "for end in estimate.interval)",
+        "for end in (estimate.value - 0.67 * estimate.std, estimate.value + 0.67 * estimate.std))",
+    ),
+    ("the ends of an interval swapped", "for end in estimate.interval)", "for end in estimate.interval[::-1])"),
+    (
+        "before for after in words",
+        "it misses them by {1e3 * gap.after:.3g}",
+        "it misses them by {1e3 * gap.before:.3g}",
+    ),
+    ("after for before in words", "misses {runs} by {1e3 * gap.before:.3g}", "misses {runs} by {1e3 * gap.after:.3g}"),
+    (
+        "times the noise before for after",
+        "{plain(gap.after / gap.noise)} times",
+        "{plain(gap.before / gap.noise)} times",
+    ),
+    ("closes 100 − X in words", "which closes {100 * share:.1f}", "which closes {100 - 100 * share:.1f}"),
+    ("the fitted runs for the unseen", 'in ("sealed", "validate", "fit") if', 'in ("fit", "validate", "sealed") if'),
+    (
+        "before and after swapped in the table",
+        'f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}"',
+        'f"{1e3 * g.after:.3g}", f"{1e3 * g.before:.3g}"',
+    ),
+    ("closes 100 − X in the table", "{100 * g.closed_beside_scatter:.1f}", "{100 - 100 * g.closed_beside_scatter:.1f}"),
+    ("no scatter beside the gap", 'else f"{100 * g.closed_beside_scatter:.1f}', 'else f"{100 * g.closed:.1f}'),
+    ("rad for mrad", 'f"{1e3 * g.noise:.3g}"', 'f"{g.noise:.3g}"'),
+    (
+        "worst for best among the models",
+        "key=lambda t: t.candidate.criterion)",
+        "key=lambda t: -t.candidate.criterion)",
+    ),
+    ("a gain of the other sign", "{before.bic - t.candidate.bic:.0f}", "{t.candidate.bic - before.bic:.0f}"),
+    ("half the evidence", "{2 * (t.candidate.prediction.score", "{(t.candidate.prediction.score"),
+    ("the base model taken", '"yes" if t is found.best else ""', '"yes" if t is found.plain else ""'),
+    ("parameters after for before", 'f"{base[p.id]:.5g}"', 'f"{final[p.id]:.5g}"'),
+    ("a change of the other sign", "(final[p.id] / base[p.id] - 1)", "(base[p.id] / final[p.id] - 1)"),
+    ("degrees of freedom off by one", 'f"{s.dof}"', 'f"{s.dof - 1}"'),
+    ("p by signs for p", 'else f"{s.family_p:.2g}"', "else _write_flipped(s)"),
+    ("the smallest effect ten times as small", "{d.size:.2g}", "{d.size / 10:.2g}"),
+    ("the torque's error a tenth", "with_error(y, std)) for x, y, std", "with_error(y, std / 10)) for x, y, std"),
+    ("the share that is not closed", "{100 * max(shape.closed, 0.0):.1f}", "{100 - 100 * max(shape.closed, 0.0):.1f}"),
+    ("the share of bags that lose the name", 'f"{100 * share:.0f} %"', 'f"{100 - 100 * share:.0f} %"'),
+    ("the picture's curves swapped", "axis.plot(curve.run.t, curve.before,", "axis.plot(curve.run.t, curve.after,"),
+    ("a band of 1 σ", "band = [2e3 * s", "band = [1e3 * s"),
+    (
+        "all for the best starts",
+        "best, tried = finding.search.base.reached,",
+        "best, tried = len(finding.search.trials),",
+    ),
+)
+TORQUE = of(
+    "discrepancy/torque_gap_page.py",
+    "test_gap_pages.py",
+    (
+        "before and after swapped",
+        'f"{1e3 * g.before:.3g}", f"{1e3 * g.after:.3g}"',
+        'f"{1e3 * g.after:.3g}", f"{1e3 * g.before:.3g}"',
+    ),
+    ("closes 100 − X", "{100 * g.closed:.0f}", "{100 - 100 * g.closed:.0f}"),
+    ("a tenth of the standard deviation", "std[x.id])} {x.unit}", "std[x.id] / 10)} {x.unit}"),
+    ("BIC for evidence", 'f"{c.bic:.0f}", f"{c.evidence:.0f}"', 'f"{c.evidence:.0f}", f"{c.bic:.0f}"'),
+    ("another candidate taken", '"yes" if c is step.taken', '"yes" if c is not step.taken'),
+    ("directions swapped", '(left.up, "position grows"', '(left.down, "position grows"'),
+    ("errors of two σ", "1e3 * left.std, fmt", "2e3 * left.std, fmt"),
+    ("the band of the fitted rows", 'gaps["validate"].noise', 'gaps["fit"].noise'),
+)
+WHOLE = of(
+    "discrepancy/whole_gap_page.py",
+    "test_gap_pages.py",
+    ("before and after swapped", "return row.before, row.after,", "return row.after, row.before,"),
+    ("noise for expected", "row.expected, row.noise", "row.noise, row.expected"),
+    ("the bars swapped", "[1e3 * r.before for r", "[1e3 * r.after for r"),
+)
+DRAWS = of(
+    "discrepancy/full_model_section.py",
+    "test_gap_pages.py",
+    ("spread for residual", 'f"{j.rmse_rad:.2g}", f"{j.spread_rad:.2g}"', 'f"{j.spread_rad:.2g}", f"{j.rmse_rad:.2g}"'),
+    ("a band of 1 σ below", "check.simulated[:, i] - 2 *", "check.simulated[:, i] - 1 *"),
+)
+IDENTIFICATION = of(
+    "identification/page.py",
+    "test_identification_pages.py",
+    ("a tenth of the standard deviation", "with_error(value, std) if not", "with_error(value, std / 10) if not"),
+    ("best for worst in the lead", "return max(scores, key=lambda score", "return min(scores, key=lambda score"),
+    ("the fitted runs in the lead", 'if s.use == "validate"]\n    return max', 'if s.use == "fit"]\n    return max'),
+    ("best for worst joint", "(max(getattr(j, of) for j", "(min(getattr(j, of) for j"),
+    ("the bounds swapped", "[{q.lower:.3g}, {q.upper:.3g}]", "[{q.upper:.3g}, {q.lower:.3g}]"),
+    ("the estimate for the first guess", 'f"{q.initial:.3g}"', 'f"{value:.3g}"'),
+    (
+        "an interval of 50 %",
+        "{value - 1.96 * std:.6g} to {value + 1.96 * std:.6g}",
+        "{value - 0.67 * std:.6g} to {value + 0.67 * std:.6g}",
+    ),
+    ("the profile's ends swapped", "in (one.lower, one.upper)", "in (one.upper, one.lower)"),
+    ("a combination's error a tenth", "with_error(one.value, one.std))\n", "with_error(one.value, one.std / 10))\n"),
+    (
+        "RMS over range for RMS over noise",
+        'f"{s.over_noise:.3f}", f"{s.nrmse:.2e}"',
+        'f"{s.nrmse:.3f}", f"{s.over_noise:.2e}"',
+    ),
+    ("the spread for the RMS", 'f"{j.rmse_rad:.3g}"', 'f"{j.spread_rad:.3g}"'),
+    ("over noise for over expected", 'f"{j.over_expected:.2f}"', 'f"{j.rmse_over_noise:.2f}"'),
+    ("a link's error a tenth", 'with_error(one["value"], one["std"])', 'with_error(one["value"], one["std"] / 10)'),
+    ("the earlier test for the later", "with_error(*a.later)", "with_error(*a.earlier)"),
+    ("p for 1 − p", 'f"{a.p:.2g}"', 'f"{1 - a.p:.2g}"'),
+)
+PLAIN = of(
+    "identification/plain_section.py",
+    "test_identification_pages.py",
+    ("the lower end at 0.3 σ", "value - HALF_WIDTH_95 * std", "value - 0.3 * HALF_WIDTH_95 * std"),
+    ("the lower end times 0.3", "{value - HALF_WIDTH_95 * std:.4g}", "{0.3 * (value - HALF_WIDTH_95 * std):.4g}"),
+    ("an interval of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
+    ("the models swapped", '(("model", "fit"), ("baseline", "plain"))', '(("baseline", "fit"), ("model", "plain"))'),
+    ("a share for per cent", "100.0 * figures.torque_error", "figures.torque_error"),
+    ("torque for position", "_numbers(figures.free_rmse),", "_numbers(figures.torque_rmse),"),
+    (
+        "the plain model's error a tenth",
+        "rows.append((id, with_error(value, std)",
+        "rows.append((id, with_error(value, std / 10)",
+    ),
+    ("the fit's error for the plain model", "outcome is Outcome.PLAIN else", "outcome is Outcome.FIXED else"),
+)
+PICTURES = (
+    *of(
+        "identification/figures.py",
+        "test_identification_pages.py",
+        ("a band of 1 σ", "-2 * factor * trace.sigma[k], 2 *", "-factor * trace.sigma[k], "),
+        (
+            "the residual of the other sign",
+            "(trace.measured[:, k] - trace.simulated[:, k])",
+            "(trace.simulated[:, k] - trace.measured[:, k])",
+        ),
+    ),
+    *of(
+        "identification/plain_pictures.py",
+        "test_identification_pages.py",
+        (
+            "the models swapped",
+            '"model": (SIMULATED, "fit"), "baseline": (ACCENT, "plain model")',
+            '"model": (SIMULATED, "plain model"), "baseline": (ACCENT, "fit")',
+        ),
+    ),
+    *of(
+        "posterior/figures.py",
+        "test_posterior_pages.py",
+        ("the band of 50 %", "part.lower[-1], part.upper[-1]", "part.lower[0], part.upper[0]"),
+        ("cycles with 1 σ", "196 * std", "100 * std"),
+        ("coverage for what is not covered", "{100 * c:.1f}", "{100 - 100 * c:.1f}"),
+    ),
+    *of(
+        "discrepancy/stage_pictures.py",
+        "test_discrepancy_page.py",
+        ("the final model's residual", "(curve.run.y[:, 0] - curve.before)", "(curve.run.y[:, 0] - curve.after)"),
+    ),
+)
+CALIBRATION = of(
+    "identification/foreign_page.py",
+    "test_identification_pages.py",
+    ("a tenth of the standard deviation", "else with_error(value, std)", "else with_error(value, std / 10)"),
+    ("a combination's error a tenth", "with_error(one.value, one.std)", "with_error(one.value, one.std / 10)"),
+    ("the bounds swapped", "[{q.lower:.4g}, {q.upper:.4g}]", "[{q.upper:.4g}, {q.lower:.4g}]"),
+    ("a band of 1 σ", "axhspan(-2 * noise, 2 * noise", "axhspan(-noise, noise"),
+)
+POSTERIOR = (
+    *of(
+        "posterior/page.py",
+        "test_posterior_pages.py",
+        ("the interval of 50 %", "*_list_ends(p, (0.95,)), p.unit, p.prior", "*_list_ends(p, (0.5,)), p.unit, p.prior"),
+        (
+            "the levels in the other order",
+            "levels = tuple(parameters[0].intervals)",
+            "levels = tuple(parameters[0].intervals)[::-1]",
+        ),
+        (
+            "every column of 50 %",
+            "ends = [p.intervals[level] for level in levels]",
+            "ends = [p.intervals[0.5] for level in levels]",
+        ),
+        ("the mean for the median", "round_to_error(p.median, p.std),", "round_to_error(p.mean, p.std),"),
+        ("bulk for tail", 'f"{p.diagnostics.ess_tail:.0f}"', 'f"{p.diagnostics.ess_bulk:.0f}"'),
+        ("overlap for contraction", 'f"{p.contraction:.2g}"', 'f"{p.overlap:.2g}"'),
+        ("the worst for the best noise model", "top = max(s.score", "top = min(s.score"),
+        (
+            "the fastest coordinate's autocorrelation",
+            "{s.tau.max():.1f} steps, {known}",
+            "{s.tau.min():.1f} steps, {known}",
+        ),
+        ("the most independent draws", "{s.effective.min():.0f}", "{s.effective.max():.0f}"),
+        ("after for before of the next run", "{n.before:.2g} to {n.after:.2g}", "{n.after:.2g} to {n.before:.2g}"),
+    ),
+    *of(
+        "posterior/overview.py",
+        "test_posterior_pages.py",
+        ("half the width", "(high - low) / 2 /", "(high - low) / 4 /"),
+        ("the width of 50 %", "s.intervals[0.95]", "s.intervals[0.5]"),
+        ("least for best known", "(ordered[0], ordered[-1])", "(ordered[-1], ordered[0])"),
+        ("a prior of 50 %", "draws, [0.025, 0.975]", "draws, [0.25, 0.75]"),
+    ),
+    *of(
+        "posterior/foreign_page.py",
+        "test_posterior_pages.py",
+        ("the interval of 50 %", "p.intervals[0.95]", "p.intervals[0.5]"),
+        ("what is not covered", "{band.covered[content]:.0%}", "{1 - band.covered[content]:.0%}"),
+    ),
+)
+PLAN = (
+    *of(
+        "locking_plan/tables.py",
+        "test_plan_page.py",
+        ("after for before", "{p['std_before']:.2g}", "{p['std_after']:.2g}"),
+        ("frequency for amplitude", "{run['amplitude_Nm']:.3g} at", "{run['frequency_rad_s']:.3g} at"),
+        ("at home for anywhere", 'str(stage["combinations_anywhere"])', 'str(stage["combinations_at_home"])'),
+        (
+            "locked for unlocked",
+            '"U" if j in stage["free_joints"] else "L"',
+            '"L" if j in stage["free_joints"] else "U"',
+        ),
+        ("the error at home for the planned one", "found['torque_error_planned']", "found['torque_error_home']"),
+    ),
+    *of(
+        "locking_plan/page.py",
+        "test_plan_page.py",
+        ("the width of the prior a tenth", "{one['prior_std']:.2g}", "{one['prior_std'] / 10:.2g}"),
+        (
+            "the count at home for anywhere",
+            "base['reached_with_locked_joints_anywhere']",
+            "base['reached_with_locked_joints_at_home']",
+        ),
+        ("a factor's other sign", "'−' if factor < 0 else '+'", "'+' if factor < 0 else '−'"),
+    ),
+)
+FROM_JSON = of(
+    "from_json/page.py",
+    "test_from_json_page.py",
+    ("the interval of 50 %", 'p["intervals"]["0.95"]', 'p["intervals"]["0.5"]'),
+    ("before and after swapped", '("before", "after", "noise"))', '("after", "before", "noise"))'),
+    ("a tenth of the standard deviation", "with_error(value, std) if std", "with_error(value, std / 10) if std"),
+)
+NUMBERS = of(
+    "common/numbers.py",
+    "test_page.py",
+    ("a tenth of every standard deviation", "± {std / scale:.{digits}f}", "± {std / scale / 10:.{digits}f}"),
+    ("a digit too few", "math.floor(math.log10(std)) + 2", "math.floor(math.log10(std)) + 1"),
+)
+MUTATIONS = (
+    *DISCREPANCY, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION, *PLAIN, *PICTURES, *CALIBRATION, *POSTERIOR, *PLAN,
+    *FROM_JSON, *NUMBERS,
+)  # fmt: skip

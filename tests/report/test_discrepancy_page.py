@@ -1,0 +1,266 @@
+"""The page of a search: every number of a known finding stands where its row and its column say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from haptid.discrepancy.candidate.candidate import Trial
+from haptid.discrepancy.candidate.refit import Candidate
+from haptid.discrepancy.detect.detectable import Detectable
+from haptid.discrepancy.detect.localise import Region
+from haptid.discrepancy.detect.omnibus import Omnibus
+from haptid.discrepancy.detect.score_tests import Scan, Score
+from haptid.discrepancy.finding.finding import Curve, Finding
+from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.fit.held_out import Prediction
+from haptid.discrepancy.fit.nominal_fit import Base
+from haptid.discrepancy.search.search_result import Search
+from haptid.discrepancy.unnamed.missing_torque import Shape
+from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.discrepancy.verdict.next_experiment import Proposal
+from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect
+from haptid.report.common.page import Page, Section
+from haptid.report.discrepancy.page import discrepancy_page
+from haptid.report.discrepancy.stage_pictures import gap_picture, scores_picture
+from tests.report.known import MAPPED, known_equations, known_maps, known_run
+from tests.report.reading import Seen, ends_of_band, render
+
+
+def trial(keys: tuple[str, ...], bic: float, score: float, values: dict[str, float], *, p: float = 0.3) -> Trial:
+    solution = SimpleNamespace(keys=keys, ids=keys, effects=keys, values=values, equations=known_equations())
+    prediction = Prediction(score=score, rms=(), y=(), chi2=70.0, rows=100)
+    candidate = Candidate(solution=solution, prediction=prediction, parameters=3, bic=bic, calls=1)
+    left = Omnibus(energy=1.0, dof=1.0, p=p, parts={}, total=1.0, rows=100)
+    return Trial(candidate=candidate, left=left, left_p=p)
+
+
+PLAIN = trial((), 900.0, 40.0, {"inertia": 1.5e-4, "Ks": 0.0, "Kp": 1.25}, p=3.7e-7)
+COGGING = trial(("cogging",), 617.0, 113.0, {"inertia": 1.2e-4, "Ks": 0.027, "Kp": 1.25})
+BACKLASH = trial(("backlash",), 838.0, 59.0, {"inertia": 1.4e-4, "Ks": 0.031, "Kp": 1.25}, p=1e-9)
+VARYING = replace(trial(("cogging", "drift"), 622.0, 108.0, {}), constant_p=1e-9)
+SCORES = (
+    Score(
+        point=SimpleNamespace(key="cogging"), T=412.0, dof=2, log_p=-88.0, family_p=1e-30, flipped_p=0.0041,
+        amplitude=(), survives=1.0,
+    ),
+    Score(
+        point=SimpleNamespace(key="drift"), T=23.0, dof=3, log_p=-9.0, family_p=0.017, flipped_p=None, amplitude=(),
+        survives=1.0,
+    ),
+)  # fmt: skip
+SCAN = Scan(scores=SCORES, tests=57.0, detectable=(Detectable(key="cogging", parameter="a", size=3.6e-4, unit="N m"),))
+SEARCH = Search(
+    study=SimpleNamespace(
+        title="Joint 4", name="joint4", fitted=(known_run("a.csv"),), unseen=(known_run("b.csv", "validate"),)
+    ),
+    base=Base(solution=PLAIN.solution, costs=(1.0, 1.1, 1.2, 1.3, 1.4), reached=3, calls=9),
+    plain=PLAIN, scan=SCAN, trials=(BACKLASH, COGGING, VARYING, PLAIN), best=COGGING, simulations=823,
+)  # fmt: skip
+EFFECT = NamedEffect(
+    id="cogging", key="cogging", title="cogging torque", formula="a·sin(n·q)", evidence=146.0,
+    parameters={
+        "a": Estimate(value=2.345e-3, std=0.067e-3, unit="N m", interval=(2.214e-3, 2.476e-3)),
+        "n": Estimate(value=7.12, std=0.13, unit="1", interval=(6.87, 7.38)),
+    },
+)  # fmt: skip
+SHAPE = Shape(
+    joint=4, variables=("position_rad",), knots=(np.array([0.1, 0.5]),), torque=np.array([0.0234, -0.0456]),
+    std=np.array([0.0017, 0.0023]), gain=31.0, closed=0.372, suggestion="0.02·sin(7q)",
+)  # fmt: skip
+PROPOSAL = Proposal(
+    amplitude=0.063, frequency=2.7, end_frequency=2.7, offset=0.011, duration=14.0, rows=100, evidence=529.0, repeats=1
+)
+JUDGEMENT = Judgement(
+    verdict="named", effects=(EFFECT,), alternatives=(), next_experiment=PROPOSAL, shape=SHAPE,
+    sentence="Cogging is missing.",
+)  # fmt: skip
+GAPS = {
+    "fit": Gap(before=4.61e-3, after=0.72e-3, noise=0.21e-3),
+    "validate": Gap(before=5.83e-3, after=1.34e-3, noise=0.32e-3),
+}
+CURVES = (
+    Curve(run=known_run("b.csv", "validate"), before=np.full(4, 0.18), after=np.full(4, 0.2)),
+    Curve(run=known_run("c.csv", "validate"), before=np.full(4, 0.16), after=np.full(4, 0.22)),
+)
+FINDING = Finding(
+    joints=(4,), search=SEARCH, judgement=JUDGEMENT,
+    rebuilt=SimpleNamespace(fmu=SimpleNamespace(path=Path("joint4_cogging.fmu"))),
+    gaps=GAPS, curves=CURVES, maps=known_maps(), gap_joint=4,
+    regions=(
+        Region(variable="position_rad", lower=0.41, upper=0.93, share_of_gap=0.83, share_of_rows=0.29),
+        Region(variable="frequency_rad_s", lower=5.2, upper=8.6, share_of_gap=0.64, share_of_rows=0.14),
+    ),
+    stability={"cogging": 0.94}, wall_s=38.0,
+)  # fmt: skip
+
+
+def page_of(finding: Finding = FINDING) -> Seen:
+    return render(discrepancy_page, finding, "A wrist", measured=True)
+
+
+@pytest.fixture(scope="module")
+def page() -> Seen:
+    return page_of()
+
+
+def test_an_effect_has_its_value_its_error_its_interval_and_its_evidence(page):
+    table = page.table("What is missing")
+    assert table.row("cogging", "a·sin(n·q)", "a") == {
+        "effect": "cogging", "formula": "a·sin(n·q)", "parameter": "a", "value ± std": "0.002345 ± 0.000067 N m",
+        "95 % interval": "0.002214 to 0.002476", "evidence": "146", "named in bags of runs": "94 %",
+    }  # fmt: skip
+    row = table.row("cogging", "a·sin(n·q)", "n")
+    assert row["value ± std"] == "7.12 ± 0.13"
+    assert row["95 % interval"] == "6.87 to 7.38"
+
+
+def test_an_effect_without_bags_has_a_dash():
+    row = page_of(replace(FINDING, stability={})).table("What is missing").row("cogging", "a·sin(n·q)", "a")
+    assert row["named in bags of runs"] == "–"
+
+
+def test_the_gap_before_stands_before_that_after(page):
+    table = page.table("Before and after")
+    assert table.header == ["", "missed before [mrad]", "after [mrad]", "sensor noise [mrad]", "gap closed"]
+    assert list(table.row("fitted runs").values())[1:] == ["4.61", "0.72", "0.21", "88.4 %"]
+    unseen = table.row("runs that no fit saw, which chose among candidates")
+    assert list(unseen.values())[1:] == ["5.83", "1.34", "0.32", "81.5 %"]
+
+
+def test_the_words_have_the_numbers_of_the_unseen_runs(page):
+    said = "\n".join(page.paragraphs)
+    assert "misses runs that no fit saw by 5.83 mrad (RMS), 18 times the sensor's noise of 0.32 mrad." in said
+    assert "With what was found, it misses them by 1.34 mrad, 4.2 times the noise" in said
+    assert "which closes 81.5 % of the gap." in said
+    assert "The rebuilt model: fmu/joint4_cogging.fmu." in page.paragraphs
+
+
+def test_the_words_have_the_numbers_of_the_sealed_runs_where_there_are_any():
+    sealed = Gap(before=6.47e-3, after=2.58e-3, noise=0.43e-3, beside=(31.0, 4.0))
+    page = page_of(replace(FINDING, gaps={**GAPS, "sealed": sealed}))
+    said = "\n".join(page.paragraphs)
+    assert "by 6.47 mrad (RMS), 15 times the sensor's noise of 0.43 mrad." in said
+    assert "by 2.58 mrad, 6 times the noise, which closes 90.0 % of the gap that is no scatter" in said
+    row = page.table("Before and after").row("sealed runs, which took part in no choice")
+    assert list(row.values())[1:] == ["6.47", "2.58", "0.43", "90.0 %"]
+
+
+def test_what_is_only_a_stand_in_closes_nothing():
+    page = page_of(replace(FINDING, judgement=replace(JUDGEMENT, verdict="unlisted"), rebuilt=None))
+    assert page.table("Before and after").column("gap closed") == ["–", "–"]
+    assert "With the stand-in, it misses them by 1.34 mrad, 4.2 times the noise." in "\n".join(page.paragraphs)
+    assert page.table("What stands in for it").row("cogging", "a·sin(n·q)", "n")["value ± std"] == "7.12 ± 0.13"
+
+
+def test_where_nothing_is_missing_only_the_gap_before_is_told():
+    page = page_of(replace(FINDING, judgement=replace(JUDGEMENT, verdict="nothing_missing")))
+    said = "\n".join(page.paragraphs)
+    assert "by 5.83 mrad (RMS)" in said
+    assert "1.34" not in said
+    assert not [table for table in page.tables if table.section == "What is missing"]
+
+
+def test_models_are_ranked_with_their_gains_over_the_base(page):
+    table = page.table("What was tried")
+    assert table.rows[1:] == [
+        ["cogging", "283", "146", "yes", "yes"],
+        ["cogging + drift", "278", "136", "with other parameters in every run", ""],
+        ["backlash", "62", "38", "no", ""],
+        ["noise alone", "0", "0", "no", ""],
+    ]
+    assert "with p = 3.7e-07" in table.caption
+
+
+def test_scores_have_their_freedom_and_both_their_p(page):
+    table = page.table("Scores of the whole catalogue")
+    assert list(table.row("cogging").values())[1:] == ["412", "2", "below 1e-12", "0.0041"]
+    assert list(table.row("drift").values())[1:] == ["23", "3", "0.017", "–"]
+    assert "amounts to 57 independent tests" in table.caption
+
+
+def test_parameters_that_moved_have_their_values_before_and_after(page):
+    table = page.table("Parameters that moved")
+    assert table.row("inertia") == {
+        "parameter": "inertia", "before": "0.00015", "after": "0.00012", "change": "-20.0 %", "unit": "kg m²",
+    }  # fmt: skip
+    assert list(table.row("Ks").values())[1:] == ["0", "0.027", "–", "N m/rad"]
+    assert table.column("parameter") == ["inertia", "Ks"]
+
+
+def test_the_unnamed_torque_has_its_curve_and_its_share(page):
+    table = page.table("What is missing, without a name")
+    assert table.header == ["position [rad]", "torque ± std [N m]"]
+    assert table.rows[1:] == [["0.1", "0.0234 ± 0.0017"], ["0.5", "-0.0456 ± 0.0023"]]
+    said = "\n".join(page.paragraphs)
+    assert "would close 37.2 % of the gap on runs that no fit saw." in said
+    assert "Most of it does not live there" in said
+    assert "no finding: 0.02·sin(7q)." in said
+
+
+def test_a_surface_is_told_beside_its_best_curve():
+    surface = replace(
+        SHAPE, variables=("position_rad", "velocity_rad_s"), knots=(np.array([0.1, 0.5]), np.array([-1.0, 1.0])),
+        torque=np.array([[0.01, 0.02], [0.03, 0.04]]), std=np.full((2, 2), 0.001), closed=0.681, alone=SHAPE,
+    )  # fmt: skip
+    said = "\n".join(page_of(replace(FINDING, judgement=replace(JUDGEMENT, shape=surface))).paragraphs)
+    assert "over position and speed alone, what is missing would close 68.1 % of the gap" in said
+    assert "Over position alone it would close 37.2 %." in said
+    assert "does not live there" not in said
+
+
+def test_the_run_that_would_settle_it_and_the_smallest_effect_have_their_sizes(page):
+    said = "\n".join(page.paragraphs)
+    assert "The run that would tell: cosine torque of 0.063 N m at 2.7 rad/s about 0.011 N m, from rest, 14 s" in said
+    assert "the rivals still differ by 2.3 times the noise." in said
+    row = page.table("How small an effect would have been seen").row("cogging")
+    assert row == {"entry": "cogging", "parameter": "a", "smallest size": "0.00036 N m"}
+
+
+def test_the_regions_have_their_shares_of_gap_and_of_samples(page):
+    assert "83 % of the gap lies at a position between 0.41 and 0.93 rad, in 29 % of the samples." in page.paragraphs
+    assert "64 % of the gap lies at frequencies between 5.2 and 8.6 rad/s, in 14 % of the spectrum." in page.paragraphs
+
+
+def test_the_effort_is_told(page):
+    assert page.paragraphs[-1] == (
+        "3 of 5 starts reached the base model's best minimum; 823 runs simulated in the search's fits; 38 s in all."
+    )
+
+
+def lines(axis) -> dict[str, list[float]]:
+    return {line.get_label(): [float(f"{y:.6g}") for y in line.get_ydata()] for line in axis.lines}
+
+
+def test_the_pictures_draw_what_was_found(page):
+    shape, where, gap = page.figures
+    above, _, below, _ = gap.axes
+    assert lines(above) == {
+        "measured": [0.21, 0.23, 0.19, 0.17], "simulated before": [0.18] * 4, "simulated after": [0.2] * 4,
+    }  # fmt: skip
+    assert lines(below) == {"before": [30.0, 50.0, 10.0, -10.0], "after": [10.0, 30.0, -10.0, -30.0]}
+    assert ends_of_band(below) == [-0.4, 0.4]
+    curve = shape.axes[0].lines[1]
+    assert curve.get_ydata().tolist() == SHAPE.torque.tolist()
+    (region,) = shape.axes[0].collections
+    edges = region.get_paths()[0].vertices[:, 1]
+    assert [edges.min(), edges.max()] == pytest.approx([-0.0456 - 0.0046, 0.0234 + 0.0034])
+    for axis, (share, rows) in zip(where.axes, MAPPED.values(), strict=True):
+        assert [bar.get_height() for bar in axis.containers[0]] == pytest.approx(share)
+        assert axis.patches[-1].get_data().values.tolist() == pytest.approx(rows)
+
+
+def pictured() -> Page:
+    pictures = (gap_picture(CURVES), scores_picture(SCAN))
+    return Page(title="t", lead="l", sections=[Section(title="s", pictures=pictures)], synthetic=None)
+
+
+def test_the_pictures_of_the_stages_draw_the_same():
+    gap, scores = render(pictured).figures
+    assert [float(f"{y:.6g}") for y in gap.axes[0].lines[0].get_ydata()] == [30.0, 50.0, 10.0, -10.0]
+    assert ends_of_band(gap.axes[0]) == [-0.4, 0.4]
+    assert [bar.get_width() for bar in scores.axes[0].containers[0]] == pytest.approx([-np.log10(0.017), 16.0])

@@ -1,0 +1,191 @@
+"""Pages of a torque's search and of all joints together: the numbers of known findings stand at their places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from haptid.discrepancy.finding.full_model import Missed, WholeFinding
+from haptid.discrepancy.finding.gap import Gap
+from haptid.discrepancy.finding.torque_finding import Remaining, TorqueFinding
+from haptid.discrepancy.torque_search.candidate import TorqueCandidate
+from haptid.discrepancy.torque_search.search import TorqueSearch, TorqueStep
+from haptid.identification.verification.result import JointCheck, RunCheck, Verification
+from haptid.model.equations.quantity import Quantity
+from haptid.report.common.page import Page
+from haptid.report.discrepancy.full_model_section import full_model_sections
+from haptid.report.discrepancy.torque_gap_page import torque_gap_page
+from haptid.report.discrepancy.whole_gap_page import whole_gap_page
+from tests.report.known import T, known_maps, known_run
+from tests.report.reading import Seen, ends_of_band, heights, render
+
+AMPLITUDE = Quantity(id="a", unit="N m", description="amplitude", initial=1e-3)
+WAVES = Quantity(id="n", unit="1", description="waves a turn", initial=4.0, fixed=True)
+EFFECT = SimpleNamespace(
+    id="cogging", key="cogging:harmonics", title="cogging torque", formula="a·sin(n·q)", parameters=(AMPLITUDE, WAVES)
+)
+STUDY = SimpleNamespace(
+    joint=4, prismatic=False, repeats=True, runs=(known_run("a.csv"),),
+    unseen_rows=(np.array([False, True, True, False]),),
+)  # fmt: skip
+
+
+def fitted(residual: list[float], *effects: SimpleNamespace, unseen: float = 0.0) -> SimpleNamespace:
+    return SimpleNamespace(
+        residual=(np.array(residual),), effects=effects, calls=5, values={"a": 3.456e-3, "n": 7.0},
+        std={"a": 0.078e-3, "n": 0.0}, unseen=np.full(2, unseen),
+    )  # fmt: skip
+
+
+def candidate(key: str, bic: float, evidence: float, unseen: float) -> TorqueCandidate:
+    return TorqueCandidate(
+        key=key, model=fitted([0.0] * 4, unseen=unseen), bic=bic, evidence=evidence, errors_gained=3.0,
+        significance=9.0, vetoed=False,
+    )  # fmt: skip
+
+
+TAKEN, OTHER = candidate("cogging:harmonics", 318.0, 127.0, 2.43e-3), candidate("backlash", 46.0, 19.0, 6.78e-3)
+LATER = candidate("stop", 12.0, 8.0, 1.97e-3)
+FINDING = TorqueFinding(
+    search=TorqueSearch(
+        study=STUDY, base=fitted([0.031, 0.032, 0.033, 0.034]),
+        final=fitted([0.006, 0.007, -0.008, -0.009], EFFECT),
+        steps=(
+            TorqueStep(promises=(SimpleNamespace(columns=17),), candidates=(TAKEN, OTHER), taken=TAKEN),
+            TorqueStep(promises=(), candidates=(LATER,), taken=None),
+        ),
+    ),
+    gaps={
+        "fit": Gap(before=41.7e-3, after=12.9e-3, noise=5.4e-3),
+        "validate": Gap(before=53.1e-3, after=14.6e-3, noise=6.2e-3),
+        "sealed": Gap(before=67.3e-3, after=31.8e-3, noise=7.9e-3),
+    },
+    regions=(), maps=known_maps(),
+    remaining=Remaining(
+        position=np.array([0.2, 0.6]), up=np.array([0.0021, 0.0034]), down=np.array([-0.0043, -0.0056]),
+        std=np.array([0.0007, 0.0008]),
+    ),
+    floor=4.4e-3, black_box=13.7e-3, nominal_loop=None, final_loop=None, fmu=None, considered=43,
+    stability={"cogging:harmonics": 0.87}, wall_s=29.0,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def torque() -> Seen:
+    return render(torque_gap_page, FINDING, "An arm", measured=True)
+
+
+def test_the_torque_left_before_stands_before_that_after(torque):
+    table = torque.table("Before and after")
+    assert table.header == ["", "left before [mN m]", "left after [mN m]", "white noise [mN m]", "gap closed"]
+    rows = {
+        "fitted stretches": ["41.7", "12.9", "5.4", "79 %"],
+        "stretches that no fit saw, which chose among candidates": ["53.1", "14.6", "6.2", "82 %"],
+        "sealed runs, which took part in no choice": ["67.3", "31.8", "7.9", "60 %"],
+    }
+    assert {name: list(table.row(name).values())[1:] for name in table.column("")} == rows
+
+
+def test_an_effect_of_the_torque_has_its_value_and_its_error(torque):
+    assert torque.table("What is missing").rows[1:] == [
+        ["cogging", "a·sin(n·q)", "a", "0.003456 ± 0.000078 N m", "87 %"]
+    ]
+
+
+def test_every_round_has_its_candidates(torque):
+    first, second = torque.table("What was tried", "Round 1"), torque.table("What was tried", "Round 2")
+    assert first.header == ["entry", "gain in BIC", "evidence on held-out stretches", "left there [mN m]", "taken"]
+    assert first.rows[1:] == [["cogging:harmonics", "318", "127", "2.43", "yes"], ["backlash", "46", "19", "6.78", ""]]
+    assert second.rows[1:] == [["stop", "12", "8", "1.97", ""]]
+
+
+def test_the_effort_of_the_torque_s_search_is_told(torque):
+    assert torque.paragraphs[-1] == "37 simulations in 29 s."
+    assert "43 entries of the catalogue can be read from motion to torque; each round" in torque.text
+    assert FINDING.sentence in torque.text
+
+
+def test_the_torque_s_pictures_draw_what_was_found(torque):
+    _, motion, left = torque.figures
+    above, below = motion.axes
+    drawn = {line.get_label(): heights(line) for line in (*above.lines, *below.lines)}
+    assert drawn == {
+        "measured": [210.0, 230.0, 190.0, 170.0], "model before": [179.0, 198.0, 157.0, 136.0],
+        "model after": [204.0, 223.0, 198.0, 179.0], "left before": [32.0, 33.0], "left after": [7.0, -8.0],
+    }  # fmt: skip
+    assert ends_of_band(below) == [-12.4, 12.4]
+    up, down = left.axes[0].containers
+    assert (up.get_label(), heights(up.lines[0])) == ("position grows", [2.1, 3.4])
+    assert (down.get_label(), heights(down.lines[0])) == ("position falls", [-4.3, -5.6])
+    ends = [segment[:, 1].tolist() for segment in up.lines[2][0].get_segments()]
+    assert ends == [pytest.approx([1.4, 2.8]), pytest.approx([2.6, 4.2])]
+
+
+MISSED = (
+    Missed(
+        file="all.csv", mode="closed_loop", joint=0, prismatic=False, before=8.31e-3, after=1.42e-3, noise=0.27e-3,
+        expected=0.96e-3,
+    ),
+    Missed(
+        file="all.csv", mode="closed_loop", joint=3, prismatic=False, before=7.53e-3, after=2.64e-3, noise=0.38e-3,
+        expected=1.15e-3,
+    ),
+)  # fmt: skip
+WHOLE = WholeFinding(joints=(0, 3), verdict="named", sentence="All is named.", names=("cogging",), rows=MISSED)
+
+
+def test_every_joint_of_the_whole_device_has_its_gap_before_and_after():
+    page = render(whole_gap_page, WHOLE, "An arm", measured=True)
+    table = page.table("Before and after")
+    assert table.header == [
+        "run", "simulated", "joint", "missed before [mrad]", "after [mrad]", "expected [mrad]", "noise [mrad]",
+    ]  # fmt: skip
+    assert table.rows[1:] == [
+        ["all.csv", "closed loop", "0", "8.31", "1.42", "0.96", "0.27"],
+        ["all.csv", "closed loop", "3", "7.53", "2.64", "1.15", "0.38"],
+    ]
+    assert "After: with cogging." in page.paragraphs
+    before, after = ([bar.get_height() for bar in bars] for bars in page.figures[0].axes[0].containers)
+    assert before == pytest.approx([8.31, 7.53])
+    assert after == pytest.approx([1.42, 2.64])
+    assert heights(page.figures[0].axes[0].lines[0]) == [0.96, 1.15]
+
+
+def test_without_a_named_effect_nothing_changes_on_the_whole_device():
+    page = render(whole_gap_page, replace(WHOLE, names=()), "An arm", measured=True)
+    assert "No effect was named in a joint: before and after agree." in page.paragraphs
+
+
+def check(joint: int, rmse: float, over_noise: float, spread: float) -> JointCheck:
+    return JointCheck(
+        joint=joint, prismatic=False, rmse_rad=rmse, rmse_over_noise=over_noise, nrmse=0.05, torque_difference_Nm=0.0,
+        torque_rms_Nm=1.0, spread_rad=spread,
+    )  # fmt: skip
+
+
+RUN = RunCheck(
+    file="all.csv", use="validate", mode="open_loop",
+    joints=(check(0, 3e-3, 15.0, 4.6e-3), check(3, 6e-3, 20.0, 0.4e-3)),
+    draws=38, t=T, measured=np.array([[0.1, 0.5]] * 4), simulated=np.array([[0.2, 0.7]] * 4),
+    spread=np.array([[0.01, 0.03]] * 4),
+)  # fmt: skip
+
+
+def page_of_draws() -> Page:
+    return Page(title="t", lead="l", sections=full_model_sections(Verification(runs=(RUN,))), synthetic=None)
+
+
+def test_the_whole_device_s_draws_have_residual_and_spread():
+    page = render(page_of_draws)
+    table = page.table("All joints free")
+    assert table.header == ["joint", "residual [rad]", "spread of the draws [rad]", "residual over √(noise² + spread²)"]
+    assert table.rows[1:] == [["0", "0.003", "0.0046", "0.65"], ["3", "0.006", "0.0004", "12"]]
+    assert table.caption == "all.csv, open loop"
+    assert "; 38 draws." in page.captions[0]
+    first, second = page.figures[0].axes
+    assert [heights(line) for line in first.lines] == [[0.1] * 4, [0.2] * 4]
+    edges = second.collections[0].get_paths()[0].vertices[:, 1]
+    assert [edges.min(), edges.max()] == pytest.approx([0.64, 0.76])

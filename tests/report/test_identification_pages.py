@@ -1,0 +1,299 @@
+"""Pages of an identification and of a calibrated FMU: the numbers of known fits stand at their places."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from haptid.identification.baseline.compared import Compared
+from haptid.identification.baseline.figures import Figures
+from haptid.identification.baseline.prediction import Prediction
+from haptid.identification.calibration.calibrate import Calibration
+from haptid.identification.links.consistency import Agreement
+from haptid.identification.output.traces import Trace
+from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
+from haptid.identification.result.outcome import Outcome
+from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.step import Step
+from haptid.identification.verification.result import JointCheck, RunCheck, Verification
+from haptid.report.identification.foreign_page import calibration_page
+from haptid.report.identification.page import identification_page
+from tests.report.known import T, known_equations, known_run
+from tests.report.reading import Seen, heights, render
+
+
+def score(file: str, use: str, rmse: float, over_noise: float, nrmse: float) -> RunScore:
+    return RunScore(file=file, use=use, rmse=np.array([rmse]), over_noise=over_noise, nrmse=nrmse, x0=np.zeros(1))
+
+
+SCORES = (score("a.csv", "fit", 2.31e-4, 1.012, 3.4e-3), score("b.csv", "validate", 2.47e-4, 1.034, 5.6e-3))
+POOR = (score("c.csv", "fit", 3.19e-3, 14.6, 0.041), score("d.csv", "validate", 4.28e-3, 23.7, 0.067))
+FIT = Fit(
+    equations=known_equations(), theta=np.array([1.234e-4, 0.0278, 1.25]), free=("inertia", "Ks"),
+    covariance=np.diag([3.2e-6**2, 0.0011**2]), information=np.eye(2), cost=1.0, outcome=Outcome.CONVERGED,
+    basins=(
+        Basin(over_noise=1.0123, starts=(0, 2, 5), theta=np.zeros(3), simulations=61),
+        Basin(over_noise=4.5678, starts=(1,), theta=np.zeros(3), simulations=27),
+    ),
+    starts=6, x0={}, sigma={}, correlation_time=1.0, simulations=88, wall_s=9.4,
+    statuses={"inertia": "identified", "Ks": "prior", "Kp": "fixed"},
+    combinations=(Combination(coefficients={"Ks": 1.0, "inertia": -0.37}, value=0.0432, std=0.0019),),
+    runs=SCORES, profiles={"Ks": Interval(lower=0.0249, upper=None)},
+)  # fmt: skip
+FIGURES = {
+    "model": Figures(
+        free_rmse=np.array([0.0123]), torque_rmse=np.array([0.00456]), torque_error=np.array([0.0789]),
+        horizon_rmse={"0.1": np.array([1.61e-4]), "1": np.array([0.00372]), "10": np.array([0.0583])},
+    ),
+    "baseline": Figures(
+        free_rmse=np.array([0.0214]), torque_rmse=np.array([0.00657]), torque_error=np.array([0.0918]),
+        horizon_rmse={"0.1": np.array([2.94e-4]), "1": np.array([np.inf])},
+    ),
+}  # fmt: skip
+BASELINE = SimpleNamespace(
+    regressor=SimpleNamespace(
+        ids=("inertia", "Fc", "offset"), units=("kg m²", "N m", "N m"), n_rigid=1, joints=(4,)
+    ),
+    estimate=SimpleNamespace(theta=np.array([1.42e-4, 0.0613, 0.0087]), std=np.array([5.1e-6, 0.0024, 0.0])),
+)  # fmt: skip
+COMPARED = Compared(
+    baseline=BASELINE, figures={("b.csv", "validate"): FIGURES},
+    models={"model": SimpleNamespace(simulator=SimpleNamespace(equations=known_equations()), theta=FIT.theta)},
+    floor=np.zeros(1), runs=(),
+)  # fmt: skip
+AGREEMENTS = (
+    Agreement(
+        name="mass of link 2", chi2=7.31, dof=2, p=0.026, earlier=(1.31, 0.12), later=(1.58, 0.23), pooled=(1.37, 0.11)
+    ),
+    Agreement(name="inertia of link 3", chi2=58.4, dof=5, p=2.6e-11),
+)
+STEP = Step(
+    configuration=Configuration(
+        free_joints=(4,), posture=(0.31, 0.0, -0.47, 0.0, 0.0),
+        runs=(known_run("a.csv"), known_run("b.csv", "validate"), known_run("x.csv", "excluded")),
+    ),
+    fit=FIT, agreements=AGREEMENTS, compared=COMPARED,
+)  # fmt: skip
+POOR_STEP = Step(
+    configuration=Configuration(free_joints=(2,), posture=(), runs=(known_run("c.csv", joint=2),)),
+    fit=FIT.but(runs=POOR, outcome=Outcome.ABOVE_NOISE, profiles={}, combinations=(), wall_s=7.2, starts=4),
+)
+
+
+def trace(one: RunScore) -> Trace:
+    return Trace(
+        score=one, joints=(4,), t=T, measured=np.array([[0.5], [0.6], [0.7], [0.8]]), simulated=np.full((4, 1), 0.4),
+        spread=np.zeros((4, 1)), sigma=np.array([0.023]), unit="rad", scored_from=0.0,
+    )  # fmt: skip
+
+
+def signals(*values: float) -> np.ndarray:
+    return np.array(values)[:, None]
+
+
+PREDICTION = Prediction(
+    file="b.csv", use="validate", joints=(4,), prismatic=(False,), torque_t=T, torque=signals(1, 2, 3, 4),
+    computed={"model": signals(1.1, 2.1, 3.1, 4.1), "baseline": signals(1.3, 2.3, 3.3, 4.3)}, position_t=T,
+    position=signals(5, 6, 7, 8), simulated={"model": signals(5.2, 6, 7, 8), "baseline": signals(5.4, 6, 7, 8)},
+)  # fmt: skip
+
+
+def joint_check(joint: int, rmse: float, over_noise: float, spread: float) -> JointCheck:
+    return JointCheck(
+        joint=joint, prismatic=False, rmse_rad=rmse, rmse_over_noise=over_noise, nrmse=0.05, torque_difference_Nm=0.0,
+        torque_rms_Nm=1.0, spread_rad=spread,
+    )  # fmt: skip
+
+
+VERIFICATION = Verification(
+    runs=(
+        RunCheck(
+            file="all.csv", use="validate", mode="closed_loop",
+            joints=(joint_check(2, 2.4e-3, 12.0, 3.2e-3), joint_check(4, 7.8e-3, 26.0, 0.4e-3)), draws=40, t=T,
+            measured=np.array([[0.1, 0.5]] * 4), simulated=np.array([[0.2, 0.7]] * 4), spread=np.zeros((4, 2)),
+        ),
+    ),
+    law="PD with 3 N m/rad",
+)  # fmt: skip
+DATA = {
+    "remarks": ["a.csv: 3 rows are missing"], "measured": False, "command": "haptid identify arm",
+    "software": {"haptid": "0.1.0", "NumPy": "2.4.1"},
+    "links": {"link2": {"mass": {"value": 1.43, "std": 0.17, "unit": "kg", "status": "identified"}}},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def page() -> Seen:
+    traces = [[trace(one) for one in step.fit.runs] for step in (STEP, POOR_STEP)]
+    return render(identification_page, "An arm", (STEP, POOR_STEP), traces, (PREDICTION, None), DATA, VERIFICATION)
+
+
+def test_the_lead_has_the_worst_unseen_run_and_the_worst_joint(page):
+    lead = page.paragraphs[0]
+    assert "what is left is the sensor's noise: joint 4." in lead
+    assert "stays above the noise: joint 2 (23.7 × noise) (4.3 mrad, 6.7 % of the range)." in lead
+    assert "within 26 × noise on the worst joint, 15.6 × what noise and the spread of the parameters explain" in lead
+
+
+def test_the_overview_has_fit_and_validation(page):
+    table = page.table("Overview", heading="outcome")
+    assert table.header[1:6] == ["fit/noise", "validate/noise", "starts", "best basin", "seconds"]
+    assert table.rows[1:] == [
+        ["joint 4", "1.012", "1.034", "6", "3 of 6", "9.4", "converged"],
+        ["joint 2", "15 (3.2 mrad, 4.1 % of the range)", "24 (4.3 mrad, 6.7 % of the range)", "4", "3 of 4", "7.2",
+         "above_noise"],
+    ]  # fmt: skip
+    assert page.table("Remarks on the data").rows[1:] == [["a.csv: 3 rows are missing"]]
+
+
+def test_a_parameter_has_its_value_its_error_its_guess_and_its_bounds(page):
+    table = page.table("Joint 4", "Parameters")
+    assert table.row("inertia") == {
+        "parameter": "inertia", "value ± std": "(1.234 ± 0.032)e-04", "unit": "kg m²", "status": "identified",
+        "first guess": "0.00017", "bounds": "[1e-06, 0.3]", "meaning": "moment of inertia",
+    }  # fmt: skip
+    row = table.row("Ks")
+    assert [row[name] for name in ("value ± std", "status", "first guess", "bounds")] == [
+        "0.0278 ± 0.0011", "prior", "0.019", "[-0.4, 0.6]",
+    ]  # fmt: skip
+    row = table.row("Kp")
+    assert [row[name] for name in ("value ± std", "status", "bounds")] == ["1.25", "fixed", ""]
+
+
+def test_profiles_and_combinations_have_their_ends_and_errors(page):
+    assert page.table("Joint 4", "95 % intervals").rows == [
+        ["parameter", "from", "to", "value ± 1.96 std", "unit"],
+        ["Ks", "0.0249", "open", "0.025644 to 0.029956", "N m/rad"],
+    ]
+    assert page.table("Joint 4", "What the data alone know").rows[1:] == [["1·Ks + -0.37·inertia", "0.0432 ± 0.0019"]]
+
+
+def test_runs_and_minima_have_their_scores(page):
+    table = page.table("Joint 4", "Runs")
+    assert table.header == ["run", "use", "RMS [rad]", "RMS / noise", "RMS / range"]
+    assert table.rows[1:] == [
+        ["a.csv", "fit", "0.000231", "1.012", "3.40e-03"],
+        ["b.csv", "validate", "0.000247", "1.034", "5.60e-03"],
+        ["x.csv", "excluded", "", "", "a cable hung in the way"],
+    ]
+    minima = page.table("Joint 4", "Minima")
+    assert minima.header == ["minimum", "RMS / noise", "reached by starts", "simulations"]
+    assert minima.rows[1:] == [["1", "1.0123", "0, 2, 5", "61"], ["2", "4.5678", "1", "27"]]
+    assert "Locked joints: 0 at +0.31, 1 at +0, 2 at -0.47, 3 at +0 rad." in page.paragraphs
+
+
+PLAIN = "Against the plain model: joint 4"
+
+
+def test_both_models_have_their_errors_by_run(page):
+    table = page.table(PLAIN, "Errors of both models")
+    assert table.header[3:] == [
+        "free simulation [rad]", "torque [N m]", "torque [%]", "0.1 s [rad]", "1 s [rad]", "10 s [rad]",
+    ]  # fmt: skip
+    assert table.rows[1:] == [
+        ["b.csv", "validate", "fit", "0.0123", "0.00456", "7.89", "0.000161", "0.00372", "0.0583"],
+        ["b.csv", "validate", "plain", "0.0214", "0.00657", "9.18", "0.000294", "diverged", ""],
+    ]
+
+
+def test_both_models_have_their_parameters_with_both_ends(page):
+    table = page.table(PLAIN, "Parameters of the plain model")
+    assert table.row("inertia") == {
+        "parameter": "inertia", "plain model ± std": "(1.420 ± 0.051)e-04", "95 % interval": "0.000132 to 0.000152",
+        "in the fit": "inertia", "fit ± std": "(1.234 ± 0.032)e-04", "95 % interval'": "0.0001171 to 0.0001297",
+        "unit": "kg m²",
+    }  # fmt: skip
+    row = table.row("Fc")
+    assert [row["plain model ± std"], row["95 % interval"]] == ["0.0613 ± 0.0024", "0.0566 to 0.066"]
+    assert list(table.row("offset").values())[1:] == ["0.0087", "", "", "", "", "N m"]
+
+
+def test_a_plain_model_that_is_the_result_leaves_the_fit_without_errors():
+    step = replace(STEP, fit=FIT.but(outcome=Outcome.PLAIN))
+    data = {**DATA, "links": {}}
+    page = render(identification_page, "An arm", (step,), [[]], (None,), data, Verification(runs=()))
+    row = page.table(PLAIN, "Parameters of the plain model").row("inertia")
+    assert [row["fit ± std"], row["95 % interval'"]] == ["0.0001234", ""]
+
+
+def test_the_whole_model_has_residual_spread_and_ratio(page):
+    table = page.table("Whole model")
+    assert table.header[3:] == ["RMS [rad]", "RMS / noise", "parameter spread [rad]", "RMS / expected"]
+    assert table.rows[1:] == [
+        ["all.csv", "closed loop", "2", "0.0024", "12.00", "0.0032", "0.75"],
+        ["all.csv", "closed loop", "4", "0.0078", "26.00", "0.0004", "15.60"],
+    ]
+    assert "Controller: PD with 3 N m/rad." in page.paragraphs
+
+
+def test_links_and_agreements_have_their_values_and_errors(page):
+    assert page.table("Links").rows[1:] == [["link2", "mass", "1.43 ± 0.17", "kg", "identified"]]
+    table = page.table("Agreement between tests")
+    assert table.header == ["quantity", "earlier test", "later test", "pooled", "χ² (degrees)", "p", "contradicts"]
+    assert table.rows[1:] == [
+        ["mass of link 2", "1.31 ± 0.12", "1.58 ± 0.23", "1.37 ± 0.11", "7.31 (2)", "0.026", "no"],
+        ["inertia of link 3", "", "", "", "58.40 (5)", "2.6e-11", "yes"],
+    ]
+
+
+def test_the_pictures_draw_runs_models_and_joints(page):
+    runs, plain, _, whole = page.figures
+    above, other, below, _ = runs.axes
+    assert above.get_title() == "a.csv\nfit: RMS = 1.01 × noise"
+    assert other.get_title() == "b.csv\nvalidate: RMS = 1.03 × noise"
+    assert [heights(line) for line in above.lines] == [[0.5, 0.6, 0.7, 0.8], [0.4] * 4]
+    assert heights(below.lines[0]) == [100.0, 200.0, 300.0, 400.0]
+    (band,) = below.patches
+    assert [band.get_y(), band.get_height()] == pytest.approx([-46.0, 92.0])
+    torque, position, torque_left, position_left = plain.axes
+    drawn = {line.get_label(): heights(line)[0] for line in torque.lines}
+    assert drawn == {"measured": 1.0, "fit": 1.1, "plain model": 1.3}
+    assert [heights(line)[0] for line in position.lines] == [5.0, 5.2, 5.4]
+    assert [heights(line)[0] for line in torque_left.lines] == [-0.1, -0.3]
+    assert [heights(line)[0] for line in position_left.lines] == [-0.2, -0.4]
+    assert [axis.get_title() for axis in whole.axes] == ["joint 2: RMS = 0.0024 rad", "joint 4: RMS = 0.0078 rad"]
+    assert [heights(line)[0] for line in whole.axes[1].lines] == [0.5, 0.7]
+
+
+CALIBRATION = Calibration(
+    campaign=SimpleNamespace(
+        title="A bench", measured=True, outputs=("arm.q",), model=SimpleNamespace(name="Arm"),
+        runs=(known_run("a.csv"), known_run("b.csv", "validate", noise=2.6e-4)),
+    ),
+    fit=FIT, simulated={"b.csv": np.full((4, 1), 0.2)}, units=("rad",), simulation_s=0.1,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def calibrated() -> Seen:
+    return render(calibration_page, CALIBRATION, DATA)
+
+
+def test_a_calibrated_variable_has_its_value_its_error_its_guess_and_its_bounds(calibrated):
+    table = calibrated.table("Parameters", heading="variable")
+    assert table.row("mechanics.inertia") == {
+        "variable": "mechanics.inertia", "value ± std": "(1.234 ± 0.032)e-04", "unit": "kg m²",
+        "status": "identified", "first guess": "0.00017", "bounds": "[1e-06, 0.3]", "meaning": "moment of inertia",
+    }  # fmt: skip
+    row = table.row("drive.Kp")
+    assert [row["value ± std"], row["bounds"]] == ["1.25", ""]
+    combinations = calibrated.table("Parameters", heading="combination")
+    assert combinations.rows[1:] == [["1·spring.Ks + -0.37·mechanics.inertia", "0.0432 ± 0.0019"]]
+
+
+def test_a_calibration_has_the_scores_of_its_runs_and_minima(calibrated):
+    assert calibrated.table("Runs").rows[1:] == [
+        ["a.csv", "fit", "arm.q", "0.000231", "1.16"], ["b.csv", "validate", "arm.q", "0.000247", "0.95"],
+    ]  # fmt: skip
+    assert calibrated.table("The FMU").rows[1:] == [["1", "1.0123", "0, 2, 5"], ["2", "4.5678", "1"]]
+
+
+def test_a_calibration_s_picture_draws_output_residual_and_noise(calibrated):
+    above, below = calibrated.figures[0].axes
+    assert [heights(line) for line in above.lines] == [[0.21, 0.23, 0.19, 0.17], [0.2] * 4]
+    assert heights(below.lines[0]) == [0.01, 0.03, -0.01, -0.03]
+    (band,) = below.patches
+    assert [band.get_y(), band.get_height()] == pytest.approx([-5.2e-4, 10.4e-4])
