@@ -1,4 +1,4 @@
-"""Page and picture of a blind study, beside its JSON: ``python -m studies.blind.page docs/results/blind.json``."""
+"""Page and picture of a blind study, beside its JSON: ``python -m studies.blind.page blind/blind.json``."""
 
 from __future__ import annotations
 

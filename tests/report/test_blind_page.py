@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from studies.blind.page import headlines, main
 
-STORED = Path(__file__).parents[2] / "docs" / "results" / "blind.json"
+STORED = Path(__file__).parents[2] / "docs" / "results" / "blind" / "1083-a22fed2071fd.json"
 
 
 def called(path):
@@ -20,15 +20,13 @@ def called(path):
 
 @pytest.fixture
 def study(tmp_path) -> Path:
-    return Path(shutil.copy(STORED, tmp_path))
+    return Path(shutil.copy(STORED, tmp_path / "blind.json"))
 
 
-def test_the_stored_study_gives_its_page_again(study):
+def test_a_stored_study_gives_its_page(study):
     done = called(study)
     assert done.exit_code == 0, done.output
     data, page = json.loads(study.read_text(encoding="utf-8")), study.with_suffix(".md").read_text(encoding="utf-8")
-    kept = set(STORED.with_suffix(".md").read_text(encoding="utf-8").splitlines())
-    assert set(page.splitlines()) <= kept  # the stored page says more, by hand
     right = data["right"]
     assert f"Right verdicts: {right['hits']} of {right['n']} ({100 * right['share']:.0f} %" in page
     assert all(line in page and line in done.stdout for line in headlines(data))
