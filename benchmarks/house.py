@@ -1,6 +1,7 @@
 """Figures of the code as a house: rooms, lengths, density, docstrings, names, imports.
 
 ``python -m benchmarks.house [CHECKOUT ...]`` prints a table with one column a checkout (default: this one).
+A CHECKOUT is a folder, or a commit of this repository, which is checked out for the time of the count.
 ``--json FILE`` stores the figures and writes the page of the same name beside it; ``--page FILE`` only writes the page.
 Only the standard library is used, and nothing of the checkout is imported, so that older trees are measured, too.
 """
@@ -15,9 +16,12 @@ import json
 import re
 import statistics
 import subprocess
+import sys
+import tempfile
 import tokenize
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -298,6 +302,24 @@ def packages_of(modules: list[Module]) -> dict[str, dict[str, int]]:
     return table
 
 
+@contextmanager
+def checkout_of(name: str) -> Iterator[Path]:
+    """Give the folder of this name; of a commit a checkout of its own, which goes again."""
+    if Path(name).is_dir():
+        yield Path(name)
+        return
+    git = ["git", "-C", str(ROOT), "worktree"]
+    with tempfile.TemporaryDirectory() as parent:
+        folder = Path(parent) / "checkout"
+        done = subprocess.run([*git, "add", "--detach", str(folder), name], capture_output=True, text=True, check=False)
+        if done.returncode:
+            sys.exit(f"house: expected a folder or a commit, got {name!r}: {done.stderr.strip().splitlines()[-1]}")
+        try:
+            yield folder
+        finally:
+            subprocess.run([*git, "remove", "--force", str(folder)], capture_output=True, check=False)
+
+
 def version_of(checkout: Path) -> str:
     """Return the commit of a checkout, with a plus where a module differs from it."""
     git = ["git", "-C", str(checkout)]
@@ -352,7 +374,7 @@ def page_of(result: dict[str, Any]) -> str:
 def main() -> None:
     """Measure checkouts, or write the page of stored figures."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("checkouts", nargs="*", type=Path, default=[ROOT], metavar="CHECKOUT")
+    parser.add_argument("checkouts", nargs="*", default=[str(ROOT)], metavar="CHECKOUT")
     parser.add_argument("--json", type=Path, help="Store the figures here, and the page beside them.")
     parser.add_argument("--page", type=Path, help="Write the page of these stored figures anew, and measure nothing.")
     options = parser.parse_args()
@@ -360,9 +382,13 @@ def main() -> None:
         result = json.loads(options.page.read_text(encoding="utf-8"))
         options.page.with_suffix(".md").write_text(page_of(result), encoding="utf-8")
         return
-    trees = [measure(checkout) for checkout in options.checkouts]
+    trees = []
+    for name in options.checkouts:
+        with checkout_of(name) as checkout:
+            trees.append(measure(checkout))
     # The folders of other checkouts say nothing to a reader, their versions do.
-    arguments = ["." if c.resolve() == ROOT else t["version"] for c, t in zip(options.checkouts, trees, strict=True)]
+    names = [Path(name).resolve() for name in options.checkouts]
+    arguments = ["." if name == ROOT else tree["version"] for name, tree in zip(names, trees, strict=True)]
     result = {
         "command": " ".join(["python -m benchmarks.house", *arguments]),
         "date": datetime.datetime.now(tz=datetime.UTC).date().isoformat(),
