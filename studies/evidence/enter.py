@@ -15,7 +15,7 @@ import click
 from haptid.support.command import exit_codes
 from haptid.support.files.files import read_json, write_json
 from haptid.support.files.folder_lock import lock_folder
-from studies.ledger.entries import LEDGER, RESULTS, Entry, add_entry, read_ledger, state_of, write_ledger
+from studies.ledger.entries import LEDGER, OWN, RESULTS, Entry, add_entry, read_ledger, state_of, write_ledger
 from studies.ledger.generator import generator_at
 
 
@@ -79,6 +79,8 @@ def plan_of(study: Mapping[str, Any]) -> dict[str, Any]:
     words = shlex.split(study["command"])
     refused = {"found": "--no-whole", "without": "--no-leave-out", "settled": "--no-settle"}
     passes = [name for name, option in refused.items() if option not in words]
+    if study["asked"].get("truth", OWN) != OWN:
+        passes = [name for name in passes if name == "found"]  # the others know the formulas of the catalogue
     if "found" not in passes and "settled" in passes:
         passes.remove("settled")  # a proposed run follows a verdict with the whole catalogue
     limit = float(_option(words, "--limit", "1800"))
