@@ -57,6 +57,8 @@ class Missing:
         Folder of the results.
     values
         The campaign.
+    remark
+        What a reader has to know of the readings that were searched; empty where they are those of the campaign.
     """
 
     finding: AnyFinding
@@ -65,6 +67,7 @@ class Missing:
     title: str
     place: Place
     values: Values
+    remark: str = ""
 
     @property
     def folder(self) -> Path:
@@ -287,7 +290,7 @@ class Missing:
         shown = {caption: table for caption, table in tables.items() if len(table)}
         return html_of(
             f"{self.title.capitalize()}: {self.verdict.replace('_', ' ')}",
-            self.sentence,
+            f"{self.sentence} {self.remark}".strip(),
             shown,
             measured=self.values.measured,
         )
@@ -380,13 +383,15 @@ def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:
         As `Campaign.find_missing`.
     """
     job = search.job
-    if isinstance(search, SearchByPosition) and search.remark:
-        listener.note(search.remark)
+    remark = search.remark if isinstance(search, SearchByPosition) else ""
+    if remark:
+        listener.note(remark)
     listener.progress(search.title)
     finding = search.find(listener.progress)
     data = finding_json(finding, measured=job.campaign.measured, seed=job.seed)
     made = Missing(
-        finding=finding, data=data, name=search.name, title=search.title, place=place, values=job.campaign
+        finding=finding, data=data, name=search.name, title=search.title, place=place, values=job.campaign,
+        remark=remark,
     )  # fmt: skip
     write_json(made.file, data)
     if not place.temporary:

@@ -211,7 +211,7 @@ class Posteriors:
         return axes
 
     def plot_prediction(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
-        """Plot the measured position of a run over its predictive 95 % band.
+        """Plot what was measured of a run over its predictive 95 % band.
 
         Parameters
         ----------
@@ -225,7 +225,7 @@ class Posteriors:
         Returns
         -------
         Axes
-            The axes, position in rad or m.
+            The axes, position in rad or m; torque in N m or N where the torque was fitted.
 
         Raises
         ------
@@ -241,7 +241,7 @@ class Posteriors:
         return axes
 
     def plot_residuals(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
-        """Plot measured position minus predictive median of a run over the bands of 50, 80 and 95 %.
+        """Plot what was measured of a run minus the predictive median, over the bands of 50, 80 and 95 %.
 
         Parameters
         ----------
@@ -251,7 +251,7 @@ class Posteriors:
         Returns
         -------
         Axes
-            The axes, residual in mrad or mm.
+            The axes, residual in thousandths of the unit of `plot_prediction`.
 
         Raises
         ------

@@ -293,7 +293,7 @@ def package_result(  # noqa: PLR0913 # one argument an option
     findings = [read_finding(path, entries) for path in named]
     machine = device if isinstance(device, Device) else device_of_results(device, data["device"], source)
     check_for_device(data, machine, str(source))
-    taken = taken_along(findings, data, machine, str(source))
+    taken = tuple(taken_along(findings, data, machine, str(source)))  # refused before an FMU is written
     values = of_device(data).values
     check_orders(values, machine, str(source))
     for finding in findings:  # each by itself, so that an error names the file at fault
@@ -301,7 +301,7 @@ def package_result(  # noqa: PLR0913 # one argument an option
     warnings = tuple(impossible_links(values, machine))
     with _named_in_errors(source, warnings):
         fmu = export_full(machine, data, out, kind, findings, start, source.parent)
-    return Packaged(fmu=fmu, taken=tuple(taken), warnings=warnings)
+    return Packaged(fmu=fmu, taken=taken, warnings=warnings)
 
 
 def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
