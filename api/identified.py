@@ -258,7 +258,8 @@ class Identified:
             File to write.
         joint
             Number of the joint to export alone; None for the whole device, or for the only joint of a
-            ``single_joint`` campaign.
+            ``single_joint`` campaign. In the whole device, first guesses stand where no test gave a value, and the FMU
+            says so.
         kind
             ``python`` (built by pythonfmu), ``native`` (compiled, FMI 2.0) or ``native3`` (FMI 3.0).
         findings
@@ -272,7 +273,7 @@ class Identified:
         Raises
         ------
         InputError
-            Where the device was not identified as a whole, or a finding does not go with it.
+            Where there is no such joint, or a finding does not go with the device.
 
         Warns
         -----
