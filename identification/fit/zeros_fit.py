@@ -27,8 +27,9 @@ from haptid.model.joint.encoder_zero import is_felt, with_encoder_zeros, without
 from haptid.support.errors import NumericalError
 
 
-def fit_with_zeros(fit_equations: Callable[[Equations, FitOptions], Fit], found: Fit, runs: Sequence[Run],
-                   options: FitOptions) -> Fit | None:  # fmt: skip
+def fit_with_zeros(
+    fit_equations: Callable[[Equations, FitOptions], Fit], found: Fit, runs: Sequence[Run], options: FitOptions
+) -> Fit | None:
     """Fit once more with an encoder zero of every run.
 
     Parameters

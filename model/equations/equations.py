@@ -7,6 +7,7 @@ bear the id of their quantity, so that a symbol made anywhere from the same id i
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -252,15 +253,35 @@ class Equations:
         for symbol, expression in self.definitions:
             inside[symbol] = sp.sympify(expression).xreplace(inside)
 
-        def put_in(expressions: tuple[sp.Expr, ...]) -> tuple[sp.Expr, ...]:
-            return tuple(sp.sympify(e).xreplace(inside) for e in expressions)
+        return replace(self.substitute(inside), definitions=())
 
+    def substitute(self, expressions: Mapping[sp.Symbol, sp.Expr], *, outputs: bool = True) -> Equations:
+        """Put expressions in the place of symbols, all at once, in all formulas.
+
+        Parameters
+        ----------
+        expressions
+            Expressions of states, inputs and parameters by the symbol that each replaces.
+        outputs
+            Whether the outputs are changed too; otherwise they stay as they are.
+
+        Returns
+        -------
+        Equations
+            The same states, inputs and parameters with the changed formulas.
+        """
+        inside = dict(expressions)
+
+        def put_in(formulas: Iterable[sp.Expr]) -> tuple[sp.Expr, ...]:
+            return tuple(sp.sympify(e).xreplace(inside) for e in formulas)
+
+        changed = put_in(o.expression for o in self.outputs) if outputs else [o.expression for o in self.outputs]
         return replace(
             self,
-            definitions=(),
             rhs=put_in(self.rhs),
             rates=put_in(self.rates),
-            outputs=tuple(replace(o, expression=put_in((o.expression,))[0]) for o in self.outputs),
+            outputs=tuple(replace(o, expression=e) for o, e in zip(self.outputs, changed, strict=True)),
+            definitions=tuple((symbol, put_in((e,))[0]) for symbol, e in self.definitions),
             mass_matrix=None if self.mass_matrix is None else tuple(put_in(row) for row in self.mass_matrix),
             inertia=None if self.inertia is None else tuple(put_in(row) for row in self.inertia),
         )

@@ -46,24 +46,19 @@ def with_encoder_zeros(equations: Equations, std: Sequence[float]) -> Equations:
     )  # fmt: skip
     shifted = {at.symbol: at.symbol - zero.symbol for at, zero in zip(positions, zeros, strict=True)}
 
-    def shift(expressions: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        return tuple(sp.sympify(e).xreplace(shifted) for e in expressions)
-
     def insert(old: Sequence[Any], new: Sequence[Any]) -> tuple[Any, ...]:
         # Behind positions and velocities: states that an effect adds stay the last ones.
         return (*old[: 2 * n], *new, *old[2 * n :])
 
     still = (sp.S.Zero,) * n
-    symbols = [symbol for symbol, _ in equations.definitions]
-    return replace(
+    widened = replace(
         equations,
         states=insert(equations.states, zeros),
-        rhs=insert(shift(equations.rhs), still),
-        rates=insert(shift(equations.rates), still),
-        definitions=tuple(zip(symbols, shift([e for _, e in equations.definitions]), strict=True)),
-        mass_matrix=None if equations.mass_matrix is None else tuple(shift(row) for row in equations.mass_matrix),
-        inertia=None if equations.inertia is None else tuple(shift(row) for row in equations.inertia),
+        rhs=insert(equations.rhs, still),
+        rates=insert(equations.rates, still),
     )
+    # The outputs stay: the position states are what the encoders read.
+    return widened.substitute(shifted, outputs=False)
 
 
 def without_encoder_zeros(equations: Equations) -> Equations:
@@ -82,22 +77,11 @@ def without_encoder_zeros(equations: Equations) -> Equations:
     gone = set(zero_states(equations))
     at_zero = {equations.states[k].symbol: sp.S.Zero for k in gone}
 
-    def put_in(expressions: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
-        return tuple(sp.sympify(e).xreplace(at_zero) for e in expressions)
-
     def keep(entries: Sequence[Any]) -> tuple[Any, ...]:
         return tuple(entry for k, entry in enumerate(entries) if k not in gone)
 
-    symbols = [symbol for symbol, _ in equations.definitions]
-    return replace(
-        equations,
-        states=keep(equations.states),
-        rhs=put_in(keep(equations.rhs)),
-        rates=put_in(keep(equations.rates)),
-        definitions=tuple(zip(symbols, put_in([e for _, e in equations.definitions]), strict=True)),
-        mass_matrix=None if equations.mass_matrix is None else tuple(put_in(row) for row in equations.mass_matrix),
-        inertia=None if equations.inertia is None else tuple(put_in(row) for row in equations.inertia),
-    )
+    still = equations.substitute(at_zero)
+    return replace(still, states=keep(still.states), rhs=keep(still.rhs), rates=keep(still.rates))
 
 
 def zero_states(equations: Equations) -> tuple[int, ...]:
