@@ -18,7 +18,7 @@ from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
 from haptid.discrepancy.torque.rows import Mask, alternating, rests
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.result.fit import Fit
-from haptid.identification.sequence.equations_for import equations_for
+from haptid.identification.sequence.equations_for import equations_for, stated_parameters
 from haptid.identification.simulators.inverse_dynamics import (
     TorqueSimulator,
     measured_motion,
@@ -238,7 +238,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     sealed = tuple(run for run in sealed if run.file not in cut)
     runs = [*(run for run in fitted if run.file not in cut), *unseen]
     base, slides = equations_for(campaign, device_of(campaign), (joint,)), bool(fitted[0].prismatic[0])
-    stated = tuple(campaign.parameter_overrides.get(joint, {}))
+    stated = stated_parameters(campaign, (joint,))
     drive = known_drive(base, carried)
     if carried is not None and not set(SPRING) & set(carried.free):
         base = base.with_parameters({id: {"initial": 0.0, "fixed": True} for id in SPRING if _has(base, id)})

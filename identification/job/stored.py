@@ -11,7 +11,6 @@ from haptid.identification.sequence.equations_for import equations_for
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.resume import data_digest
 from haptid.identification.sequence.step import Step
-from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
 from haptid.support.errors import InputError
@@ -56,6 +55,5 @@ def stored_steps(
 
 def _step(entry: Mapping[str, Any], campaign: Campaign, device: Device | None, tested: Configuration) -> Step:
     equations = equations_for(campaign, device, tested.free_joints, tested.posture)
-    torque = entry["outcome"] == Outcome.TORQUE_SCORED.label
-    fitted = fit_from_json(entry, torque_equations(equations) if torque else equations)
-    return Step(configuration=tested, fit=fitted, torque_scored=torque)
+    fitted = fit_from_json(entry, equations)
+    return Step(configuration=tested, fit=fitted, torque_scored=fitted.outcome is Outcome.TORQUE_SCORED)

@@ -21,9 +21,9 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
+from haptid.identification.sequence.equations_for import stated_parameters
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.resume import data_digest
-from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.identification.statistics.absent import SPRING
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Array
@@ -86,13 +86,12 @@ def carried_fit(
     entry = _entry_of(campaign, device, configuration, out)
     if entry is None or entry.get("outcome") == Outcome.TORQUE_SCORED.label or entry.get("observer_gain_per_s") != 0:
         return None
-    try:
-        fit = fit_from_json(entry, equations)
-    except (KeyError, TypeError, ValueError, IndexError):  # written by another version, or changed by hand
+    fit = _read_fit(entry, equations)
+    if fit is None:
         return None
     missing = {q.id for q in equations.parameters if not q.fixed} ^ set(fit.free)
     same = not missing or (springless and missing == set(SPRING) and not any(fit.values[id] for id in SPRING))
-    return fit if same and np.isfinite(fit.theta).all() else None
+    return fit if same else None
 
 
 def carried_torque_fit(
@@ -122,13 +121,8 @@ def carried_torque_fit(
     entry = _entry_of(campaign, device, configuration, out)
     if entry is None or entry.get("outcome") != Outcome.TORQUE_SCORED.label:
         return None
-    stated = tuple(campaign.parameter_overrides.get(configuration.free_joints[0], {}))
-    restrained = restrain_stribeck(equations, configuration.runs, stated)
-    try:
-        fit = fit_from_json(entry, torque_equations(restrained))
-    except (KeyError, TypeError, ValueError, IndexError):  # written by another version, or changed by hand
-        return None
-    return fit if np.isfinite(fit.theta).all() else None
+    stated = stated_parameters(campaign, configuration.free_joints)
+    return _read_fit(entry, restrain_stribeck(equations, configuration.runs, stated))
 
 
 def earlier_residual(
@@ -188,6 +182,15 @@ def earlier_zeros(
     entry = _entry_of(campaign, device, configuration, out)
     zeros = None if entry is None else entry.get("encoder_zeros")
     return {} if zeros is None else {file: np.array(zero) for file, zero in zeros["runs"].items()}
+
+
+def _read_fit(entry: Mapping[str, Any], equations: Equations) -> Fit | None:
+    """Rebuild the fit of an entry; None where the entry was written by another version, or changed by hand."""
+    try:
+        fit = fit_from_json(entry, equations)
+    except (KeyError, TypeError, ValueError, IndexError):
+        return None
+    return fit if np.isfinite(fit.theta).all() else None
 
 
 def _entry_of(

@@ -69,6 +69,25 @@ def equations_for(
     return equations
 
 
+def stated_parameters(campaign: Campaign, joints: Sequence[int]) -> tuple[str, ...]:
+    """Return which parameters of a configuration the user states.
+
+    Parameters
+    ----------
+    campaign
+        Campaign with the entries ``[joint.J.parameters]``.
+    joints
+        Numbers of the free joints.
+
+    Returns
+    -------
+    tuple of str
+        Ids as the equations of these joints have them: with the joint's number where several are free.
+    """
+    tails = {j: "" if len(joints) == 1 else f"_{j}" for j in joints}
+    return tuple(f"{id}{tail}" for j, tail in tails.items() for id in campaign.parameter_overrides.get(j, {}))
+
+
 def _has(equations: Equations, id: str) -> bool:
     return any(q.id == id for q in equations.parameters)
 

@@ -14,6 +14,7 @@ from haptid.identification.links.consistency import Agreement
 from haptid.identification.result.fit import Basin, Combination, Fit, Interval, RunScore
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.step import Step
+from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.model.joint.encoder_zero import with_encoder_zeros, zero_states
@@ -234,7 +235,8 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
     entry
         Entry as `step_json` wrote it.
     equations
-        Equations of the fit, with the same parameters; without the encoder zeros that the entry may have.
+        Equations of motion with the same parameters. Where the fit was one of the torque, or has encoder zeros, the
+        equations of the fit are made from them.
 
     Returns
     -------
@@ -246,8 +248,12 @@ def fit_from_json(entry: Mapping[str, Any], equations: Equations) -> Fit:
     ------
     KeyError
         Where the entry lacks a key, a parameter of the equations, or has an unknown outcome.
+    ValueError
+        Where the torque was fitted, and the equations cannot be read from motion to torque.
     """
     by_id, zeros = entry["parameters"], entry.get("encoder_zeros")
+    if entry["outcome"] == Outcome.TORQUE_SCORED.label:
+        equations = torque_equations(equations)
     if zeros is not None:
         equations = with_encoder_zeros(equations, zeros["prior_std"])
     return Fit(

@@ -23,10 +23,9 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import Configuration
-from haptid.identification.sequence.equations_for import equations_for, name_campaign_in_errors
+from haptid.identification.sequence.equations_for import equations_for, name_campaign_in_errors, stated_parameters
 from haptid.identification.sequence.result_json import fit_from_json
 from haptid.identification.sequence.step import Step
-from haptid.identification.simulators.inverse_dynamics import torque_equations
 from haptid.identification.simulators.protocol import Simulator
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
@@ -120,7 +119,7 @@ class Sequence:
         if belief is None:
             return equations
         single = len(joints) == 1
-        stated = [id if single else f"{id}_{j}" for j in joints for id in self.campaign.parameter_overrides.get(j, {})]
+        stated = stated_parameters(self.campaign, joints)
         known = {id.removesuffix(f"_{joints[0]}"): value for id, value in found.items()} if single else found
         own = {id: value for id, value in known.items() if not single or f"{id}_{joints[0]}" in found}
         return carry_over(equations, belief, coefficients, own, stated)
@@ -128,14 +127,13 @@ class Sequence:
     def _step(self, configuration: Configuration, equations: Equations, kept: Mapping[str, Any] | None) -> Step:
         if kept is not None:
             with suppress(KeyError, TypeError, ValueError, IndexError):  # changed since: it is fitted again
-                torque = kept["outcome"] == Outcome.TORQUE_SCORED.label
-                fitted = fit_from_json(kept, torque_equations(equations) if torque else equations)
+                fitted = fit_from_json(kept, equations)
                 # Figures are those of the fit that was held against the plain model, even where that replaced it.
                 judged = kept["replaced"] if fitted.outcome is Outcome.PLAIN else fitted.values
                 return Step(
                     configuration=configuration,
                     fit=fitted,
-                    torque_scored=torque,
+                    torque_scored=fitted.outcome is Outcome.TORQUE_SCORED,
                     compared=self._test(configuration, equations).with_positions(fitted).compare(judged),
                 )
         with name_campaign_in_errors(self.campaign, configuration.free_joints):
@@ -143,16 +141,13 @@ class Sequence:
         return Step(configuration=configuration, fit=made.fit, torque_scored=made.torque_scored, compared=made.compared)
 
     def _test(self, configuration: Configuration, equations: Equations) -> JointTest:
-        joints = configuration.free_joints
-        single = len(joints) == 1
-        stated = (id if single else f"{id}_{j}" for j in joints for id in self.campaign.parameter_overrides.get(j, {}))
         return JointTest(
             equations=equations,
             build=self.build,
             runs=configuration.runs,
             device=self.device,
             posture=configuration.posture,
-            stated=tuple(stated),
+            stated=stated_parameters(self.campaign, configuration.free_joints),
         )
 
 

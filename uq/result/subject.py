@@ -22,7 +22,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.carried_fit import FILE, carried_fit, carried_torque_fit
 from haptid.identification.sequence.configurations import Configuration
-from haptid.identification.sequence.equations_for import name_campaign_in_errors
+from haptid.identification.sequence.equations_for import name_campaign_in_errors, stated_parameters
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.inverse_dynamics import torque_runs
 from haptid.identification.simulators.protocol import Simulator
@@ -110,7 +110,7 @@ def find_subject(  # noqa: PLR0913 # a configuration, where its fit may lie, and
     with name_campaign_in_errors(campaign, configuration.free_joints):
         # Only under position control may the torque be the residual; then both are fitted, and the better one counts.
         if choose_for(runs).kind != "open_loop" and equations.drive is None:
-            stated = tuple(campaign.parameter_overrides.get(configuration.free_joints[0], {}))
+            stated = stated_parameters(campaign, configuration.free_joints)
             test = JointTest(
                 equations=equations, build=kernel_of, runs=runs,
                 device=device, posture=configuration.posture, stated=stated,
