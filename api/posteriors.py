@@ -15,6 +15,7 @@ from haptid.api.arguments import errors_name_arguments, only_one
 from haptid.api.place import Place, locked
 from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
+from haptid.identification.optimise.chosen_workers import workers_of
 from haptid.identification.verification.result import Verification
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign as Values
@@ -27,7 +28,7 @@ from haptid.report.posterior.overview import lead, relative_widths
 from haptid.report.posterior.page import posterior_page
 from haptid.support.errors import InputError
 from haptid.support.listener import Listener
-from haptid.uq.job.job import Job, workers_of
+from haptid.uq.job.job import Job
 from haptid.uq.job.sample import Sampled, sample_joints
 from haptid.uq.job.told import tell_posterior
 from haptid.uq.job.written import chains_file, write_chains, write_posteriors

@@ -13,6 +13,7 @@ from click.core import ParameterSource
 from haptid.api.place import Place
 from haptid.api.posteriors import sample_values
 from haptid.identification.foreign.process import ForeignFmu
+from haptid.identification.optimise.chosen_workers import workers_of
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.reading import is_foreign
 from haptid.report.common.stored_page import write_page
@@ -30,7 +31,6 @@ from haptid.uq.foreign.record import save_chains as save_foreign_chains
 from haptid.uq.foreign.record import save_draws as save_foreign_draws
 from haptid.uq.foreign.record import summary_text as summary_of_foreign
 from haptid.uq.foreign.source import holds_calibration, read_calibrated
-from haptid.uq.job.job import workers_of
 from haptid.uq.result.finite import with_null
 
 

@@ -7,15 +7,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 from haptid.fmu_build.accuracy.draws import COUNT
 from haptid.identification.job.job import Identification, Job
 from haptid.identification.job.provenance import provenance
-from haptid.identification.optimise.dask_workers import Cluster
-from haptid.identification.optimise.workers import Here, Processes, Workers
+from haptid.identification.optimise.chosen_workers import workers_of
 from haptid.identification.output.written_draws import write_draws
 from haptid.identification.sequence.result_json import SCHEMA, step_json
 from haptid.identification.sequence.resume import code_digest, data_digest, inputs_digest, kept_entries
@@ -69,7 +66,7 @@ def _fit_configurations(job: Job, listener: Listener) -> tuple[tuple[Step, ...],
     data = _head(job, digest)
     steps: list[Step] = []
     count = len(job.configurations)
-    with _workers(job) as workers:
+    with workers_of(job.scheduler, job.options.workers) as workers:
         tell_remarks(job.campaign, listener)
         sequence = Sequence(
             campaign=job.campaign,
@@ -88,18 +85,6 @@ def _fit_configurations(job: Job, listener: Listener) -> tuple[tuple[Step, ...],
             write_json(job.file, data)
             listener.progress(job.configurations[min(len(steps), count - 1)].name, len(steps), count)
     return tuple(steps), data
-
-
-@contextmanager
-def _workers(job: Job) -> Iterator[Workers]:
-    if job.scheduler is not None:
-        with Cluster(job.scheduler) as cluster:
-            yield cluster
-    elif job.options.workers == 1:
-        yield Here()
-    else:
-        with Processes(job.options.workers) as pool:
-            yield pool
 
 
 def _head(job: Job, digest: str) -> dict[str, Any]:

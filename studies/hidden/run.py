@@ -18,10 +18,8 @@ import numpy as np
 
 from haptid.support.command import exit_codes
 from haptid.support.errors import InputError, NumericalError
-from haptid.support.files.files import write_json
-from haptid.support.processes.pool import Pool
 from haptid.virtual_device.machine.effects import Scales, Shape
-from haptid.virtual_device.machine.joint import BASE, rest_position
+from haptid.virtual_device.machine.joint import BASE, JOINT
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
@@ -30,6 +28,7 @@ from studies.hidden.joints import choose_inputs, draw_joint, fixed_parameters
 from studies.hidden.plan import KINDS, RANDOM, SIZES, UPRIGHT, Case, plan
 from studies.hidden.sizing import Reach, formula, marked_size, reach, share_size, threshold_size
 from studies.hidden.stranger import make_stranger_cases
+from studies.hidden.writing import write_cases
 
 DRAWS = 5
 """How often a case is drawn before its joint may be said to run away."""
@@ -44,7 +43,7 @@ def _size(case: Case, base: Reach, name: str, shape: Shape, rng: np.random.Gener
     """
     runs = base.runs
     torque, frequency = max(run.amplitude for run in runs), float(np.median([run.frequency for run in runs]))
-    rest = rest_position(base.parameters)
+    rest = JOINT.rest_position(base.parameters)
     effect = formula(name, Scales.of(base.parameters, torque, frequency, rest), shape)
     std = Sensor(noise=case.noise).std
     low = high = 0.0
@@ -200,16 +199,7 @@ def make_cases(  # noqa: PLR0913 - what a study sets, by keyword
         Where even the last joint that is drawn runs away under its disturbances, or takes them up.
     """
     cases = plan(n, np.random.default_rng([seed, 0]), kinds, sizes, inputs, effects)
-    folders = [out / "cases" / f"case_{k:04d}" for k in range(n)]
-    seeds = [(seed, 1, k) for k in range(n)]
-    if workers == 1:
-        labels = [make_case(*job) for job in zip(folders, cases, seeds, strict=True)]
-    else:
-        with Pool(workers) as pool:
-            made = [pool.submit(make_case, *job) for job in zip(folders, cases, seeds, strict=True)]
-            labels = [each.result() for each in made]
-    write_json(out / "labels.json", {"schema": "blind_labels/1", "seed": seed, "labels": labels})
-    return labels
+    return write_cases(out, seed, cases, make_case, series=1, workers=workers)
 
 
 @click.command(help=__doc__)

@@ -11,7 +11,7 @@ import numpy as np
 from haptid.support.errors import NumericalError
 from haptid.virtual_device.machine.compiled import Array
 from haptid.virtual_device.machine.effects import FORMULAS, Scales, Shape, Values
-from haptid.virtual_device.machine.joint import BASE, integrate, rest_position
+from haptid.virtual_device.machine.joint import BASE, JOINT, integrate
 from haptid.virtual_device.recording.inputs import Cosine
 
 COARSE = 1e-4
@@ -221,7 +221,7 @@ def positions(
     NumericalError
         Where the joint has no stable rest, or runs away.
     """
-    start = rest_position(parameters) + shift
+    start = JOINT.rest_position(parameters) + shift
     made = [integrate(parameters, run.times(), run.torque(), start=(start, 0.0), max_step=max_step)[2] for run in runs]
     return np.concatenate([readings[::4] for readings in made])
 

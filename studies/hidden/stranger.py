@@ -11,20 +11,19 @@ from typing import Any
 import numpy as np
 
 from haptid.support.errors import NumericalError
-from haptid.support.files.files import write_json
-from haptid.support.processes.pool import Pool
 from haptid.virtual_device.machine.effects import Scales, Values
 from haptid.virtual_device.machine.joint import BASE
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.stranger.campaign import make_stranger_campaign, positions, stranger_runs
 from haptid.virtual_device.stranger.effects import FORMULAS, Formula, Shape
-from haptid.virtual_device.stranger.physics import rest_position
+from haptid.virtual_device.stranger.physics import STRANGER
 from haptid.virtual_device.stranger.ranges import draw_all, draw_friction, read_ranges
 from haptid.virtual_device.stranger.readings import draw_recorder
 from studies.hidden.joints import choose_inputs, draw_joint, fixed_parameters
 from studies.hidden.sizing import reach
 from studies.hidden.stranger_plan import StrangerCase, plan_stranger
 from studies.hidden.stranger_sizing import STEP, Bench, Joint, draw_size
+from studies.hidden.writing import write_cases
 
 LAW = "friction_law"
 """Name of what is hidden where a refit of LuGre friction cannot follow the friction law."""
@@ -96,7 +95,7 @@ def _values(formula: Formula, scales: Scales, shape: Shape, size: float) -> Valu
 
 def _scales(parameters: dict[str, float], runs: Sequence[Cosine], joint: Joint) -> Scales:
     torque, frequency = max(run.amplitude for run in runs), float(np.median([run.frequency for run in runs]))
-    return Scales.of(parameters, torque, frequency, rest_position({**joint, "law": 0.0}))
+    return Scales.of(parameters, torque, frequency, STRANGER.rest_position({**joint, "law": 0.0}))
 
 
 def _word(left: dict[str, float]) -> str:
@@ -179,11 +178,4 @@ def make_stranger_cases(
         Where no draw can hide what a case asks for.
     """
     cases = plan_stranger(n, np.random.default_rng([seed, 0]), kinds=kinds, inputs=inputs, effects=effects)
-    jobs = [(out / "cases" / f"case_{k:04d}", case, (seed, 2, k)) for k, case in enumerate(cases)]
-    if workers == 1:
-        labels = [make_stranger_case(*job) for job in jobs]
-    else:
-        with Pool(workers) as pool:
-            labels = [each.result() for each in [pool.submit(make_stranger_case, *job) for job in jobs]]
-    write_json(out / "labels.json", {"schema": "blind_labels/1", "seed": seed, "labels": labels})
-    return labels
+    return write_cases(out, seed, cases, make_stranger_case, series=2, workers=workers)

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.model.effects.registry import catalogue
-from haptid.virtual_device.machine.joint import neutral
+from haptid.virtual_device.machine.joint import JOINT
 from studies.blind.outcome import MEANING, RIGHT, Outcome, score_case
 from studies.blind.page import blind_page, main
 from studies.blind.score import confusion, count_settled, coverage, rate, summarise_spread, summary
@@ -120,7 +120,7 @@ def test_the_map_of_parameters_names_what_exists_on_both_sides():
     ids = {p.id for e in catalogue().values() for p in e.parameters}
     assert {*SAME, *FORMULAS} <= ids
     assert {f"{prefix}_{part}" for prefix in WAVES for part in ("sin", "cos")} <= ids
-    known = {*neutral(), "scatter"}
+    known = {*JOINT.neutral(), "scatter"}
     assert {*SAME.values(), *(name for pair in WAVES.values() for name in pair)} <= known
     share = true_value("lock_share", {"lock_coupling": 1e-4, "lock_inertia": 2e-4}, BASE)
     assert share == pytest.approx(0.25)  # M·J − m² is positive for a share below 1

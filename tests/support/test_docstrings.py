@@ -20,7 +20,7 @@ PACKAGES = (
 )  # fmt: skip
 EXEMPT = {"property", "cached_property", "command"}
 """Decorators: a property is one value, which its sentence names; the docstring of a command is its help."""
-INCOMPLETE = ("identify_campaign", "search_campaign", "workers_of")
+INCOMPLETE = ("identify_campaign", "search_campaign")
 """Functions whose docstrings still lack a part; each leaves the list as it is completed."""
 NOTHING = {"None", "NoReturn", "Iterator[None]"}
 """Annotations of functions that hand nothing to their caller."""

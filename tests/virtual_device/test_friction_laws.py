@@ -14,7 +14,7 @@ from haptid.measurement.format.reading import read_campaign
 from haptid.support.errors import InputError
 from haptid.virtual_device import make_campaign
 from haptid.virtual_device.machine.friction import parse_friction
-from haptid.virtual_device.machine.joint import integrate, rest_position
+from haptid.virtual_device.machine.joint import JOINT, integrate
 from haptid.virtual_device.make_campaign import main
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine, table3
@@ -37,7 +37,7 @@ def solved(rates, a, b, x, events=()):
 
 
 def test_dahl_agrees_with_radau():
-    x = np.array([rest_position(P), 0.0, 0.0])
+    x = np.array([JOINT.rest_position(P), 0.0, 0.0])
     expected = [x[0]]
     for (a, b), u in zip(pairwise(T), U[:-1], strict=True):
 
@@ -96,7 +96,7 @@ class Elements:
 
 
 def test_maxwell_slip_agrees_with_radau_and_events():
-    elements, x = Elements(), np.array([rest_position(P), 0.0, *[0.0] * N])
+    elements, x = Elements(), np.array([JOINT.rest_position(P), 0.0, *[0.0] * N])
     expected, slipped = [x[0]], 0
     for (a, b), u in zip(pairwise(T), U[:-1], strict=True):
         x = elements.step(a, b, x, float(u))

@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from haptid.support.errors import InputError, NumericalError
 from haptid.virtual_device.machine.effects import FORMULAS, Shape, parse_effects, resolve
-from haptid.virtual_device.machine.joint import integrate, neutral, rest_position
+from haptid.virtual_device.machine.joint import JOINT, integrate
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.recording.simulate import scales_of, simulate_joint
@@ -61,7 +61,7 @@ def test_joint_agrees_with_radau(kind: str, hold: str) -> None:
         force, rate = friction(p, v, z)
         return [v, (torque - held(p, q) - force) / p["inertia"], rate]
 
-    start = rest_position(p)
+    start = JOINT.rest_position(p)
     expected = by_radau(rhs, [start, 0.0, 0.0], t)
     q, v, _ = integrate(p, t, u, hold=hold, start=(start, 0.0))
     assert np.abs(q - start).max() > 0.05
@@ -88,7 +88,7 @@ def test_tendon_lag_delay_and_hysteresis_agree_with_radau() -> None:
         a = (pull - held(p, q) - force - slip * s) / p["inertia"]
         return [v, a, rate, (torque - w) / lag, v - abs(v) * s / travel, rv, (w - pull) / rotor]
 
-    start = rest_position(p)
+    start = JOINT.rest_position(p)
     expected = by_radau(rhs, [start, 0, 0, 0, 0, start, 0], t)
     q, _, _ = integrate(p | extra, t, u, start=(start, 0.0))
     np.testing.assert_allclose(q, expected[:, 0], atol=2e-9)
@@ -108,13 +108,13 @@ def test_a_disturbance_of_size_zero_does_nothing_and_of_size_one_shows(name: str
 @pytest.mark.parametrize("name", sorted(set(FORMULAS) - {"amplitude_scatter"}))
 def test_every_disturbance_sets_known_parameters_away_from_neutral(name: str) -> None:
     values = resolve({name: 1.0}, scales_of(BASE_JOINT, 0.02, 1.5), Shape(variant=1))
-    assert set(values) <= set(neutral())
-    assert any(values[key] != neutral()[key] for key in values)
+    assert set(values) <= set(JOINT.neutral())
+    assert any(values[key] != JOINT.neutral()[key] for key in values)
 
 
 def test_encoder_play_and_stops_do_what_they_say() -> None:
     run = Cosine(amplitude=0.02, frequency=1.5, duration=9.0)
-    start = (rest_position(BASE_JOINT), 0.0)
+    start = (JOINT.rest_position(BASE_JOINT), 0.0)
     q, _, y = integrate(BASE_JOINT | {"encoder_play": 0.01}, run.times(), run.torque(), start=start)
     assert np.abs(q - y).max() == pytest.approx(0.005, rel=1e-9)
     free = integrate(BASE_JOINT, run.times(), run.torque(), start=start)[0]
@@ -151,7 +151,7 @@ def test_scatter_on_the_measured_amplitude_is_constant_within_a_cycle() -> None:
     effects = {"amplitude_scatter": {"scatter": 0.05}}
     clean = simulate_joint(TENDON_JOINT, run.times(), run.torque())
     scattered = simulate_joint(TENDON_JOINT, run.times(), run.torque(), effects=effects, period=run.period, seed=1)
-    rest = rest_position(TENDON_JOINT)
+    rest = JOINT.rest_position(TENDON_JOINT)
     moved = np.abs(clean - rest) > 0.05
     factor = (scattered - rest)[moved] / (clean - rest)[moved]
     cycle = (run.times() // run.period)[moved]
@@ -172,7 +172,7 @@ def test_bad_input_is_refused() -> None:
     with pytest.raises(NumericalError, match="finite"):
         integrate(BASE_JOINT | {"Ks": -1e4}, np.arange(400) * 0.05, np.ones(400))
     with pytest.raises(NumericalError, match="no stable rest"):
-        rest_position(BASE_JOINT | {"Ks": -1.0})
+        JOINT.rest_position(BASE_JOINT | {"Ks": -1.0})
 
 
 def test_a_joint_that_runs_away_is_reported_at_once() -> None:

@@ -12,7 +12,7 @@ from haptid.support.errors import InputError, NumericalError
 from haptid.virtual_device.machine.effects import Scales
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.stranger.effects import FORMULAS
-from haptid.virtual_device.stranger.physics import LAWS, integrate, rest_position
+from haptid.virtual_device.stranger.physics import LAWS, STRANGER, integrate
 from haptid.virtual_device.stranger.ranges import draw_all, draw_friction, read_ranges
 from haptid.virtual_device.stranger.readings import Recorder, draw_recorder
 
@@ -113,7 +113,7 @@ def rates(t: float, x: np.ndarray, command: float, p: dict[str, float], law: str
 @pytest.mark.parametrize("law", ["bristle", "dahl", "static"])
 def test_a_joint_with_everything_in_it_moves_as_scipy_says(law: str) -> None:
     p, t, torque = JOINT | SMOOTH, RUN.times(), RUN.torque()
-    start = rest_position(p)
+    start = STRANGER.rest_position(p)
     state, expected = np.array([start, 0.0, 0.0, 0.0, 0.0]), [start]
     for k, (begin, end) in enumerate(pairwise(t)):
         limits = {"method": "LSODA", "rtol": 1e-8, "atol": 1e-11, "max_step": 2e-3}
@@ -129,7 +129,7 @@ def test_generalised_maxwell_slip_moves_as_small_euler_steps_say() -> None:
     t = np.array([0.0, 0.1, 0.2])
     stiffness, share = (p[name] ** -np.arange(6.0) for name in ("spread", "unevenness"))
     stiffness, share = p["sigma0"] * stiffness / stiffness.sum(), share / share.sum()
-    q, v, forces, slips, seen = rest_position(p), 0.0, np.zeros(6), np.zeros(6), []
+    q, v, forces, slips, seen = STRANGER.rest_position(p), 0.0, np.zeros(6), np.zeros(6), []
     for k in range(40_000):
         if k == 20_000:
             torque, seen = -0.006, [q]
@@ -142,7 +142,7 @@ def test_generalised_maxwell_slip_moves_as_small_euler_steps_say() -> None:
         q += step * v
         slips = np.where(v * slips < 0, 0.0, slips)
         slips = np.where((slips == 0) & (forces * np.sign(v) > share * level), np.sign(v), slips)
-    moved = integrate(p, t, np.array([0.006, -0.006, 0.0]), rest_position(p))[0]
+    moved = integrate(p, t, np.array([0.006, -0.006, 0.0]), STRANGER.rest_position(p))[0]
     np.testing.assert_allclose(moved[1:], [*seen, q], atol=2e-5)
 
 
@@ -172,7 +172,7 @@ def test_tendon_neighbour_and_stop_move_as_scipy_says() -> None:
         ds = rate - abs(rate) * s / p["tendon_travel"]
         return [v, turn[0], dz, turning, (command - pull) / p["rotor_inertia"], ds, sway, turn[1]]
 
-    t, torque, start = RUN.times(), RUN.torque(), rest_position(p)
+    t, torque, start = RUN.times(), RUN.torque(), STRANGER.rest_position(p)
     state, expected = np.array([start, 0.0, 0.0, start, 0.0, 0.0, 0.0, 0.0]), [start]
     for k, (begin, end) in enumerate(pairwise(t)):
         limits = {"method": "LSODA", "rtol": 1e-8, "atol": 1e-11, "max_step": 2e-3}
@@ -192,7 +192,7 @@ def test_a_disturbance_changes_the_motion_beyond_the_noise_and_grows_with_its_si
     rng = np.random.default_rng(5)
     run = Cosine(amplitude=0.008, frequency=1.5, duration=8.0, spacing=0.02)
     joint = JOINT | {"law": 0.0}
-    start = rest_position(joint)
+    start = STRANGER.rest_position(joint)
     still = integrate(joint, run.times(), run.torque(), start, 2e-4)[2]
     for _ in range(2):
         shape = draw_all(read_ranges()["effects"][name], rng)
@@ -248,7 +248,7 @@ def test_bad_input_is_refused() -> None:
     with pytest.raises(InputError, match="time increasing"):
         integrate(JOINT, np.zeros(3), np.zeros(3), 0.0)
     with pytest.raises(NumericalError, match="no stable rest"):
-        rest_position(JOINT | {"Ks": -1.0})
+        STRANGER.rest_position(JOINT | {"Ks": -1.0})
     with pytest.raises(NumericalError, match="finite"):
         integrate(JOINT | {"Ks": -1e4}, np.arange(400) * 0.05, np.ones(400), 0.0)
 

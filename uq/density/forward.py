@@ -139,8 +139,33 @@ class KernelForward:
         return np.asarray(simulator.simulate_many(thetas, run, x0=x0, threads=self.threads)[:, :, 0])
 
 
+class OwnStep:
+    """Half of a `Forward` whose inner step cannot be chosen."""
+
+    __slots__ = ()
+
+    def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
+        """Return zeros: the inner step is taken as it is; see `Forward`.
+
+        Parameters
+        ----------
+        thetas
+            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
+        run
+            The run.
+        x0
+            Not used.
+
+        Returns
+        -------
+        ndarray, shape (n_sets, n_t)
+            Zeros, in the unit of the results.
+        """
+        return np.zeros((len(thetas), run.t.size))
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EachForward:
+class EachForward(OwnStep):
     """Simulation through any `Simulator` (an FMU, say), one parameter set after the other.
 
     Parameters
@@ -155,28 +180,9 @@ class EachForward:
         """See `Forward`."""
         return np.array([self.simulator.simulate(theta, run, x0=x0).y[:, 0] for theta in thetas])
 
-    def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
-        """Return zeros: the inner step is taken as it is; see `Forward`.
-
-        Parameters
-        ----------
-        thetas
-            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
-        run
-            The run.
-        x0
-            Not used.
-
-        Returns
-        -------
-        ndarray, shape (n_sets, n_t)
-            Zeros [rad].
-        """
-        return np.zeros((len(thetas), run.t.size))
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TorqueForward:
+class TorqueForward(OwnStep):
     """Torque of a joint along its measured motion, by the compiled torque equation for all parameter sets together.
 
     Parameters
@@ -190,25 +196,6 @@ class TorqueForward:
     def __call__(self, thetas: Array, run: Run, x0: Array) -> Array:
         """See `Forward`; the run is one of `torque_run`, and the result a torque [N m] or force [N]."""
         return self.simulator().simulate_many(np.asarray(thetas), run, x0=x0)[:, :, 0]
-
-    def shortfall(self, thetas: Array, run: Run, x0: Array) -> Array:  # noqa: ARG002 # the protocol's arguments
-        """Return zeros: the inner step is taken as it is; see `Forward`.
-
-        Parameters
-        ----------
-        thetas
-            Parameters in the order of ``equations.parameters``, shape (n_sets, n_p).
-        run
-            The run.
-        x0
-            Not used.
-
-        Returns
-        -------
-        ndarray, shape (n_sets, n_t)
-            Zeros [N m].
-        """
-        return np.zeros((len(thetas), run.t.size))
 
     def simulator(self) -> TorqueSimulator:
         """Return the compiled torque equation, built once per process.

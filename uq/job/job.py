@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
 from haptid.fmu_build.building.packaging import Kind
-from haptid.identification.optimise.workers import Here, Processes, Workers
 from haptid.identification.sequence.configurations import Configuration, configurations_of
 from haptid.measurement.values.campaign import Campaign
 from haptid.model.device.device import Device
@@ -63,20 +61,3 @@ class Job:
         if not single:
             raise InputError(str(self.campaign.folder), expected="a run to fit with one free joint", got="none")
         return tuple(single.values())
-
-
-def workers_of(scheduler: str | None, count: int) -> AbstractContextManager[Workers]:
-    """Return the workers of a sampling.
-
-    Parameters
-    ----------
-    scheduler
-        Address of a running Dask scheduler; processes on this machine where None.
-    count
-        Number of processes on this machine; 1 starts none, and works in this process.
-    """
-    if scheduler is None:
-        return Processes(count) if count > 1 else nullcontext(Here())
-    from haptid.identification.optimise.dask_workers import Cluster  # noqa: PLC0415 (slow to import and rarely needed)
-
-    return Cluster(scheduler)

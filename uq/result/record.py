@@ -22,7 +22,9 @@ SCHEMA = "posterior/1"
 
 
 def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
-    """Write ``joint<j>.nc``: posterior, prior, log densities by cycle and run, predictive bands, measured positions.
+    """Write ``joint<j>.nc``: posterior, prior, log densities by cycle and run, predictive bands, measurements.
+
+    Measurements and bands are those of the residual: ``position_<k>`` [rad, m] or ``torque_<k>`` [N m, N] of run k.
 
     Parameters
     ----------
@@ -48,15 +50,16 @@ def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
     prior = coordinates.values(coordinates.draw(np.random.default_rng(0), 2000))[None]
     terms = posterior.mode.density.terms
     cycles = [f"{t.run.file}#{c}" for t in terms for c in range(t.cycles)]
+    rows = {f"{posterior.residual}_{k}": band for k, band in enumerate(posterior.bands)}
     groups: dict[str, dict[str, Any]] = {
         "posterior": {name: values[..., i] for i, name in enumerate(coordinates.names)},
         "prior": {name: prior[..., i] for i, name in enumerate(coordinates.names)},
         "log_likelihood": {"cycle": posterior.cycle_log_density, "run": posterior.run_log_density},
-        "observed_data": {f"position_{k}": b.run.y[:, 0] for k, b in enumerate(posterior.bands)},
+        "observed_data": {name: band.run.y[:, 0] for name, band in rows.items()},
         "constant_data": {f"band_{k}": np.concatenate([b.lower, b.upper]) for k, b in enumerate(posterior.bands)},
     }
     dims = {"cycle": ["cycle_of_run"], "run": ["file"]}
-    dims |= {f"position_{k}": [f"row_{k}"] for k in range(len(posterior.bands))}
+    dims |= {name: [f"row_{k}"] for k, name in enumerate(rows)}
     dims |= {f"band_{k}": ["edge", f"row_{k}"] for k in range(len(posterior.bands))}
     edges = [f"{end}_{p:g}" for end in ("lower", "upper") for p in THRESHOLDS.probability_contents]
     attributes = {

@@ -10,7 +10,7 @@ import numpy as np
 
 from haptid.virtual_device.machine.effects import Shape, resolve
 from haptid.virtual_device.machine.friction import LAWS, law_number
-from haptid.virtual_device.machine.joint import neutral, rest_position
+from haptid.virtual_device.machine.joint import JOINT
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.sensor import Sensor
 from haptid.virtual_device.recording.simulate import complete, scales_of, simulate_joint
@@ -93,8 +93,8 @@ def joint_runs(
     """
     fixed = joint_parameters(parameters, inputs, effects or {})
     base = complete(parameters)
-    disturbed = base | {k: v for values in fixed.values() for k, v in values.items() if k in neutral()}
-    rest, band = rest_position(disturbed), START_SPREAD * base["Fc"] / base["Ks"]
+    disturbed = base | {k: v for values in fixed.values() for k, v in values.items() if k in JOINT.neutral()}
+    rest, band = JOINT.rest_position(disturbed), START_SPREAD * base["Fc"] / base["Ks"]
     tables = []
     for number, run in enumerate(inputs):
         sequence = np.random.SeedSequence([seed, joint, number])

@@ -10,7 +10,7 @@ from haptid.support.errors import InputError
 from haptid.virtual_device.machine.compiled import Array
 from haptid.virtual_device.machine.effects import Scales, resolve
 from haptid.virtual_device.machine.friction import OF_LAWS
-from haptid.virtual_device.machine.joint import BASE, integrate, neutral, rest_position
+from haptid.virtual_device.machine.joint import BASE, JOINT, integrate
 from haptid.virtual_device.recording.sensor import Sensor, cycle_factors
 
 EXACT = Sensor(noise=0.0, resolution=0.0)
@@ -38,12 +38,12 @@ def complete(parameters: Mapping[str, float]) -> dict[str, float]:
     unknown = sorted(set(parameters) - set(names) - {"q0", "v0"})
     if unknown:
         raise InputError(where="parameters", expected=f"some of {', '.join(names)}, q0, v0", got=", ".join(unknown))
-    return {name: float(parameters.get(name, neutral()[name])) for name in names}
+    return {name: float(parameters.get(name, JOINT.neutral()[name])) for name in names}
 
 
 def _rest(joint: Mapping[str, float]) -> float:
     """Return the rest position; a joint without a spring rests where it is told to be."""
-    return rest_position(joint) if joint["Ks"] > 0 else joint["epos"]
+    return JOINT.rest_position(joint) if joint["Ks"] > 0 else joint["epos"]
 
 
 def scales_of(parameters: Mapping[str, float], torque: float, frequency: float) -> Scales:
@@ -71,7 +71,7 @@ def scales_of(parameters: Mapping[str, float], torque: float, frequency: float) 
         Where the joint has no stable rest.
     """
     joint = complete(parameters)
-    return Scales.of(joint, torque, frequency, rest_position(joint))
+    return Scales.of(joint, torque, frequency, JOINT.rest_position(joint))
 
 
 def simulate_joint(  # noqa: PLR0913 - what a user of a test bench sets, by keyword

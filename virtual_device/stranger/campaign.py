@@ -12,7 +12,7 @@ from haptid.virtual_device.machine.compiled import Array
 from haptid.virtual_device.recording.campaign import START_SPREAD
 from haptid.virtual_device.recording.inputs import Cosine
 from haptid.virtual_device.recording.tables import RunTable, joint_columns, write_campaign
-from haptid.virtual_device.stranger.physics import LAWS, integrate, rest_position
+from haptid.virtual_device.stranger.physics import LAWS, STRANGER, integrate
 from haptid.virtual_device.stranger.readings import Recorder
 
 
@@ -55,7 +55,7 @@ def positions(joint: Mapping[str, Any], runs: Sequence[Cosine], max_step: float)
         Where the joint has no stable rest, or runs away.
     """
     parameters = numbered(joint)
-    start = rest_position(parameters)
+    start = STRANGER.rest_position(parameters)
     made = [integrate(parameters, run.times(), run.torque(), start, max_step)[2] for run in runs]
     return np.concatenate([readings[::4] for readings in made])
 
@@ -89,7 +89,7 @@ def stranger_runs(
         Where the joint has no stable rest, or runs away.
     """
     parameters, tables = numbered(joint), []
-    rest, band = rest_position(parameters), START_SPREAD * parameters["Fc"] / parameters["Ks"]
+    rest, band = STRANGER.rest_position(parameters), START_SPREAD * parameters["Fc"] / parameters["Ks"]
     for k, run in enumerate(inputs):
         rng, t, torque = np.random.default_rng([seed, k]), run.times(), run.torque()
         start = rest + band * rng.uniform(-1, 1)

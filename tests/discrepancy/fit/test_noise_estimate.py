@@ -13,7 +13,7 @@ from haptid.measurement.checks.preparation import prepare
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.effects.registry import catalogue
 from haptid.noise.correlation import Colour, Noise, Scatter
-from haptid.virtual_device.machine.joint import rest_position
+from haptid.virtual_device.machine.joint import JOINT
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import Cosine, rich
 from haptid.virtual_device.recording.sensor import Sensor
@@ -47,7 +47,7 @@ def test_the_place_of_rest_is_found_beside_gravity_and_eight_runs(tmp_path: Path
     effects = {"amplitude_scatter": {"scatter": 0.02, "scatter_on_torque": 0.0}}
     make_joint_campaign(tmp_path, 5, truth, rich(5), effects=effects, sensor=SENSOR, seed=31)
     study = study_of(prepare(read_campaign(tmp_path)), 5, catalogue())
-    rest = rest_position(truth)
+    rest = JOINT.rest_position(truth)
     begun = Noise(scatters=(Scatter(size=0.02, centre=rest),))
     noise = estimate(study, solve(study, (), begun, truth))
     assert noise.scatters[0].centre == pytest.approx(rest, abs=2e-3)
