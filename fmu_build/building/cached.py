@@ -18,7 +18,7 @@ from haptid.fmu_build.building.packaging import Fmu, Kind, build_fmu
 from haptid.model import equations as shared_equations
 from haptid.model import kernel
 from haptid.model.equations.equations import Equations
-from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.files.cache import cache_folder, is_sealed, seal
 
 GUESSED = ("initial", "lower", "upper", "std", "fixed", "prior", "guess")
@@ -122,6 +122,5 @@ def _find_or_build(equations: Equations, content: str, kind: Kind, *, identifica
         seal(path)
         return made
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    return Fmu(
-        path=path, digest=digest, equations=equations, kind=kind, step=DEFAULT_STEP, identification=identification
-    )
+    step = THRESHOLDS.inner_step_s
+    return Fmu(path=path, digest=digest, equations=equations, kind=kind, step=step, identification=identification)

@@ -26,7 +26,8 @@ from haptid.fmu_build.native.platforms import PLATFORMS, Platform, this_platform
 from haptid.fmu_build.python.package import python_files
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.output_injection import with_observer
-from haptid.model.kernel.generate import DEFAULT_STEP, generate
+from haptid.model.kernel.generate import generate
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_bytes
 
@@ -69,7 +70,7 @@ def interface_for(
     kind: Kind,
     identification: bool = False,
     values: Mapping[str, float] | None = None,
-    step: float = DEFAULT_STEP,
+    step: float = THRESHOLDS.inner_step_s,
 ) -> Interface:
     """Return the interface of the FMU of some equations.
 

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from haptid.fmu_build.description.interface import Interface
 from haptid.fmu_build.native.c_source import bare_library, flat_source
 from haptid.fmu_build.native.platforms import this_platform
+from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 from haptid.support.errors import InputError
@@ -26,8 +27,6 @@ from haptid.support.errors import InputError
 Array = NDArray[np.float64]
 ROWS, STEP, OMEGA, AMPLITUDE_OVER_STICTION = 401, 0.005, 2.0, 4.0
 """Rows, time between rows [s], angular frequency of the torque [rad/s], and its amplitude over the stiction."""
-AMPLITUDE_WITHOUT_STICTION_NM = 1e-2
-"""Torque [N m] where the equations have no stiction to measure it by."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -154,7 +153,8 @@ def _inputs(interface: Interface, t: Array) -> Array:
     for i, v in enumerate(interface.of_role("input")):
         if v.id.startswith("tau"):
             stiction = start.get(_stiction(interface.equations, v.id))
-            amplitude = AMPLITUDE_OVER_STICTION * stiction if stiction else AMPLITUDE_WITHOUT_STICTION_NM
+            otherwise = THRESHOLDS.reference_amplitude_without_stiction_Nm
+            amplitude = AMPLITUDE_OVER_STICTION * stiction if stiction else otherwise
             u[:, i] = amplitude * np.cos(OMEGA * t)
     return u
 

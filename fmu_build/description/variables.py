@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.fmu_names import DERIVATIVE, INNER_STEP, SENSITIVITY, SLOPE, is_of_joint, of_joint
 from haptid.model.equations.output_injection import GAIN
@@ -14,12 +15,6 @@ from haptid.model.kernel.generate import Kernel
 
 LARGEST_DOUBLE = 1.7976931348623157e308
 """Finite inputs and states lie within ± this."""
-
-
-LEAST_NOMINAL_OF_SCALE = 1e-9
-"""Smallest nominal value over the magnitude of the bounds: solvers scale their tolerances by nominal values."""
-ROUNDING_OF_SCALE = 1e-12
-"""Share of the magnitude of the bounds below which a value of either sign is zero but for rounding."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -233,12 +228,12 @@ def _scale(x: Quantity) -> float:
 
 def _without_residue(x: Quantity, start: float) -> float:
     """Return 0 for a value of either sign that is but the rounding of zero, as where the data say nothing of it."""
-    return 0.0 if x.lower < 0 < x.upper and abs(start) < ROUNDING_OF_SCALE * _scale(x) else start
+    return 0.0 if x.lower < 0 < x.upper and abs(start) < THRESHOLDS.rounding_of_scale * _scale(x) else start
 
 
 def _nominal(x: Quantity, start: float) -> float:
     """Return a typical magnitude: that of the start value; where that is next to nothing, that of the bounds."""
-    return abs(start) if abs(start) > LEAST_NOMINAL_OF_SCALE * _scale(x) else _scale(x) or 1.0
+    return abs(start) if abs(start) > THRESHOLDS.least_nominal_of_scale * _scale(x) else _scale(x) or 1.0
 
 
 def _range(x: Quantity, start: float, identification: bool) -> tuple[float, float]:

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from haptid.fmu_build.exchange.possible import (
-    LARGEST_MAGNITUDE_SI,
     Possible,
     check_bounds,
     check_entry,
@@ -22,6 +21,7 @@ from haptid.fmu_build.exchange.possible import (
     of_joint_parameter,
     of_quantity,
 )
+from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.device.device import STANDARD, Device
 from haptid.model.device.stated_parameters import ORDERED, ROWS
 from haptid.model.equations.quantity import Quantity
@@ -35,14 +35,9 @@ COEFFICIENT = re.compile(r"(inertia|gravity|V|M\d{2,8})_(1|([csq]\d{1,4}){1,9})"
 """Ids of inertial coefficients of coupled joints, as ``M01_c1``, ``V_s0``, ``gravity_c0c0``."""
 TENSOR = ((4, 7, 8), (7, 5, 9), (8, 9, 6))
 """Places of the inertia tensor's entries among `STANDARD`."""
-ROUNDING_OF_SECOND_MOMENT = 1e-6
-"""Magnitude of a negative second moment of mass that counts as rounding, relative to the largest entry of the inertia.
-
-The smallest moment of a disc or a rod is 0.
-"""
 ANY = Possible(
-    least=-LARGEST_MAGNITUDE_SI,
-    most=LARGEST_MAGNITUDE_SI,
+    least=-THRESHOLDS.largest_magnitude_si,
+    most=THRESHOLDS.largest_magnitude_si,
     units=(),
     description="inertial coefficient or limit of a controller",
 )
@@ -193,7 +188,7 @@ def impossible_links(values: Mapping[str, float], device: Device) -> Iterator[st
         stated = [float(values.get(id, guess)) for id, guess in zip(ids, link.inertial.initial, strict=True)]
         inertia = np.array([[stated[k] for k in row] for row in TENSOR])
         moments = np.linalg.eigvalsh(np.trace(inertia) / 2 * np.eye(3) - inertia)
-        if moments[0] < -ROUNDING_OF_SECOND_MOMENT * np.abs(inertia).max():
+        if moments[0] < -THRESHOLDS.rounding_of_second_moment * np.abs(inertia).max():
             yield f"link {link.name}: no body has this inertia: its principal moments break the triangle inequality"
 
 

@@ -11,16 +11,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from haptid.fmu_build.description.units import parse_unit
+from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.device.stated_parameters import ROWS, possible_range
 from haptid.model.equations.quantity import Quantity
 from haptid.support.errors import InputError
 
-LARGEST_MAGNITUDE_SI = 1e15
-"""Largest magnitude of a parameter in SI units, beyond that of any machine, where no closer range is known."""
-LARGEST_EXCESS_OVER_BOUND = 1e-9
-"""How far a value may lie beyond its bounds, relative to them: a fit works with its logarithm."""
-LARGEST_SHORTFALL_OF_STICTION = 1e-4
-"""How far Fs may lie below Fc, relative to it: a minimiser passes a constraint at which it ends by as much."""
 BODY = {
     "m": (0.0, 1e6), "J": (0.0, 1e6), **dict.fromkeys("xyz", (-1e3, 1e3)),
     **dict.fromkeys(("I11", "I22", "I33"), (0.0, 1e9)), **dict.fromkeys(("I12", "I13", "I23"), (-1e9, 1e9)),
@@ -82,11 +77,11 @@ def of_quantity(q: Quantity) -> Possible:
         `BODY` for links and rotors. For an effect, magnitudes up to 1e15 with the sign that its scale and its lower
         bound imply: bounds themselves may be multiples of a scale that a file does not state.
     """
-    least, most = -LARGEST_MAGNITUDE_SI, LARGEST_MAGNITUDE_SI
+    least, most = -THRESHOLDS.largest_magnitude_si, THRESHOLDS.largest_magnitude_si
     if q.id.startswith(("link", "motor_")):
         least, most = BODY[q.id.rpartition("_")[2]]
     elif q.scale == "log":
-        least = 1 / LARGEST_MAGNITUDE_SI**2  # above 0, as its logarithm is fitted
+        least = 1 / THRESHOLDS.largest_magnitude_si**2  # above 0, as its logarithm is fitted
     elif q.lower >= 0:
         least = 0.0
     return Possible(least=least, most=most, units=(q.unit,), description=q.description)
@@ -160,7 +155,8 @@ def check_bounds(entry: Mapping[str, Any], where: str) -> None:
     upper = math.inf if entry.get("upper") is None else float(entry["upper"])
     if lower > upper:
         raise InputError(where, expected="lower <= upper", got=f"lower {lower:g}, upper {upper:g}")
-    below, above = lower - LARGEST_EXCESS_OVER_BOUND * abs(lower), upper + LARGEST_EXCESS_OVER_BOUND * abs(upper)
+    excess = THRESHOLDS.largest_excess_over_bound
+    below, above = lower - excess * abs(lower), upper + excess * abs(upper)
     if value < below or value > above:
         got = f"{value:g} outside [{lower:g}, {upper:g}]"
         at = f"{where}.value"
@@ -189,7 +185,7 @@ def check_order(
         With both values; the remedy names the one that is a first guess.
     """
     a, b = (float(values.get(id, guesses.get(id, math.nan))) for id in (larger, smaller))
-    if a < b - LARGEST_SHORTFALL_OF_STICTION * abs(b):
+    if a < b - THRESHOLDS.largest_shortfall_of_stiction * abs(b):
         guessed = [id for id in (larger, smaller) if id not in values]
         todo = f"{guessed[0]} is a first guess: state it, too" if guessed else ""
         raise InputError(

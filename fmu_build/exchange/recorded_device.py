@@ -5,12 +5,10 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
+from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.device.device import Device
 from haptid.model.device.reader import builtin_devices, load_device
 from haptid.support.errors import InputError
-
-LONGEST_PATH = 1024
-"""Characters of a device's path; the shortest limit among the systems, macOS's."""
 
 
 def device_of_results(given: str | None, recorded: str, source: Path) -> Device:
@@ -42,7 +40,8 @@ def device_of_results(given: str | None, recorded: str, source: Path) -> Device:
         return load_device(recorded)
     where, own = f"{source}: device", source.parent.resolve()
     # A name that no path can have counts as the folder itself, which is no file and is refused below.
-    path = (own / recorded).resolve() if recorded.isprintable() and len(recorded) < LONGEST_PATH else own
+    possible = recorded.isprintable() and len(recorded) < THRESHOLDS.longest_path_characters
+    path = (own / recorded).resolve() if possible else own
     if not path.is_relative_to(own):
         expected, todo = "a built-in name, or a file in the results' own folder", f"--device {recorded} if it is yours"
         raise InputError(where, expected=expected, got=repr(recorded), todo=todo)

@@ -9,8 +9,6 @@ from haptid.fmu_build.description.units import parse_unit
 from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.fmu_build.exchange.possible import (
-    LARGEST_MAGNITUDE_SI,
-    LARGEST_SHORTFALL_OF_STICTION,
     Possible,
     check_order,
     check_value,
@@ -18,6 +16,7 @@ from haptid.fmu_build.exchange.possible import (
     of_quantity,
 )
 from haptid.fmu_build.exchange.ssv_reader import Stated, read_ssv
+from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.device.stated_parameters import ROWS
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
@@ -54,9 +53,8 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
     ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
     possible = {q.id: _possible(q) for q in equations.parameters}
     for s in equations.states:
-        possible[s.id] = Possible(
-            least=-LARGEST_MAGNITUDE_SI, most=LARGEST_MAGNITUDE_SI, units=(s.unit,), description=s.description
-        )
+        largest = THRESHOLDS.largest_magnitude_si
+        possible[s.id] = Possible(least=-largest, most=largest, units=(s.unit,), description=s.description)
     values = dict(found.values)
     stated = read_ssv(path)
     if not stated:
@@ -85,7 +83,7 @@ def _in_order(found: Identified, equations: Equations) -> Identified:
     values = dict(found.values)
     for larger, smaller in equations.orderings:
         a, b = values.get(larger), values.get(smaller)
-        if a is not None and b is not None and b - LARGEST_SHORTFALL_OF_STICTION * abs(b) <= a < b:
+        if a is not None and b is not None and b - THRESHOLDS.largest_shortfall_of_stiction * abs(b) <= a < b:
             values[larger] = b
     return Identified(values=values, provenance=found.provenance)
 

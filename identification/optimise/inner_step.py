@@ -20,7 +20,7 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.protocol import Stepped, at_step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
-from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.model.thresholds import THRESHOLDS as MODEL
 
 
 def at_inner_step(problem: Problem, step: float) -> Problem:
@@ -55,8 +55,8 @@ def steps_of(problem: Problem) -> tuple[float, ...]:
         Inner steps [s], the coarsest first: from about one per row down to the model's own, by halves.
     """
     longest = max(float(np.median(np.diff(run.t))) for run in problem.runs)
-    halvings = max(int(np.ceil(np.log2(longest / DEFAULT_STEP))), 0)
-    return tuple(DEFAULT_STEP * 2.0**k for k in range(halvings, -1, -1))
+    halvings = max(int(np.ceil(np.log2(longest / MODEL.inner_step_s))), 0)
+    return tuple(MODEL.inner_step_s * 2.0**k for k in range(halvings, -1, -1))
 
 
 def coarsen(problem: Problem, x: Array, gain: float) -> Problem:

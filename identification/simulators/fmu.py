@@ -22,8 +22,8 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.fmu_names import INNER_STEP, SENSITIVITY_SWITCH
 from haptid.model.equations.output_injection import with_observer
-from haptid.model.kernel.generate import DEFAULT_STEP
 from haptid.model.kernel.tangent import tangent_columns
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import NumericalError
 
 
@@ -101,7 +101,7 @@ class FmuSimulator:
     digest: str
     equations: Equations
     references: References
-    step: float = DEFAULT_STEP
+    step: float = THRESHOLDS.inner_step_s
 
     @classmethod
     def of(cls, fmu: Fmu | Path, equations: Equations) -> FmuSimulator:

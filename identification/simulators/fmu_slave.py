@@ -34,8 +34,8 @@ from fmpy.model_description import ModelDescription
 
 from haptid.measurement.values.run import Array
 from haptid.model.kernel.compiler import compile_shared
-from haptid.model.kernel.generate import DEFAULT_STEP
 from haptid.model.kernel.pieces import pieces
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import NumericalError
 from haptid.support.files.cache import cache_folder, is_sealed, seal, writing_to_cache
 
@@ -203,7 +203,13 @@ class FmuSlave:
             raise NumericalError(msg) from error
 
     def run(
-        self, t: Array, inputs: Sequence[int], values: Array, outputs: Sequence[int], *, step: float = DEFAULT_STEP
+        self,
+        t: Array,
+        inputs: Sequence[int],
+        values: Array,
+        outputs: Sequence[int],
+        *,
+        step: float = THRESHOLDS.inner_step_s,
     ) -> Array:
         """Step from row to row, setting the inputs and reading the outputs.
 

@@ -35,7 +35,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations, Input, Output
 from haptid.model.friction.registry import law_named
 from haptid.model.kernel.compiled import CompiledKernel
-from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.model.thresholds import THRESHOLDS
 
 SPEED, ACCELERATION, TORQUE, WIDTH = "filtered_speed", "filtered_acceleration", "filtered_torque", "filter_width"
 """Columns of a `torque_run`: speed [rad/s], acceleration [rad/s²] and torque [N m] after one pass of the filter, width
@@ -230,7 +230,7 @@ class TorqueSimulator:
     kernel: CompiledKernel
 
     @classmethod
-    def of(cls, joint: Equations, *, step: float = DEFAULT_STEP) -> TorqueSimulator:
+    def of(cls, joint: Equations, *, step: float = THRESHOLDS.inner_step_s) -> TorqueSimulator:
         """Compile the torque equation of a joint.
 
         Parameters
@@ -254,7 +254,7 @@ class TorqueSimulator:
         return cls.of_torque(torque_equations(joint), step=step)
 
     @classmethod
-    def of_torque(cls, equations: Equations, *, step: float = DEFAULT_STEP) -> TorqueSimulator:
+    def of_torque(cls, equations: Equations, *, step: float = THRESHOLDS.inner_step_s) -> TorqueSimulator:
         """Compile a torque equation.
 
         Parameters

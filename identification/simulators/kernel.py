@@ -14,7 +14,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.output_injection import with_observer
 from haptid.model.kernel.compiled import CompiledKernel
-from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.model.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class KernelSimulator:
 
     equations: Equations
     kernel: CompiledKernel
-    step: float = DEFAULT_STEP
+    step: float = THRESHOLDS.inner_step_s
 
     @classmethod
     def of(cls, equations: Equations) -> KernelSimulator:

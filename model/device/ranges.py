@@ -6,11 +6,9 @@ import math
 from dataclasses import dataclass
 
 from haptid.model.device.device import Guess
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from haptid.support.files.place import Place
-
-LEAST_STD_OVER_VALUE = 1e-12
-"""Smallest standard deviation relative to its value; the square of a much smaller one underflows."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +85,7 @@ class Range:
             if math.isfinite(bound) and abs(bound) > self.most:
                 expected = f"a bound of at most {self.most:g} {self.unit}"
                 raise InputError(str(place.at(name)), expected=expected, got=f"{bound:g}", todo="or leave it out")
-        least = LEAST_STD_OVER_VALUE * max(abs(guess.initial), LEAST_STD_OVER_VALUE)
+        least = THRESHOLDS.least_std_over_value * max(abs(guess.initial), THRESHOLDS.least_std_over_value)
         if guess.std is not None and not least <= guess.std <= self.most:
             expected = f"a standard deviation from {least:.1g} to {self.most:g} {self.unit}"
             raise InputError(str(place.at("std")), expected=expected, got=f"{guess.std:g}")

@@ -12,6 +12,7 @@ from typing import Any
 
 from haptid.model.equations.joint_parameters import DRIVE_TABLE, TABLE, Row
 from haptid.model.friction.registry import laws
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 
 Entry = Mapping[str, Any]
@@ -19,10 +20,6 @@ ROWS: Mapping[str, Row] = {
     row.id: row for row in (*TABLE, *DRIVE_TABLE, *(row for law in laws().values() for row in law.parameters))
 }
 """Rows of drive, body and spring, and of every friction law."""
-LARGEST_FACTOR_BEYOND_RANGE = 1e3
-"""A stated number may lie beyond the default range of its parameter by this factor; a wrong unit lies further out."""
-LEAST_STD_OVER_MEAN = 1e-12
-"""Smallest standard deviation of a prior, relative to the prior's mean: the weight of a sharper prior overflows."""
 ORDERED = tuple(dict.fromkeys(pair for law in laws().values() for pair in law.orderings))
 """Pairs of which the first is never smaller, as stiction and Coulomb friction."""
 
@@ -60,14 +57,12 @@ def possible_range(id: str) -> tuple[float, float]:
     Returns
     -------
     tuple of float
-        Default bounds widened by the factor `LARGEST_FACTOR_BEYOND_RANGE`, in the parameter's unit; the lower one of a
-        positive parameter stays positive.
+        Default bounds widened by the factor `THRESHOLDS.largest_factor_beyond_range`, in the parameter's unit; the
+        lower one of a positive parameter stays positive.
     """
     row = ROWS[id]
-    return (
-        row.lower / LARGEST_FACTOR_BEYOND_RANGE if row.lower > 0 else row.lower * LARGEST_FACTOR_BEYOND_RANGE,
-        row.upper * LARGEST_FACTOR_BEYOND_RANGE,
-    )
+    beyond = THRESHOLDS.largest_factor_beyond_range
+    return row.lower / beyond if row.lower > 0 else row.lower * beyond, row.upper * beyond
 
 
 def range_of(id: str, entry: Entry) -> tuple[float, float]:
@@ -188,7 +183,7 @@ def _check_size(row: Row, key: str, value: float, where: str) -> None:
 
 def _check_width(row: Row, std: float, value: float | None, where: str) -> None:
     _, most = possible_range(row.id)
-    least = LEAST_STD_OVER_MEAN * max(abs(value or 0.0), row.initial or 1e-3)
+    least = THRESHOLDS.least_std_over_value * max(abs(value or 0.0), row.initial or 1e-3)
     if not least <= std <= most:
         todo = "write fixed for what is known" if std < least else "leave the prior out where nothing is known"
         expected = f"a standard deviation from {least:.1g} to {most:g}"

@@ -14,6 +14,7 @@ from xml.etree.ElementTree import Element
 
 from haptid.model.device.urdf_joints import check_joint
 from haptid.model.device.urdf_words import check_depth, check_words
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from haptid.support.files.files import reason_of
 from haptid.support.suggestion import did_you_mean
@@ -28,8 +29,6 @@ NUMBERS = {
     "mimic": ("multiplier", "offset"),
 }
 """Attributes that hold numbers, by element."""
-LARGEST_VALUE_SI = 1e12
-"""No length, mass, torque or angle of a robot is larger in SI units."""
 
 
 def read_urdf(path: Path) -> Element:
@@ -118,13 +117,15 @@ def _check_number(text: str, key: str, where: str) -> None:
     count = 3 if key in ("xyz", "rpy") else 1
     if len(words) != count or not all(_is_sensible(word) for word in words):
         raise InputError(
-            where, expected=f"{count} finite number{'s' * (count > 1)} below {LARGEST_VALUE_SI:g}", got=repr(text)
+            where,
+            expected=f"{count} finite number{'s' * (count > 1)} below {THRESHOLDS.largest_value_si:g}",
+            got=repr(text),
         )
 
 
 def _is_sensible(word: str) -> bool:
     try:
-        return math.isfinite(float(word)) and abs(float(word)) < LARGEST_VALUE_SI and "_" not in word
+        return math.isfinite(float(word)) and abs(float(word)) < THRESHOLDS.largest_value_si and "_" not in word
     except ValueError:
         return False
 

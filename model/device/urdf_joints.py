@@ -6,12 +6,11 @@ from xml.etree.ElementTree import Element
 
 from haptid.model.device.stated_parameters import check_parameters
 from haptid.model.friction.registry import DEFAULT, law_named
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from haptid.support.suggestion import did_you_mean
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed")
-STICTION_OVER_COULOMB = 1.2
-"""First guess of stiction over Coulomb friction; a URDF states a single number for both."""
 
 
 def number(element: Element | None, key: str, default: float = 0.0) -> float:
@@ -54,7 +53,7 @@ def friction_guesses(joint: Element) -> dict[str, dict[str, float]]:
     roles = law_named(DEFAULT).roles
     viscous = {roles.viscous: {"initial": damping}} if damping else {}
     dry = (
-        {roles.coulomb: {"initial": friction}, roles.stiction: {"initial": STICTION_OVER_COULOMB * friction}}
+        {roles.coulomb: {"initial": friction}, roles.stiction: {"initial": THRESHOLDS.stiction_over_coulomb * friction}}
         if friction
         else {}
     )
@@ -89,7 +88,7 @@ def check_joint(joint: Element, joints: dict[str, Element], where: str) -> None:
     if kind != "fixed" and mimic is None:
         _check_limit(joint.find("limit"), kind, where)
         roles = law_named(DEFAULT).roles
-        stiction = f"friction (stiction is {STICTION_OVER_COULOMB} times it)"
+        stiction = f"friction (stiction is {THRESHOLDS.stiction_over_coulomb} times it)"
         names = {roles.viscous: "damping", roles.coulomb: "friction", roles.stiction: stiction}
         check_parameters(friction_guesses(joint), lambda id: f"{where}, dynamics {names[id]}")
     if kind != "fixed" and mimic is not None:

@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from xml.etree.ElementTree import Element
 
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import InputError
 from haptid.support.files.data import MOST_NESTED_LEVELS
 
@@ -52,8 +53,6 @@ EXTENSIONS = (
     "hardwareInterface", "ros2_control", "mujoco", "contact", "loop_joint", "actuator", "frame", "group", "plugin",
 )  # fmt: skip
 """Known elements of URDF, Gazebo and other programs that are not read."""
-LEAST_SHARE_OF_COMMON_LETTERS = 0.6
-"""Share of common letters from which a name is taken for a misspelling (``xzy`` for ``xyz`` has two thirds)."""
 
 
 def check_words(element: Element, where: str) -> None:
@@ -125,7 +124,7 @@ def _misspelt(name: object, known: Iterable[str]) -> str:
     """Return the known name that another one nearly is; "" for known names, comments and names with a namespace."""
     if not isinstance(name, str) or name in known or name.startswith("{") or ":" in name:
         return ""
-    near = get_close_matches(name.lower()[:80], list(known), n=1, cutoff=LEAST_SHARE_OF_COMMON_LETTERS)
+    near = get_close_matches(name.lower()[:80], list(known), n=1, cutoff=THRESHOLDS.least_share_of_common_letters)
     return near[0] if near else ""
 
 

@@ -37,6 +37,7 @@ from haptid.model.friction.shared import (
     guess_stribeck,
     stribeck,
 )
+from haptid.model.thresholds import THRESHOLDS
 
 ELEMENTS = 4
 """N. Four are the fewest with which the literature identifies presliding hysteresis; each costs two states."""
@@ -64,8 +65,6 @@ ATTRACTION = Row(
     upper=1e6,
     structured="friction.C",
 )
-FOLLOWING_RATE_PER_S = 50.0
-"""First guess of C over Fc [1/s]."""
 FORCES = tuple(
     State(id=f"element{i}", unit="N m", description=f"friction of element {i}", nominal=1e-3,
           structured=f"friction.element{i}")
@@ -130,7 +129,7 @@ def maxwell_slip(v: sp.Expr, p: Symbols, levels: Levels) -> Friction:
 
 
 def _guess(s: Sliding) -> dict[str, float]:
-    return guess_stribeck(s) | {"spread": SPREAD.initial, "C": FOLLOWING_RATE_PER_S * s.coulomb}
+    return guess_stribeck(s) | {"spread": SPREAD.initial, "C": THRESHOLDS.following_rate_per_s * s.coulomb}
 
 
 def _nominal(p: Values) -> tuple[float, ...]:

@@ -7,6 +7,7 @@ import sympy as sp
 from haptid.model.equations.equations import State
 from haptid.model.equations.joint_parameters import Row
 from haptid.model.friction.law import Levels, Sliding, Symbols
+from haptid.model.thresholds import THRESHOLDS
 
 STIFFNESS = Row(
     id="sigma0",
@@ -59,8 +60,6 @@ COULOMB = Row(
     structured="friction.Fc",
 )
 BRISTLE = State(id="z", unit="rad", description="bristle deflection", nominal=1e-3, structured="friction.bristle")
-BRISTLE_SHARE = 0.01
-"""First guess of the bristle's length, as a share of the travel."""
 
 
 def stribeck(v: sp.Expr, p: Symbols, levels: Levels | None = None) -> sp.Expr:
@@ -97,9 +96,10 @@ def guess_presliding(s: Sliding) -> dict[str, float]:
     Returns
     -------
     dict
-        ``sigma0`` = Fc/(`BRISTLE_SHARE`·travel), ``sigma2`` and ``Fc`` of gross sliding, by id.
+        ``sigma0`` = Fc/(`THRESHOLDS.bristle_length_over_travel`·travel), ``sigma2`` and ``Fc`` of gross sliding, by id.
     """
-    return {"sigma0": s.coulomb / (BRISTLE_SHARE * s.travel), "sigma2": s.viscous, "Fc": s.coulomb}
+    length = THRESHOLDS.bristle_length_over_travel * s.travel
+    return {"sigma0": s.coulomb / length, "sigma2": s.viscous, "Fc": s.coulomb}
 
 
 def guess_stribeck(s: Sliding) -> dict[str, float]:

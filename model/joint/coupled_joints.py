@@ -32,11 +32,7 @@ from haptid.model.joint.joint_in_device import (
 )
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.rigid_body.locked_dynamics import Coefficient, LockedDynamics, locked_motion
-
-BOUNDS_IN_PRIOR_STD = 5.0
-"""Distance of the bounds of an inertial coefficient from its first guess, in standard deviations of its prior."""
-LARGEST_INERTIA_OVER_GUESS = 20.0
-"""Largest factor between a moment of inertia and its first guess, above and below."""
+from haptid.model.thresholds import THRESHOLDS
 
 
 def configuration_equations(
@@ -104,18 +100,20 @@ def inertial_quantity(c: Coefficient, *, structured: str = "") -> Quantity:
     -------
     Quantity
         A moment of inertia (the constant part of a diagonal entry of M) is positive, on a logarithmic scale, within a
-        factor `LARGEST_INERTIA_OVER_GUESS` of its first guess; any other coefficient lies within `BOUNDS_IN_PRIOR_STD`
-        prior standard deviations. A coefficient without uncertainty is fixed.
+        factor `THRESHOLDS.largest_inertia_over_guess` of its first guess; any other coefficient lies
+        within `THRESHOLDS.inertial_bounds_in_prior_std` prior standard deviations. A coefficient without uncertainty
+        is fixed.
     """
     positive = c.initial > 0 and (c.id == "inertia" or (c.id[0] == "M" and c.id[1:].endswith("_1") and _diagonal(c.id)))
-    width = BOUNDS_IN_PRIOR_STD * c.prior_std + 1e-12  # keeps lower < upper where the prior has no width
+    # The last term keeps lower < upper where the prior has no width.
+    width = THRESHOLDS.inertial_bounds_in_prior_std * c.prior_std + 1e-12
     return Quantity(
         id=c.id,
         unit=c.unit,
         description=c.description,
         initial=c.initial,
-        lower=c.initial / LARGEST_INERTIA_OVER_GUESS if positive else c.initial - width,
-        upper=c.initial * LARGEST_INERTIA_OVER_GUESS if positive else c.initial + width,
+        lower=c.initial / THRESHOLDS.largest_inertia_over_guess if positive else c.initial - width,
+        upper=c.initial * THRESHOLDS.largest_inertia_over_guess if positive else c.initial + width,
         prior=Normal(mean=c.initial, std=c.prior_std) if c.prior_std > 0 else None,
         fixed=c.prior_std == 0,
         scale="log" if positive else "linear",

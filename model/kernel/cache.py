@@ -14,25 +14,23 @@ from pathlib import Path
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.kernel.generate import Kernel
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.files.cache import cache_folder, is_sealed, machine, seal
 from haptid.support.files.files import write_json
-
-MOST_SUBSTEPS = 8
-"""Largest number of sub-steps of an inner step; a trial that needs more has contacts too stiff for the sampling."""
 
 
 @cache
 def generator() -> str:
     """Compute the digest of what the records depend on beside the equations.
 
-    It changes with the generator's files, the machine and `MOST_SUBSTEPS`. Records of another digest are ignored.
+    It changes with the generator's files, the machine and `THRESHOLDS`. Records of another digest are ignored.
 
     Returns
     -------
     str
         Sixteen hex digits.
     """
-    found = hashlib.sha256(f"{machine()} {MOST_SUBSTEPS}".encode())
+    found = hashlib.sha256(f"{machine()} {THRESHOLDS}".encode())
     for part in sorted(resources.files("haptid.model.kernel").iterdir(), key=lambda p: p.name):
         if part.name.endswith((".py", ".c", ".h")):
             found.update(part.read_bytes())
@@ -67,7 +65,8 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     known = _load_record(equations, both) or (None if many and tangent else _load_record(equations, own))
     if known is not None:
         return known
-    made = CompiledKernel.of(equations, many=many, substeps=MOST_SUBSTEPS, tangent=tangent or not many)
+    most = THRESHOLDS.most_substeps_of_inner_step
+    made = CompiledKernel.of(equations, many=many, substeps=most, tangent=tangent or not many)
     seal(
         write_json(
             both if many and tangent else own,

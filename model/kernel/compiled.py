@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from haptid.model.equations.equations import Equations
 from haptid.model.kernel.compiler import compile_kernel
 from haptid.model.kernel.generate import Kernel, generate
-from haptid.model.kernel.pieces import MOST_STEPS, pieces
+from haptid.model.kernel.pieces import pieces
+from haptid.model.thresholds import THRESHOLDS
 
 Array = NDArray[np.float64]
 LANES = 4
@@ -347,8 +348,8 @@ class CompiledKernel:
         y = np.full((sets, times.size, ny), np.nan)
         done = np.zeros(sets, dtype=np.int8)
         bits, h, library = self.linear_bits(linear), step or self.kernel.step, _load(self.path)
-        # a call has at most about MOST_STEPS inner steps of LANES sets, so that Ctrl-C is noticed between calls
-        by_call = int(LANES * MOST_STEPS / (times.size + np.ptp(times) / h)) // LANES * LANES
+        # a call has at most about so many inner steps of LANES sets, so that Ctrl-C is noticed between calls
+        by_call = int(LANES * THRESHOLDS.most_inner_steps_of_call / (times.size + np.ptp(times) / h)) // LANES * LANES
         chunk = max(LANES, min(by_call, -(-sets // threads)))
 
         def run(first: int) -> None:

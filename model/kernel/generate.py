@@ -19,9 +19,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.kernel.printing import Magnitude, slopes
 from haptid.model.kernel.tangent import tangent_columns, tangent_source
 from haptid.model.kernel.text import assignments
-
-DEFAULT_STEP = 5e-4
-"""Inner step [s], as in Tam, Kubica and Wang (2005), section IV."""
+from haptid.model.thresholds import THRESHOLDS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +44,7 @@ class Kernel:
     source: str
     digest: str
     columns: tuple[str, ...]
-    step: float = DEFAULT_STEP
+    step: float = THRESHOLDS.inner_step_s
 
 
 def template(name: str) -> str:
@@ -142,7 +140,7 @@ def _include_stepper(kind: str, width: str) -> str:
     return f"{before}\n{template('stepper.h')}\n{after}"
 
 
-def generate(equations: Equations, *, tangent: bool = True, step: float = DEFAULT_STEP) -> Kernel:
+def generate(equations: Equations, *, tangent: bool = True, step: float = THRESHOLDS.inner_step_s) -> Kernel:
     """Generate the C source of ``equations``.
 
     Parameters

@@ -8,11 +8,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-MOST_STEPS = 50_000
-"""Inner steps of one call: far below a second for one joint, about a second for a whole device with sensitivities."""
+from haptid.model.thresholds import THRESHOLDS
 
 
-def pieces(t: NDArray[np.float64], step: float, most: int = MOST_STEPS) -> list[slice]:
+def pieces(t: NDArray[np.float64], step: float, most: int = THRESHOLDS.most_inner_steps_of_call) -> list[slice]:
     """Cut rows into pieces of at most ``most`` inner steps; the last row of a piece is the first one of the next.
 
     A pause between two rows is not cut: it is one piece, however long.

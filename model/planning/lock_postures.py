@@ -23,10 +23,9 @@ from haptid.model.device.device import Device
 from haptid.model.rigid_body.inertial_parameters import pi_prior
 from haptid.model.rigid_body.locked_dynamics import LockedDynamics, locked_motion
 from haptid.model.rigid_body.regressor import regressor
+from haptid.model.thresholds import THRESHOLDS
 
 Array = NDArray[np.float64]
-REACH_OVER_RANGE = 0.9
-"""Share of the range between the position limits that postures use, about its middle."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -97,7 +96,7 @@ def torque_weight(device: Device, samples: int = 400, seed: int = 0) -> Array:
 
 
 def random_motion(device: Device, samples: int, seed: int) -> tuple[Array, Array, Array]:
-    """Draw states of random harmonic motions within `REACH_OVER_RANGE` of the position limits.
+    """Draw states of random harmonic motions within `THRESHOLDS.reach_of_postures_over_range` of the position limits.
 
     Parameters
     ----------
@@ -114,7 +113,7 @@ def random_motion(device: Device, samples: int, seed: int) -> tuple[Array, Array
     """
     rng = np.random.default_rng(seed)
     lower, upper = _limits(device)
-    middle, half = (lower + upper) / 2, REACH_OVER_RANGE * (upper - lower) / 2
+    middle, half = (lower + upper) / 2, THRESHOLDS.reach_of_postures_over_range * (upper - lower) / 2
     phase = rng.uniform(0.0, 2 * np.pi, (lower.size, samples))
     omega = rng.uniform(1.0, 7.0, (lower.size, samples))
     column = half[:, np.newaxis]
@@ -131,7 +130,7 @@ def _limits(device: Device) -> tuple[Array, Array]:
 
 
 def candidate_postures(device: Device, number: int, seed: int) -> Array:
-    """Draw postures from a Sobol sequence within `REACH_OVER_RANGE` of the position limits.
+    """Draw postures from a Sobol sequence within `THRESHOLDS.reach_of_postures_over_range` of the position limits.
 
     Parameters
     ----------
@@ -148,7 +147,7 @@ def candidate_postures(device: Device, number: int, seed: int) -> Array:
         Positions [rad] or [m], shape (number, n_q).
     """
     lower, upper = _limits(device)
-    middle, half = (lower + upper) / 2, REACH_OVER_RANGE * (upper - lower) / 2
+    middle, half = (lower + upper) / 2, THRESHOLDS.reach_of_postures_over_range * (upper - lower) / 2
     # a Sobol sequence is balanced for powers of 2: the next larger power is drawn and then cut to the number
     points = qmc.Sobol(lower.size, seed=seed).random_base2(int(np.ceil(np.log2(number))))[:number]
     return np.asarray(middle + half * (2 * points - 1))

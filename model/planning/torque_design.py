@@ -27,11 +27,10 @@ from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.rigid_body.locked_dynamics import locked_motion
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.errors import NumericalError
 
 Array = NDArray[np.float64]
-AMPLITUDES_OVER_LARGEST = (0.15, 0.3, 0.5, 0.75, 1.0)
-"""Torque amplitudes of the grid, as shares of the largest torque that keeps the joint within its limits."""
 DURATION_S, ROWS_PER_S = 16.0, 200.0
 """Length of a run [s] and its sampling rate [1/s]."""
 
@@ -156,11 +155,11 @@ def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float =
     frequencies = _frequencies(device, joint, quantities)
     pool = [
         _make_run(kernel, quantities, free, units, share * largest, omega, noise)
-        for share in AMPLITUDES_OVER_LARGEST
+        for share in THRESHOLDS.torque_amplitudes_over_largest
         for omega in frequencies
     ]
     plain_index = [
-        len(frequencies) * (len(AMPLITUDES_OVER_LARGEST) // 2) + int(i)
+        len(frequencies) * (len(THRESHOLDS.torque_amplitudes_over_largest) // 2) + int(i)
         for i in np.linspace(0, len(frequencies) - 1, runs).round()
     ]
     chosen = tuple(pool[i] for i in sorted(_d_optimal([run.information for run in pool], runs)))

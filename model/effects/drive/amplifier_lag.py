@@ -5,10 +5,10 @@ import sympy as sp
 from haptid.model.effects.effect import Effect, EffectState, fade_in, parameter, t, w
 from haptid.model.effects.parts.cascade import cascade
 from haptid.model.equations.equations import State
+from haptid.model.thresholds import THRESHOLDS
 
+RATE = THRESHOLDS.settling_rate_per_s
 LEAST = sp.Float(1e-4)
-SETTLING_RATE_PER_S = 1e4
-"""Rate at which a settled amplifier takes the first command, within the first half millisecond [1/s]."""
 
 
 def _lag(variant: str, prefix: str, extra: sp.Expr) -> Effect:
@@ -39,5 +39,5 @@ def _lag(variant: str, prefix: str, extra: sp.Expr) -> Effect:
 
 EFFECTS = (
     _lag("rest", "lag", sp.S.Zero),
-    _lag("settled", "settled_lag", SETTLING_RATE_PER_S * sp.exp(-t * SETTLING_RATE_PER_S / 5)),
+    _lag("settled", "settled_lag", RATE * sp.exp(-t * RATE / 5)),
 )

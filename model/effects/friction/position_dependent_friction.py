@@ -7,12 +7,11 @@ import sympy as sp
 from haptid.model.effects.effect import Effect, parameter, q
 from haptid.model.effects.parts.waves import COARSE, WHOLE, series, series_amplitudes, wave, wave_number
 from haptid.model.effects.scales import CENTRE, POSITION
+from haptid.model.thresholds import THRESHOLDS
 
 HARMONICS = 3
-LARGEST_HARMONIC = 0.23
-"""Bound of an amplitude of the series [1]: with all of them at their bounds dry friction stays above 0."""
 FAMILY = series_amplitudes(
-    "friction_wave", "1", "relative wave of dry friction", 0.02, LARGEST_HARMONIC, HARMONICS
+    "friction_wave", "1", "relative wave of dry friction", 0.02, THRESHOLDS.largest_friction_harmonic, HARMONICS
 )  # fmt: skip
 slope = sp.Symbol("friction_slope", real=True)
 _effect = partial(

@@ -6,10 +6,9 @@ from haptid.model.effects.effect import Effect, EffectState, parameter, referenc
 from haptid.model.effects.parts import tendons
 from haptid.model.effects.scales import POSITION
 from haptid.model.equations.equations import State
+from haptid.model.thresholds import THRESHOLDS
 
 NAME = "gear"
-WALL_RATE_PER_S = 2000.0
-"""Rate at which the play's wall holds the encoder [1/s]."""
 _acceleration, _states = tendons.two_masses(NAME, play=sp.Symbol("gear_play", real=True))
 b, d = sp.symbols("encoder_play play_position", real=True)
 _beyond = sp.Max(d - b / 2, 0) + sp.Min(d + b / 2, 0)
@@ -30,8 +29,8 @@ EFFECTS = (
         states=(
             EffectState(
                 state=State(id="play_position", unit="rad", description="position within the play"),
-                rhs=v - WALL_RATE_PER_S * _beyond,
-                rate=WALL_RATE_PER_S * sp.Heaviside(sp.Abs(d) - b / 2),
+                rhs=v - THRESHOLDS.wall_rate_of_play_per_s * _beyond,
+                rate=THRESHOLDS.wall_rate_of_play_per_s * sp.Heaviside(sp.Abs(d) - b / 2),
             ),
         ),
     ),

@@ -5,9 +5,8 @@ import sympy as sp
 from haptid.model.effects.effect import Effect, parameter, q, reference, v
 from haptid.model.effects.scales import CENTRE, POSITION, SPEED, TORQUE
 from haptid.model.equations.quantity import Quantity
+from haptid.model.thresholds import THRESHOLDS
 
-DAMPER_ONSET_OVER_TRAVEL = 2e-3
-"""Share of the travel over which the stop's damper engages."""
 PLACES = (0.35, 0.55, 0.7, 0.82, 0.92)
 
 
@@ -20,7 +19,7 @@ def _push(prefix: str, sign: int, place: sp.Expr | None = None) -> sp.Expr:
     """Torque of a stop that is touched where sign·(q − place) > 0."""
     k, c, at, travel = _names(prefix)
     depth = sp.Max(sign * (q - (at if place is None else place)), 0)
-    return -sign * k * depth - c * v * sp.Min(depth / (DAMPER_ONSET_OVER_TRAVEL * travel), 1)
+    return -sign * k * depth - c * v * sp.Min(depth / (THRESHOLDS.onset_of_stop_damper_over_travel * travel), 1)
 
 
 def _table(prefix: str, place: float, low: float, high: float) -> tuple[Quantity, ...]:

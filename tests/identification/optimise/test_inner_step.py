@@ -15,7 +15,7 @@ from haptid.identification.problem.residuals import Problem
 from haptid.identification.simulators.fmu import FmuSimulator
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.observer import Observed
-from haptid.model.kernel.generate import DEFAULT_STEP
+from haptid.model.thresholds import THRESHOLDS
 from haptid.support.linear_algebra import inverse, profile_out, sandwich
 from tests.identification.bench_joint import TRUE, equations, runs
 
@@ -29,7 +29,7 @@ def problem() -> Problem:
 def test_steps_go_from_one_per_row_to_the_models_own(problem):
     steps = steps_of(problem)
     rows = float(np.median(np.diff(problem.runs[0].t)))
-    assert steps[-1] == DEFAULT_STEP
+    assert steps[-1] == THRESHOLDS.inner_step_s
     assert rows <= steps[0] < 2.0 * rows
     assert all(np.isclose(a, 2.0 * b) for a, b in pairwise(steps))
 
@@ -40,7 +40,7 @@ def test_fmu_takes_the_step_of_the_kernel(problem, kind):
     fmu = FmuSimulator.of(identification_fmu(kernel.equations, kind=kind), kernel.equations)
     theta = problem.theta(problem.first(problem.parametrisation.initial))
     own = kernel.simulate(theta, run, sensitivities=True)
-    for step in (DEFAULT_STEP, 2.5e-3, 1.0):
+    for step in (THRESHOLDS.inner_step_s, 2.5e-3, 1.0):
         here = kernel.with_step(step).simulate(theta, run, gain=6.0, sensitivities=True)
         there = fmu.with_step(step).simulate(theta, run, gain=6.0, sensitivities=True)
         np.testing.assert_allclose(there.y, here.y, rtol=1e-9, atol=1e-12)
@@ -63,7 +63,7 @@ def test_stiff_friction_gets_a_finer_step(problem):
     theta = np.array([TRUE.get(q.id, q.initial) for q in problem.simulator.equations.parameters])
     clean = run.but(y=problem.simulator.simulate(theta, run).y)
     exact = Problem.of(problem.simulator, (clean,), rough)
-    assert coarsen(exact, exact.first(theta), 0.0).simulator.step == DEFAULT_STEP < calm
+    assert coarsen(exact, exact.first(theta), 0.0).simulator.step == THRESHOLDS.inner_step_s < calm
 
 
 def test_minimum_is_that_of_the_models_own_step(problem):

@@ -11,9 +11,8 @@ from click.testing import CliRunner
 from docs import device_file
 from haptid.model.device.device_table import parse_device
 from haptid.model.device.reader import load_device
-from haptid.model.device.stated_parameters import LARGEST_FACTOR_BEYOND_RANGE
-from haptid.model.device.urdf_joints import STICTION_OVER_COULOMB
 from haptid.model.plan import main as plan
+from haptid.model.thresholds import THRESHOLDS
 
 OBJECTS = device_file.objects(device_file.schema())
 KEYS = [(kind, key) for kind, part in OBJECTS.items() for key in part["properties"]]
@@ -58,8 +57,8 @@ def test_a_default_is_what_holds_without_the_key(kind: str, key: str):
 
 def test_the_page_states_the_margins_of_the_code():
     page = " ".join(device_file.PAGE.read_text(encoding="utf-8").split())
-    assert f"by a factor of {LARGEST_FACTOR_BEYOND_RANGE:g}" in page
-    assert f"`Fs` {STICTION_OVER_COULOMB:g} times as large" in page
+    assert f"by a factor of {THRESHOLDS.largest_factor_beyond_range:g}" in page
+    assert f"`Fs` {THRESHOLDS.stiction_over_coulomb:g} times as large" in page
 
 
 def test_the_example_is_planned(tmp_path):

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from hypothesis import strategies as st
 
 from haptid.model.kernel import compiled
 from haptid.model.kernel.pieces import pieces
+from haptid.model.thresholds import THRESHOLDS
 from tests.model.kernel_cases import KERNEL, TENDON, torque, vector
 
 ROOT = Path(__file__).parents[3]
@@ -53,7 +55,7 @@ def test_pieces_have_the_bits_of_the_whole(monkeypatch: pytest.MonkeyPatch):
 
     whole = run()
     monkeypatch.setattr(compiled, "pieces", short)
-    monkeypatch.setattr(compiled, "MOST_STEPS", 70)
+    monkeypatch.setattr(compiled, "THRESHOLDS", replace(THRESHOLDS, most_inner_steps_of_call=70))
     assert len(short(T, KERNEL.kernel.step)) > 10
     for one, other in zip(whole, run(), strict=True):
         np.testing.assert_array_equal(one, other)
