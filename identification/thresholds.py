@@ -107,8 +107,10 @@ class Thresholds:
     turn_of_loss_in_std: float = 3.0
     """Residual in standard deviations of the noise [1] at which the loss turns from quadratic to linear."""
 
-    most_steps_of_initial_state: int = 8
-    """Largest number of Gauss-Newton steps of the initial state of an unseen run [1]."""
+    most_simulations_of_initial_state: int = 20
+    """Largest number of simulations that fit the initial state of an unseen run [1]."""
+    cost_change_of_initial_state: float = 1e-9
+    """Relative change of the cost below which the initial state of an unseen run is fitted [1]."""
 
     # Parametrisation: sizes of parameters whose range says little.
     largest_range_over_guess: float = 1e6

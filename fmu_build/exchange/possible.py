@@ -13,6 +13,7 @@ from typing import Any
 from haptid.fmu_build.description.units import parse_unit
 from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.device.stated_parameters import ROWS, possible_range
+from haptid.model.equations.equations import Equations
 from haptid.model.equations.quantity import Quantity
 from haptid.support.errors import InputError
 
@@ -220,3 +221,35 @@ def same_unit(text: str, unit: str) -> bool:
     except (ValueError, OverflowError):
         return False
     return one.exponents == other.exponents and one.factor == other.factor
+
+
+def in_order(values: Mapping[str, float], equations: Equations, where: str) -> dict[str, float]:
+    """Return values whose pairs are in order to the last bit, as an FMU requires.
+
+    Parameters
+    ----------
+    values
+        Stated value by id, SI units; the first guess where absent.
+    equations
+        Equations with the orderings, as Fs ≥ Fc.
+    where
+        What states the values, for errors.
+
+    Returns
+    -------
+    dict
+        A fit that ends at a constraint may return Fs below Fc by as much as its minimiser passes it; Fs becomes Fc.
+
+    Raises
+    ------
+    InputError
+        Where a pair is out of order by more than `THRESHOLDS.largest_shortfall_of_stiction`.
+    """
+    guesses = {q.id: q.initial for q in equations.parameters}
+    ordered = dict(values)
+    for larger, smaller in equations.orderings:
+        check_order(larger, smaller, ordered, guesses, where)
+        a, b = (ordered.get(id, guesses[id]) for id in (larger, smaller))
+        if a < b:
+            ordered[larger] = b
+    return ordered

@@ -10,8 +10,8 @@ from haptid.fmu_build.description.variables import structured_name
 from haptid.fmu_build.exchange.identification_json import Identified
 from haptid.fmu_build.exchange.possible import (
     Possible,
-    check_order,
     check_value,
+    in_order,
     of_joint_parameter,
     of_quantity,
 )
@@ -48,7 +48,7 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         does not have, another unit than the variable's, or an impossible value.
     """
     if path is None:
-        return _in_order(found, equations)
+        return Identified(values=in_order(found.values, equations, "values"), provenance=found.provenance)
     ids = {structured_name(equations, q.id, q.structured): q.id for q in equations.parameters}
     ids |= {structured_name(equations, s.id, s.structured): s.id for s in equations.states}
     possible = {q.id: _possible(q) for q in equations.parameters}
@@ -67,25 +67,9 @@ def with_start_values(found: Identified, path: Path | None, equations: Equations
         _check_unit(one, possible[ids[name]].units[0], f"{where}: {name}")
         check_value(one.value, possible[ids[name]], f"{where}: {name}")
         values[ids[name]] = one.value
-    guesses = {q.id: q.initial for q in equations.parameters}
-    for larger, smaller in equations.orderings:
-        check_order(larger, smaller, values, guesses, str(path))
     source = Provenance(source=path.name, status="stated")
     provenance = {**found.provenance, **dict.fromkeys((ids[name] for name in stated), source)}
-    return _in_order(Identified(values=values, provenance=provenance), equations)
-
-
-def _in_order(found: Identified, equations: Equations) -> Identified:
-    """Return values whose pairs are in order to the last bit, as an FMU requires.
-
-    A fit that ends at the constraint Fs = Fc may return Fs below Fc by up to 1e-4 of it; Fs then becomes Fc.
-    """
-    values = dict(found.values)
-    for larger, smaller in equations.orderings:
-        a, b = values.get(larger), values.get(smaller)
-        if a is not None and b is not None and b - THRESHOLDS.largest_shortfall_of_stiction * abs(b) <= a < b:
-            values[larger] = b
-    return Identified(values=values, provenance=found.provenance)
+    return Identified(values=in_order(values, equations, str(path)), provenance=provenance)
 
 
 def _possible(q: Quantity) -> Possible:

@@ -140,9 +140,5 @@ def feasible(problem: Problem, x: Array) -> Array:
     inside = x.copy()
     room = np.where(np.isfinite(upper - lower), 1e-6 * (upper - lower), 0.0)
     inside[:n] = np.clip(x[:n], lower + room, upper - room)
-    order, limit = problem.parametrisation.orderings()
-    for row, bound in zip(order, limit, strict=True):
-        short = bound + 1e-3 - row @ inside[:n]
-        if short > 0:
-            inside[:n] += row * short / (row @ row)
+    inside[:n] = problem.parametrisation.ordered(inside[:n], margin=1e-3)
     return inside

@@ -32,7 +32,8 @@ def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, see
     tuple of ndarray, shape (n_p,) each
         ``theta``, then points uniform within `THRESHOLDS.starts_over_guess` of a logarithmic parameter or within the
         unit of a linear one; a parameter with a prior is normal around ``theta`` with the prior's standard deviation,
-        within two of them. All are clipped to the bounds. ``theta`` alone where no parameter is free.
+        within two of them. All are clipped to the bounds and moved to the nearest point that meets the orderings: a
+        descent that begins outside them would stay there. ``theta`` alone where no parameter is free.
     """
     n = len(parametrisation.free)
     if count < 2 or n == 0:
@@ -42,7 +43,6 @@ def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, see
         int(np.ceil(np.log2(count)))
     )
     centre, slope = parametrisation.to_coordinates(theta), parametrisation.slope(theta)
-    lower, upper = parametrisation.bounds
     starts = [theta]
     for point in drawn[: count - 1]:
         s = centre + np.where(parametrisation.log, np.log(THRESHOLDS.starts_over_guess), 1.0) * (2.0 * point - 1.0)
@@ -50,5 +50,5 @@ def sobol_starts(parametrisation: Parametrisation, theta: Array, count: int, see
             if q.prior is not None:
                 shift = float(np.clip(norm.ppf(np.clip(point[k], 1e-3, 1 - 1e-3)), -2.0, 2.0))
                 s[k] = centre[k] + shift * q.prior.std / slope[k]
-        starts.append(parametrisation.physical(np.clip(s, lower, upper)))
+        starts.append(parametrisation.physical(parametrisation.ordered(s)))
     return tuple(starts)

@@ -57,6 +57,10 @@ def positive(quantity: Quantity) -> bool:
     return quantity.scale == "log" or (quantity.lower >= 0 and quantity.initial > 0)
 
 
+PROJECTIONS = 60
+"""Most alternating projections onto bounds and orderings: each halves what is left beside a bound, down to rounding."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parametrisation:
     """Map between the free parameters p of some equations and their coordinates s.
@@ -250,6 +254,32 @@ class Parametrisation:
         for above, below in self.equations.orderings:
             held &= theta[..., place[above]] >= theta[..., place[below]]
         return held
+
+    def ordered(self, s: Array, margin: float = 0.0) -> Array:
+        """Move coordinates to where they meet bounds and orderings, by alternating projections.
+
+        Parameters
+        ----------
+        s
+            Coordinates, shape (n_free,).
+        margin
+            By how much more than 0 each ordering's difference of coordinates is to be.
+
+        Returns
+        -------
+        ndarray, shape (n_free,)
+            Coordinates within the bounds; an ordering that ends at a bound is met up to rounding.
+        """
+        moved = np.clip(s, *self.bounds)
+        for _ in range(PROJECTIONS):
+            before = moved
+            for row, limit in zip(*self.orderings(), strict=True):
+                short = max(limit + margin - row @ moved, 0.0)
+                moved = moved + row * short / (row @ row)
+            moved = np.clip(moved, *self.bounds)
+            if np.array_equal(moved, before):
+                break
+        return moved
 
     def orderings(self) -> tuple[Array, Array]:
         """Write the orderings of pairs of parameters as linear inequalities A·s ≥ b.

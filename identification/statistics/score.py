@@ -7,9 +7,11 @@ A held-out part of a run is scored from an initial state that only the rows befo
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from haptid.identification.problem.initial_states import Start, start_of
 from haptid.identification.result.fit import RunScore
@@ -50,7 +52,7 @@ def residuals(simulator: Simulator, theta: Array, run: Run, x0: Array) -> Array:
 
 
 def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velocity: bool = False) -> Array:
-    """Fit the initial state of a run at fixed parameters, by Gauss–Newton from the first sample.
+    """Fit the initial state of a run at fixed parameters, by least squares from the first sample.
 
     Parameters
     ----------
@@ -70,23 +72,22 @@ def fit_initial_state(simulator: Simulator, theta: Array, run: Run, *, free_velo
     """
     start = start_of(simulator.equations, run, free_velocity=free_velocity)
     rows = slice(0, rows_of_start(run))
-    delta = np.zeros(len(start.states))
-    r, J = _whiten(simulator, theta, run, start, delta, rows)
-    if not np.isfinite(r).all():
-        return start.at(delta)
-    step = -np.linalg.lstsq(J, r, rcond=None)[0]
-    for _ in range(THRESHOLDS.most_steps_of_initial_state):
-        new_r, new_J = _whiten(simulator, theta, run, start, delta + step, rows)
-        gained = float(r @ r) - float(new_r @ new_r)
-        if gained > 0:
-            delta, r, J = delta + step, new_r, new_J
-            step = -np.linalg.lstsq(J, r, rcond=None)[0]
-        # A step that overshoots is shortened and tried again from the same point.
-        else:
-            step = step / 4.0
-        if abs(gained) < 1e-9 * float(r @ r):
-            break
-    return start.at(delta)
+
+    @lru_cache(maxsize=2)  # SciPy asks for residual and Jacobian apart: one simulation gives both
+    def whitened(*delta: float) -> tuple[Array, Array]:
+        return _whiten(simulator, theta, run, start, np.array(delta), rows)
+
+    first = np.zeros(len(start.states))
+    if not np.isfinite(whitened(*first)[0]).all():
+        return start.at(first)
+    best = least_squares(
+        lambda delta: whitened(*delta)[0],
+        first,
+        lambda delta: whitened(*delta)[1],
+        ftol=THRESHOLDS.cost_change_of_initial_state,
+        max_nfev=THRESHOLDS.most_simulations_of_initial_state,
+    )
+    return start.at(best.x)
 
 
 def rows_of_start(run: Run) -> int:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from click.testing import CliRunner
+from fmpy import simulate_fmu
 
 from haptid.discrepancy.run import main
 from haptid.discrepancy.torque import choice
@@ -41,6 +43,9 @@ def test_a_controlled_joint_gets_the_name_of_what_is_hidden(tmp_path, hidden, ve
         assert found["residual"] == "torque"
         assert found["effects"][0]["stability"] > 0.8
         assert found["gap"]["validate"]["after"] < 0.7 * found["gap"]["validate"]["before"]
+        assert found["refit"]["Fs"] >= found["refit"]["Fc"] * (1 - 1e-6)
+        (fmu,) = (out / "fmu").glob("*.fmu")
+        assert np.isfinite(simulate_fmu(fmu, stop_time=0.05)["joint0.reading"]).all()
 
 
 def test_a_joint_that_was_judged_in_torque_is_not_fitted_through_an_observer_again(tmp_path, monkeypatch):

@@ -188,6 +188,17 @@ def test_starts_are_the_guess_and_points_within_reach():
     assert all(0.49 < s[k] / parametrisation.initial[k] < 2.01 for s in starts)
 
 
+def test_every_start_meets_the_orderings_also_at_a_bound():
+    # Stiction that hardly reaches Coulomb friction: half of all points around the guess lie outside.
+    tight = equations().with_parameters({"Fs": {"initial": TRUE["Fc"], "upper": 1.05 * TRUE["Fc"]}})
+    parametrisation = Parametrisation.of(tight)
+    starts = np.array(sobol_starts(parametrisation, parametrisation.initial, 16, 3))
+    Fs, Fc = (starts[:, [q.id for q in tight.parameters].index(id)] for id in ("Fs", "Fc"))
+    assert (Fs >= Fc * (1 - 1e-9)).all()
+    assert (Fs <= 1.05 * TRUE["Fc"] * (1 + 1e-12)).all()
+    assert np.ptp(Fc) > 0.1 * TRUE["Fc"]
+
+
 def test_score_profiles_the_start_of_an_unseen_run(fitted):
     unseen = runs()[2]
     off = unseen.y.copy()
