@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from haptid.fleet.comparison import FEWEST_DEVICES, Comparison, Member
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, RESIDUAL, SIMULATED, figure, style
 
 METHOD = (
     "A robust z is (value − median of the devices) / √(spread² + std²); the spread is 1.4826 times the median absolute "
@@ -118,4 +119,4 @@ def z_picture(judged: Sequence[Comparison]) -> Picture:
         axis.invert_yaxis()
         axis.set_xlabel("robust z of each device [1]")
     caption = "One dot a device; the line spans what equal devices would reach."
-    return Picture(uri=data_uri(made), caption=caption, alt="robust z of every device by parameter")
+    return picture_of(made, caption=caption, alt="robust z of every device by parameter")

@@ -16,9 +16,10 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 from haptid.support.numbers import plain
 
 LEAST_SHARE_EXPLAINED = 0.5
@@ -26,7 +27,7 @@ LEAST_SHARE_EXPLAINED = 0.5
 
 
 def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
-    """Draw position and residual of the nominal and the final model on the first two runs.
+    """Draw position and residual of the nominal and the final model.
 
     Parameters
     ----------
@@ -36,6 +37,26 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
     Returns
     -------
     Picture
+        What `before_after_figure` draws.
+    """
+    unseen = all(curve.run.use == "validate" for curve in curves)
+    runs = "Runs that no fit saw" if unseen else "Fitted runs (the campaign has none to validate on)"
+    caption = f"{runs}. Above: the motion. Below: what the simulation misses, before and after."
+    made = before_after_figure(curves)
+    return picture_of(made, caption=caption, alt="measured and simulated position, before and after")
+
+
+def before_after_figure(curves: tuple[Curve, ...]) -> Figure:
+    """Draw position and residual of the nominal and the final model on the first two runs.
+
+    Parameters
+    ----------
+    curves
+        Runs with their simulations before and after the search.
+
+    Returns
+    -------
+    Figure
         A column a run: positions above, residuals with the sensor's ±2σ below.
     """
     shown = curves[:2]
@@ -56,10 +77,7 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
             row[0].legend(fontsize=7, ncols=3, loc="upper center")
             low, high = row[0].get_ylim()
             row[0].set_ylim(low, high + 0.2 * (high - low))
-    unseen = all(curve.run.use == "validate" for curve in shown)
-    runs = "Runs that no fit saw" if unseen else "Fitted runs (the campaign has none to validate on)"
-    caption = f"{runs}. Above: the motion. Below: what the simulation misses, before and after."
-    return Picture(uri=data_uri(made), caption=caption, alt="measured and simulated position, before and after")
+    return made
 
 
 def draw_motion(axis: Axes, curve: Curve) -> None:
@@ -107,6 +125,27 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
     Returns
     -------
     Picture
+        What `where_figure` draws.
+    """
+    return picture_of(
+        where_figure(maps, prismatic),
+        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
+        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
+        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
+    )
+
+
+def where_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Figure:
+    """Draw the shares of excess residual energy and of samples in every bin of each variable.
+
+    Parameters
+    ----------
+    maps, prismatic
+        As `where_picture` takes them.
+
+    Returns
+    -------
+    Figure
         A panel a variable, shares in %.
     """
     with style():
@@ -117,12 +156,7 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
         for row in axes:
             row[0].set_ylabel("share [%]")
         axes[0, 0].legend(fontsize=7)
-    return Picture(
-        uri=data_uri(made),
-        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
-        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
-        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
-    )
+    return made
 
 
 def draw_shares(axis: Axes, m: Map, prismatic: Sequence[bool]) -> None:
@@ -396,7 +430,7 @@ def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
         f"with all its parameters, {band}. What springs, friction and gain of the base hold, a constant and straight "
         "lines over position, speed or torque, is left out."
     )
-    return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {names}")
+    return picture_of(made, caption=caption, alt=f"missing torque over {names}")
 
 
 def _line(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:

@@ -7,9 +7,10 @@ from matplotlib.axes import Axes
 
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
 from haptid.report.discrepancy.page import where_picture, write_share
 
 
@@ -46,7 +47,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
         "Above: torque over position, all rows. Below: measured minus modelled torque on stretches that no fit saw; "
         "the band is ±2σ of the torque's white noise."
     )
-    return Picture(uri=data_uri(made), caption=caption, alt="torque over position, measured and modelled")
+    return picture_of(made, caption=caption, alt="torque over position, measured and modelled")
 
 
 def draw_torque_left(axis: Axes, finding: TorqueFinding) -> None:
@@ -94,7 +95,7 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
         axis.set_ylabel(f"left [{_unit(finding, 'mN m')}]")
         axis.legend(fontsize=7)
     text = "Mean torque that the final model leaves, by position and direction, with standard errors."
-    return Picture(uri=data_uri(made), caption=text, alt="remaining torque over position")
+    return picture_of(made, caption=text, alt="remaining torque over position")
 
 
 def _gaps(finding: TorqueFinding) -> Table:

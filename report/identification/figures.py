@@ -12,8 +12,9 @@ from haptid.identification.output.traces import Trace
 from haptid.identification.verification.result import RunCheck
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
-from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 
 LEAST_POINTS = 2500
 """Fewest points of a thinned curve, which has fewer than twice as many [1]."""
@@ -45,13 +46,12 @@ def run_picture(traces: Sequence[Trace], title: str) -> Picture:
             axes[0][column].set_title(title_of(trace), fontsize=8)
             axes[-1][column].set_xlabel("time [s]")
         _legend(made, axes[0][0])
-        uri = data_uri(made)
     files = ", ".join(f"{t.score.file} ({t.score.use})" for t in traces)
     caption = (
         f"{title}: measured (black) and simulated (blue) above, measured minus simulated (red) with the "
         f"sensor's ±2σ (shaded) below. Runs: {files}."
     )
-    return Picture(uri=uri, caption=caption, alt=f"{title}, measured against simulated, with residuals")
+    return picture_of(made, caption=caption, alt=f"{title}, measured against simulated, with residuals")
 
 
 def _legend(made: Figure, axis: Axes) -> None:
@@ -152,8 +152,7 @@ def whole_picture(check: RunCheck) -> Picture:
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
         _legend(made, axes[0][0])
-        uri = data_uri(made)
     kind = check.mode.replace("_", " ")
-    return Picture(
-        uri=uri, caption=f"{check.file}, {kind}: {check.sentence}.", alt=f"all joints of {check.file}, {kind}"
+    return picture_of(
+        made, caption=f"{check.file}, {kind}: {check.sentence}.", alt=f"all joints of {check.file}, {kind}"
     )

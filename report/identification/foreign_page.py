@@ -11,9 +11,10 @@ from typing import Any
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.words import RUNS, attention, run_rows, sentence_of
 from haptid.measurement.values.run import Run
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 
 METHOD = (
     "Residuals are measured minus simulated outputs over the noise of each output; 1.00 is the noise. Sensitivities "
@@ -135,6 +136,5 @@ def _picture(calibration: Calibration, run: Run) -> Picture:
         axes[-1].set_xlabel("time [s]")
         handles, labels = axes[0].get_legend_handles_labels()
         made.legend(handles, labels, loc="outside lower center", ncols=2)
-        uri = data_uri(made)
     caption = f"{run.file} ({run.use}): measured (black) and simulated (blue), residual (red) with the noise's ±2σ."
-    return Picture(uri=uri, caption=caption, alt=f"{run.file}, measured against simulated, with residuals")
+    return picture_of(made, caption=caption, alt=f"{run.file}, measured against simulated, with residuals")

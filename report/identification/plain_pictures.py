@@ -10,8 +10,9 @@ from matplotlib.axes import Axes
 from haptid.identification.baseline.prediction import Prediction
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
-from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
 MOST_POINTS = 4000
 """Largest number of points of a curve [1]."""
@@ -51,13 +52,12 @@ def plain_picture(prediction: Prediction) -> Picture:
             axis.set_xlabel("time [s]")
         handles, labels = axes[0][0].get_legend_handles_labels()
         made.legend(handles, labels, loc="outside lower center", ncols=3)
-        uri = data_uri(made)
     caption = (
         f"{prediction.file}, which no fit saw. Left: torque as measured (black) and as computed along the measured "
         "motion, all filtered alike. Right: position as measured, and simulated under the recorded torque alone. "
         "Below: measured minus computed."
     )
-    return Picture(uri=uri, caption=caption, alt=f"fit and plain model on {prediction.file}, with residuals")
+    return picture_of(made, caption=caption, alt=f"fit and plain model on {prediction.file}, with residuals")
 
 
 def _draw(axes: tuple[Axes, Axes], t: Array, measured: Array, models: Mapping[str, Array], k: int) -> None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import round_to_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import data_uri
 from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
 from haptid.report.posterior.overview import lead, overview, physical, relative_widths
 from haptid.uq.result.posterior import Posterior
@@ -97,8 +98,8 @@ def _joint(p: Posterior) -> list[Section]:
     ]
 
 
-def _picture(made: object, caption: str, alt: str) -> Picture:
-    return Picture(uri=data_uri(made), caption=caption, alt=alt)  # type: ignore[arg-type] # figures only
+def _picture(made: Figure, caption: str, alt: str) -> Picture:
+    return picture_of(made, caption=caption, alt=alt)
 
 
 def _widths(p: Posterior) -> Picture:

@@ -1,0 +1,221 @@
+"""Pictures of a page: matplotlib `Figure` in; `Picture` out, static and, where it has only curves, interactive.
+
+The figure is the one source of both: what a test finds in its axes is what a reader sees, with and without scripts.
+"""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.axis import Axis
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch, Rectangle
+from matplotlib.ticker import FixedFormatter
+
+from haptid.measurement.values.run import Array
+from haptid.report.common.decimation import Rows, points_to_draw, rows_to_draw
+from haptid.report.common.page import Curve, Panel, Picture
+from haptid.report.common.style import INKS, data_uri
+
+COLUMNS, LINES = 1000, 400
+"""Size of the largest panel on a screen [pixel]; an interactive curve keeps the extremes of each column."""
+STATIC_COLUMNS = 300
+"""Columns of a static panel, of which a figure has two or three side by side [pixel]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Content:
+    """What the axes of a figure hold: curves over data coordinates, level lines, shaded bands; the rest, if any."""
+
+    curves: tuple[Line2D, ...]
+    levels: tuple[float, ...]
+    marks: tuple[float, ...]
+    bands: tuple[tuple[float, float], ...]
+    complete: bool
+
+
+def picture_of(made: Figure, *, caption: str, alt: str) -> Picture:
+    """Render a figure for a page.
+
+    Parameters
+    ----------
+    made
+        Figure; its long curves are thinned.
+    caption
+        Text below the picture.
+    alt
+        Text for readers who cannot see the picture.
+
+    Returns
+    -------
+    Picture
+        With panels for an interactive view where every axis holds only curves, level lines and shaded bands.
+    """
+    panels = panels_of(made)
+    thin_curves(made)
+    return Picture(uri=data_uri(made), caption=caption, alt=alt, panels=panels)
+
+
+def panels_of(made: Figure) -> tuple[Panel, ...]:
+    """Read the curves of a figure.
+
+    Parameters
+    ----------
+    made
+        Figure that is drawn.
+
+    Returns
+    -------
+    tuple of Panel
+        One for each visible axis, column by column; none where an axis holds something else.
+    """
+    shown = [axis for axis in made.axes if axis.get_visible()]
+    contents = [_content_of(axis) for axis in shown]
+    if not shown or not all(content.complete and content.curves for content in contents):
+        return ()
+    panels = [_panel_of(axis, content) for axis, content in zip(shown, contents, strict=True)]
+    return tuple(sorted(panels, key=lambda panel: panel.column))
+
+
+def thin_curves(made: Figure) -> None:
+    """Keep of every long curve of a figure what each column of pixels, or each pixel, shows.
+
+    Parameters
+    ----------
+    made
+        Figure, which is changed.
+    """
+    for axis in made.axes:
+        for line in axis.lines:
+            if line.get_transform() != axis.transData or line.get_rasterized():
+                continue
+            x, y = _coordinates(line)
+            rows = _rows_of([(x, y)], STATIC_COLUMNS, STATIC_COLUMNS)
+            line.set_data(x[rows], y[rows])
+
+
+def _content_of(axis: Axes) -> _Content:
+    """Sort the artists of an axis."""
+    curves, levels, marks = [], [], []
+    for line in axis.lines:
+        x, y = _coordinates(line)
+        if line.get_transform() == axis.transData:
+            curves.append(line)
+        elif line.get_transform() == axis.get_yaxis_transform():
+            levels.append(float(y[0]))
+        elif line.get_transform() == axis.get_xaxis_transform():
+            marks.append(float(x[0]))
+    bands = [ends for patch in axis.patches if (ends := _band_of(axis, patch)) is not None]
+    others = len(axis.collections) + len(axis.images) + len(axis.texts)
+    clouds = any(line.get_rasterized() for line in axis.lines)
+    numbered = _has_numbers(axis.xaxis) and _has_numbers(axis.yaxis)
+    # Bars, filled areas, images and names in place of numbers stay as they were drawn.
+    complete = others == 0 and len(bands) == len(axis.patches) and numbered and not clouds
+    return _Content(
+        curves=tuple(curves), levels=tuple(levels), marks=tuple(marks), bands=tuple(bands), complete=complete
+    )
+
+
+def _has_numbers(axis: Axis) -> bool:
+    """Say whether an axis is linear or logarithmic, without names in place of its numbers."""
+    return axis.get_scale() in ("linear", "log") and not isinstance(axis.get_major_formatter(), FixedFormatter)
+
+
+def _band_of(axis: Axes, patch: Patch) -> tuple[float, float] | None:
+    """Return the ends of a horizontal band over the whole width; None for another patch."""
+    if not isinstance(patch, Rectangle) or patch.get_data_transform() != axis.get_yaxis_transform():
+        return None
+    low = float(patch.get_y())
+    return low, low + float(patch.get_height())
+
+
+def _panel_of(axis: Axes, content: _Content) -> Panel:
+    over = [_coordinates(line) for line in content.curves]
+    joint = all(x.shape == over[0][0].shape and np.array_equal(x, over[0][0]) for x, _ in over)
+    # Curves over one increasing abscissa share its rows; others are curves in a plane, each with its own.
+    joint = joint and bool((np.diff(over[0][0]) > 0).all())
+    shared = _rows_of(over, COLUMNS, LINES) if joint else None
+    curves = []
+    for line, (x, y) in zip(content.curves, over, strict=True):
+        rows = shared if shared is not None else _rows_of([(x, y)], COLUMNS, LINES)
+        curves.append(_curve_of(line, x[rows], y[rows]))
+    place = axis.get_subplotspec()
+    return Panel(
+        title=" ".join(f"{axis.get_title()} {axis.get_title(loc='left')}".split()),
+        x_label=_x_label(axis),
+        y_label=axis.get_ylabel() or _y_label(axis),
+        column=0 if place is None else place.colspan.start,
+        joint=joint,
+        x_log=axis.get_xscale() == "log",
+        y_log=axis.get_yscale() == "log",
+        y_range=_pair(axis.get_ylim()),
+        x_range=_pair(axis.get_xlim()),
+        bands=content.bands,
+        levels=content.levels,
+        marks=content.marks,
+        curves=tuple(curves),
+    )
+
+
+def _x_label(axis: Axes) -> str:
+    """Return the label of the abscissa, which the lowest of several panels over one abscissa has for all."""
+    return axis.get_xlabel() or next((one.get_xlabel() for one in _shared(axis, "x") if one.get_xlabel()), "")
+
+
+def _y_label(axis: Axes) -> str:
+    """Return the label of the ordinate from the panel at the left in the same row."""
+    place = axis.get_subplotspec()
+    for one in axis.figure.axes:
+        beside = one.get_subplotspec()
+        if place is None or beside is None or beside.rowspan.start != place.rowspan.start:
+            continue
+        if one.get_ylabel():
+            return one.get_ylabel()
+    return ""
+
+
+def _shared(axis: Axes, which: str) -> list[Axes]:
+    siblings = getattr(axis, f"get_shared_{which}_axes")().get_siblings(axis)
+    return [one for one in axis.figure.axes if one in siblings]
+
+
+def _rows_of(curves: list[tuple[Array, Array]], columns: int, lines: int) -> Rows:
+    """Choose the rows of curves over one abscissa, or of one curve in a plane."""
+    x, y = curves[0]
+    if len(x) > 1 and bool((np.diff(x) > 0).all()):
+        return rows_to_draw(np.column_stack([y for _, y in curves]), columns)
+    return points_to_draw(x, y, columns, lines)
+
+
+def _curve_of(line: Line2D, x: Array, y: Array) -> Curve:
+    colour = to_hex(line.get_color())
+    role = next((role for role, (named, *_) in INKS.items() if named == colour), "")
+    label = str(line.get_label())
+    return Curve(
+        label="" if label.startswith("_") else label,
+        ink=role or colour,
+        width=float(line.get_linewidth()),
+        opacity=1.0 if line.get_alpha() is None else float(line.get_alpha() or 0.0),
+        dashed=line.get_linestyle() in ("--", ":", "-."),
+        dots=line.get_linestyle() in ("None", "none", "", " "),
+        x=_packed(x),
+        y=_packed(y),
+    )
+
+
+def _coordinates(line: Line2D) -> tuple[Array, Array]:
+    return np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+
+
+def _packed(values: Array) -> str:
+    """Write numbers as little-endian 32-bit floats in base64: seven digits in less than six characters."""
+    return base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
+
+
+def _pair(ends: tuple[float, float]) -> tuple[float, float]:
+    return float(ends[0]), float(ends[1])
