@@ -66,6 +66,25 @@ def points_to_draw(x: Array, y: Array, columns: int, lines: int) -> Rows:
     return np.flatnonzero(np.concatenate([[True], moved])).astype(np.int64)
 
 
+def dots_to_draw(x: Array, y: Array, columns: int, lines: int) -> Rows:
+    """Choose the first of all dots in each pixel.
+
+    Parameters
+    ----------
+    x, y, columns, lines
+        As `points_to_draw` takes them.
+
+    Returns
+    -------
+    ndarray of int, shape (n_kept,)
+        Increasing row numbers; all rows where there are fewer than columns and lines together.
+    """
+    if len(x) <= columns + lines:
+        return np.arange(len(x), dtype=np.int64)
+    _, first = np.unique(_pixels(x, columns) * lines + _pixels(y, lines), return_index=True)
+    return np.sort(first).astype(np.int64)
+
+
 def _pixels(values: Array, count: int) -> NDArray[np.int64]:
     finite = values[np.isfinite(values)]
     low = float(finite.min()) if finite.size else 0.0

@@ -4,12 +4,21 @@
 (() => {
   const HEIGHT = 190, FONT = "12px system-ui, sans-serif";
   const ink = (role) => (role.startsWith("#") ? role : getComputedStyle(document.documentElement).getPropertyValue("--" + role).trim());
-  const numbers = (text) => Array.from(new Float32Array(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer), (x) => (Number.isFinite(x) ? x : null));
+  // Numbers are steps of a 65535th of their range; the last step stands for a value that is not finite.
+  const numbers = ({ low, high, steps }) => Array.from(new Uint16Array(Uint8Array.from(atob(steps), (c) => c.charCodeAt(0)).buffer), (k) => (k === 65535 ? null : low + (k / 65534) * (high - low)));
+  const decades = (u, index, low, high) => {
+    const found = [];
+    for (let power = Math.floor(Math.log10(low)); power <= Math.ceil(Math.log10(high)); power += 1) {
+      for (const lead of [1, 2, 5]) { const x = Number((lead * 10 ** power).toPrecision(1)); if (x >= low && x <= high) { found.push(x); } }
+    }
+    return found;
+  };
+  const faint = (f) => ink(f.ink) + Math.round(255 * f.opacity).toString(16).padStart(2, "0");
   const written = (u, x) => (x == null ? "–" : String(Number(x.toPrecision(4))));
 
   const axis = (label, log) => ({
-    label, labelFont: FONT, font: FONT, labelSize: 18, stroke: ink("text"), ticks: { stroke: ink("axis"), width: 1, size: 4 },
-    grid: { stroke: ink("grid"), width: 1 }, size: label ? 44 : 20,
+    label, labelFont: FONT, font: FONT, labelSize: 16, gap: 3, stroke: ink("text"), ticks: { stroke: ink("axis"), width: 1, size: 4 },
+    grid: { stroke: ink("grid"), width: 1 }, size: 22, ...(log ? { splits: decades, values: (u, splits) => splits.map((x) => (String(x).match(/^[0.]*1[0e-]*/) ? String(x) : "")) } : {}),
   });
 
   // Bands, levels and marks lie below the curves.
@@ -59,19 +68,22 @@
 
   const makePanel = (panel, box, key) => {
     const curves = panel.curves;
-    const data = panel.joint ? [numbers(curves[0].x), ...curves.map((c) => numbers(c.y))] : [null, ...curves.map((c) => [numbers(c.x), numbers(c.y)])];
+    const fills = panel.fills.flatMap((f) => [numbers(f.high), numbers(f.low)]);
+    const data = panel.joint ? [numbers(curves[0].x), ...fills, ...curves.map((c) => numbers(c.y))] : [null, ...curves.map((c) => [numbers(c.x), numbers(c.y)])];
+    const named = curves.some((c) => c.label);
     const series = curves.map((c) => ({
-      label: c.label || panel.y_label, stroke: ink(c.ink), width: c.width, alpha: c.opacity, dash: c.dashed ? [5, 4] : undefined,
+      label: c.label || panel.y_label, class: c.label || !named ? null : "edge", stroke: ink(c.ink), fillMark: faint(c), width: c.width, alpha: c.opacity, dash: c.dashed ? [5, 4] : undefined,
       points: { show: c.dots && panel.joint, size: 3, fill: ink(c.ink) }, value: written,
       ...(panel.joint ? (c.dots ? { paths: () => null } : {}) : { facets: [{ scale: "x", auto: false }, { scale: "y", auto: false }], paths: drawPlane(c) }),
     }));
     const reset = (u) => { u.batch(() => { u.setScale("x", { min: panel.x_range[0], max: panel.x_range[1] }); u.setScale("y", { min: panel.y_range[0], max: panel.y_range[1] }); }); };
     const options = {
-      mode: panel.joint ? 1 : 2, width: Math.max(box.clientWidth, 200), height: HEIGHT, padding: [6, 10, 0, 0],
+      mode: panel.joint ? 1 : 2, width: Math.max(box.clientWidth, 200), height: panel.joint ? HEIGHT : 1.5 * HEIGHT, padding: [6, 10, 0, 0],
       scales: { x: scale(panel.x_range, panel.x_log), y: scale(panel.y_range, panel.y_log) },
-      axes: [axis(panel.x_label, panel.x_log), { ...axis(panel.y_label, panel.y_log), size: 58 }],
-      series: [panel.joint ? { label: panel.x_label, value: written } : {}, ...series],
-      legend: { live: panel.joint }, hooks: { drawAxes: [drawGround(panel)], setScale: [followZoom(panel)] },
+      axes: [axis(panel.x_label, panel.x_log), { ...axis(panel.y_label, panel.y_log), size: 56 }],
+      series: [panel.joint ? { label: panel.x_label, value: written } : {}, ...fills.map(() => ({ class: "edge", width: 0, points: { show: false } })), ...series],
+      bands: panel.fills.map((f, i) => ({ series: [2 * i + 1, 2 * i + 2], fill: faint(f) })),
+      legend: { live: panel.joint, markers: { width: 0, fill: (u, i) => u.series[i].fillMark } }, hooks: { drawAxes: [drawGround(panel)], setScale: [followZoom(panel)] },
       cursor: {
         drag: { x: true, y: !panel.joint }, points: { show: panel.joint }, bind: { dblclick: (u) => () => { reset(u); group(key).forEach((other) => reset(other)); return null; } },
         ...(panel.joint ? { sync: { key, scales: ["x", null] } } : {}),
@@ -118,7 +130,7 @@
   const redraw = () => { const all = drawn.splice(0); groups.clear(); all.forEach((one) => { clear(one); make(one.store, one.number); }); };
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
   let width = innerWidth;
-  addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; drawn.forEach(({ plots }) => plots.forEach(([plot, box]) => plot.setSize({ width: Math.max(box.clientWidth, 200), height: HEIGHT }))); } });
+  addEventListener("resize", () => { if (innerWidth !== width) { width = innerWidth; drawn.forEach(({ plots }) => plots.forEach(([plot, box]) => plot.setSize({ width: Math.max(box.clientWidth, 200), height: plot.height }))); } });
   if (stores.length) {
     const hint = document.createElement("p");
     hint.className = "hint"; hint.textContent = "Figures: drag over a part to enlarge it, double-click to go back; the line below a figure reads its values at the pointer.";

@@ -38,12 +38,15 @@ class Cell:
     word
         Key of the word in `WORDS` that the text stands for: the cell links to its explanation, and has its colour and
         sign. None where empty.
+    anchor
+        Section of the page that the text links to; none where empty.
     links
         Files that the cell links to, relative to the page, after the text.
     """
 
     text: str = ""
     word: str = ""
+    anchor: str = ""
     links: Sequence[str] = ()
 
 
@@ -70,6 +73,23 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Numbers:
+    """Numbers of a curve to a 65 534th of their range, which no screen tells from more, in less than three characters.
+
+    Parameters
+    ----------
+    low, high
+        Least and greatest finite number.
+    steps
+        Unsigned 16-bit integers in base64: 0 for ``low``, 65534 for ``high``, 65535 for what is not finite.
+    """
+
+    low: float
+    high: float
+    steps: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
     """A curve of an interactive panel.
 
@@ -86,7 +106,7 @@ class Curve:
     dashed, dots
         Whether the line is dashed, and whether there are dots in place of a line.
     x, y
-        Coordinates as 32-bit floats in base64.
+        Coordinates.
     """
 
     label: str
@@ -95,8 +115,28 @@ class Curve:
     opacity: float
     dashed: bool
     dots: bool
-    x: str
-    y: str
+    x: Numbers
+    y: Numbers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fill:
+    """An area between two curves of an interactive panel, over the abscissa of its curves.
+
+    Parameters
+    ----------
+    ink
+        As `Curve` has it.
+    opacity
+        1 where nothing shines through.
+    low, high
+        Ends of the area.
+    """
+
+    ink: str
+    opacity: float
+    low: Numbers
+    high: Numbers
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +161,8 @@ class Panel:
         Ordinates of horizontal and abscissas of vertical lines.
     curves
         Curves in the order in which they are drawn.
+    fills
+        Areas below the curves.
     """
 
     title: str
@@ -136,6 +178,7 @@ class Panel:
     levels: Sequence[float]
     marks: Sequence[float]
     curves: Sequence[Curve]
+    fills: Sequence[Fill] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from haptid.report.common.page import Cell, Curve, Page, Panel, Picture, Section, Table
+from haptid.report.common.page import Cell, Curve, Fill, Numbers, Page, Panel, Picture, Section, Table
 from haptid.report.common.words import WORDS
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content, write_bytes, write_text
@@ -122,10 +122,17 @@ def _section_from(data: dict[str, Any]) -> Section:
 
 
 def _picture_from(data: dict[str, Any]) -> Picture:
-    panels = [
-        Panel(**{**panel, "curves": [Curve(**curve) for curve in panel["curves"]]}) for panel in data.get("panels", ())
-    ]
-    return Picture(**{**data, "panels": panels})
+    return Picture(**{**data, "panels": [_panel_from(panel) for panel in data.get("panels", ())]})
+
+
+def _panel_from(data: dict[str, Any]) -> Panel:
+    curves = [Curve(**_with_numbers(curve, "x", "y")) for curve in data["curves"]]
+    fills = [Fill(**_with_numbers(fill, "low", "high")) for fill in data["fills"]]
+    return Panel(**{**data, "curves": curves, "fills": fills})
+
+
+def _with_numbers(data: dict[str, Any], *names: str) -> dict[str, Any]:
+    return {**data, **{name: Numbers(**data[name]) for name in names}}
 
 
 def _table_from(data: dict[str, Any]) -> Table:

@@ -12,6 +12,7 @@ from typing import Any
 import matplotlib as mpl
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterSciNotation, NullFormatter
 
 MEASURED, SIMULATED, RESIDUAL, BAND, ACCENT = "#1f2933", "#0b7285", "#c92a2a", "#99e9f2", "#e8590c"
 _TEXT, _AXIS, _GRID = "#343a40", "#868e96", "#e9ecef"
@@ -53,7 +54,7 @@ _NO_METADATA = dict.fromkeys(("Creator", "Date", "Format", "Type"))
 """Entries of an SVG that would hold versions and times."""
 _RASTER_DPI = 160
 """Resolution of the clouds of points within an SVG [dots/inch]."""
-_LONG_NUMBER = re.compile(r"(\d\.\d\d)\d+")
+_GEOMETRY, _LONG_NUMBER = re.compile(r'\b(?:d|x|y)="[^"]*"'), re.compile(r"(\.\d\d)\d+")
 
 
 @contextmanager
@@ -126,11 +127,16 @@ def svg(made: Figure) -> bytes:
         Content of an SVG file with a transparent background.
     """
     stream = io.StringIO()
+    for axis in (one for axes in made.axes for one in (axes.xaxis, axes.yaxis)):
+        if isinstance(axis.get_major_formatter(), LogFormatterSciNotation):
+            # Powers of ten would be formulas, which are off for the sake of names with dollars.
+            axis.set_major_formatter("{x:g}")
+            axis.set_minor_formatter(NullFormatter())
     with style():
         made.savefig(stream, format="svg", metadata=_NO_METADATA, transparent=True, dpi=_RASTER_DPI)
     text = stream.getvalue()
     # Two decimals are a hundredth of a point; the rest would double the size of a page.
-    text = _LONG_NUMBER.sub(r"\1", text)
+    text = _GEOMETRY.sub(lambda found: _LONG_NUMBER.sub(r"\1", found[0]), text)
     for role, (named, *_) in INKS.items():
         text = text.replace(named, f"var(--{role})")
     return text.replace('<style type="text/css">', f'<style type="text/css">{inks_css()}', 1).encode()

@@ -11,6 +11,7 @@ from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
+from haptid.report.discrepancy.glance import torque_glance
 from haptid.report.discrepancy.page import where_picture, write_share
 
 
@@ -122,7 +123,7 @@ def _effects(finding: TorqueFinding) -> Table:
     std = final.std
     rows = [
         (
-            *(e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}"),
+            *(e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}".removesuffix(" 1")),
             write_share(finding.stability, e.key),
         )
         for e in final.effects
@@ -199,4 +200,5 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> Pa
         sections=[s for s in sections if s.anchor != "what" or found.final.effects],
         synthetic=not measured,
         footer=[f"{found.simulations} simulations in {finding.wall_s:.0f} s."],
+        glance=torque_glance(finding),
     )

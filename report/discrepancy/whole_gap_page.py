@@ -9,6 +9,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
+from haptid.report.discrepancy.glance import whole_glance
 
 
 def missed_picture(finding: WholeFinding) -> Picture:
@@ -79,6 +80,7 @@ def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> Page
         ],
         synthetic=not measured,
         footer=["Nothing was fitted to these runs."],
+        glance=whole_glance(finding),
     )  # fmt: skip
 
 

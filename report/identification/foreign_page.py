@@ -14,7 +14,8 @@ from haptid.measurement.values.run import Run
 from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
+from haptid.report.common.style import BAND, RESIDUAL, figure, style
+from haptid.report.identification.figures import draw_over
 
 METHOD = (
     "Residuals are measured minus simulated outputs over the noise of each output; 1.00 is the noise. Sensitivities "
@@ -27,10 +28,6 @@ STARTS = (
     "holds them as a parameter set. The binaries are unchanged and know the start values that were compiled into them: "
     "a host has to set those of the description before initialisation. fmpy does not by itself; give it start_values."
 )
-MOST_PICTURES = 4
-"""Runs that are drawn, validation runs first [1]."""
-LEAST_POINTS = 2500
-"""Fewest points of a thinned curve [1]."""
 
 
 def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> Page:
@@ -113,28 +110,26 @@ def _minima(calibration: Calibration) -> Table:
 
 def _choose_drawn(calibration: Calibration) -> list[Run]:
     runs = [run for run in calibration.campaign.runs if run.file in calibration.simulated]
-    return sorted(runs, key=lambda run: run.use != "validate")[:MOST_PICTURES]
+    return sorted(runs, key=lambda run: run.use != "validate")
 
 
 def _picture(calibration: Calibration, run: Run) -> Picture:
     """Draw the outputs of a run, measured and simulated, each above its residual."""
     names, simulated = calibration.campaign.outputs, calibration.simulated[run.file]
-    rows = slice(None, None, max(run.t.size // LEAST_POINTS, 1))
     with style():
         made = figure(8.0, 2.8 * len(names))
         axes = made.subplots(2 * len(names), 1, sharex=True, squeeze=False, height_ratios=[2, 1] * len(names))[:, 0]
         for k, name in enumerate(names):
             unit = f" [{calibration.units[k]}]" if calibration.units[k] else ""
             above, below = axes[2 * k], axes[2 * k + 1]
-            above.plot(run.t[rows], run.y[rows, k], color=MEASURED, label="measured", linewidth=1.6)
-            above.plot(run.t[rows], simulated[rows, k], color=SIMULATED, label="simulated", linestyle="--")
+            draw_over(above, run.t, run.y[:, k], simulated[:, k])
             above.set_ylabel(f"{name}{unit}")
             noise = run.sensor_std[k]
             below.axhspan(-2 * noise, 2 * noise, color=BAND, linewidth=0)
-            below.plot(run.t[rows], (run.y - simulated)[rows, k], color=RESIDUAL, linewidth=0.5)
+            below.plot(run.t, (run.y - simulated)[:, k], color=RESIDUAL, linewidth=0.5)
             below.set_ylabel(f"residual{unit}")
         axes[-1].set_xlabel("time [s]")
         handles, labels = axes[0].get_legend_handles_labels()
         made.legend(handles, labels, loc="outside lower center", ncols=2)
-    caption = f"{run.file} ({run.use}): measured (black) and simulated (blue), residual (red) with the noise's ±2σ."
+    caption = f"{run.file} ({run.use}): measured (wide) and simulated (narrow), residual (red) with the noise's ±2σ."
     return picture_of(made, caption=caption, alt=f"{run.file}, measured against simulated, with residuals")

@@ -14,10 +14,8 @@ from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
-MOST_POINTS = 4000
-"""Largest number of points of a curve [1]."""
-LOOKS = {"model": (SIMULATED, "fit"), "baseline": (ACCENT, "plain model")}
-"""Colour and name of each model."""
+LOOKS = {"model": (SIMULATED, "fit", "-"), "baseline": (ACCENT, "plain model", "--")}
+"""Colour, name and line of each model."""
 
 
 def plain_picture(prediction: Prediction) -> Picture:
@@ -53,7 +51,7 @@ def plain_picture(prediction: Prediction) -> Picture:
         handles, labels = axes[0][0].get_legend_handles_labels()
         made.legend(handles, labels, loc="outside lower center", ncols=3)
     caption = (
-        f"{prediction.file}, which no fit saw. Left: torque as measured (black) and as computed along the measured "
+        f"{prediction.file}, which no fit saw. Left: torque as measured (grey) and as computed along the measured "
         "motion, all filtered alike. Right: position as measured, and simulated under the recorded torque alone. "
         "Below: measured minus computed."
     )
@@ -63,12 +61,11 @@ def plain_picture(prediction: Prediction) -> Picture:
 def _draw(axes: tuple[Axes, Axes], t: Array, measured: Array, models: Mapping[str, Array], k: int) -> None:
     """Draw one signal of the joint at index k above, and what each model leaves of it below."""
     above, below = axes
-    rows = slice(None, None, max(t.size // MOST_POINTS, 1))
-    above.plot(t[rows], measured[rows, k], color=MEASURED, label="measured", linewidth=1.6)
+    above.plot(t, measured[:, k], color=MEASURED, label="measured", linewidth=3.0, alpha=0.35)
     for name, signal in models.items():
-        colour, label = LOOKS[name]
-        above.plot(t[rows], signal[rows, k], color=colour, label=label, linestyle="--")
-        below.plot(t[rows], (measured - signal)[rows, k], color=colour, linewidth=0.7)
+        colour, label, line = LOOKS[name]
+        above.plot(t, signal[:, k], color=colour, label=label, linestyle=line)
+        below.plot(t, (measured - signal)[:, k], color=colour, label=label, linewidth=0.7)
     # A simulation that runs away would flatten the measured signal to a line.
     # A signal that never changes has no range; any will do.
     middle, reach = float(np.mean(measured[:, k])), float(np.ptp(measured[:, k])) or 1.0
