@@ -8,7 +8,7 @@ from typing import Any
 from haptid.fleet.comparison import FEWEST_DEVICES, Comparison, Member
 from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Page, Picture, Section, Table
+from haptid.report.common.page import Page, Picture, Section, Table, word_cell
 from haptid.report.common.style import ACCENT, RESIDUAL, SIMULATED, figure, style
 
 METHOD = (
@@ -55,7 +55,12 @@ def fleet_page(devices: Sequence[Mapping[str, Any]], comparisons: Sequence[Compa
 
 def _devices(devices: Sequence[Mapping[str, Any]]) -> Table:
     rows = [
-        (d["name"], d["outcome"], "–" if d["worst_over_noise"] is None else f"{d['worst_over_noise']:.3g}", d["error"])
+        (
+            d["name"],
+            word_cell("fit", d["outcome"]),
+            "–" if d["worst_over_noise"] is None else f"{d['worst_over_noise']:.3g}",
+            d["error"],
+        )
         for d in devices
     ]
     return Table(header=("device", "outcome", "worst unseen run, × noise", "what failed"), rows=rows)

@@ -14,7 +14,7 @@ from jinja2.utils import htmlsafe_json_dumps
 from markupsafe import Markup
 
 from haptid.report.common.style import inks_css
-from haptid.report.common.words import Word, word_of
+from haptid.report.common.words import WORDS, Word, word_of
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.report.common", ""),
@@ -48,6 +48,25 @@ class Cell:
     word: str = ""
     anchor: str = ""
     links: Sequence[str] = ()
+
+
+def word_cell(group: str, word: str) -> Cell:
+    """Return the cell of a word as files hold it.
+
+    Parameters
+    ----------
+    group
+        Group of the word, as ``status``.
+    word
+        As ``at_bound``.
+
+    Returns
+    -------
+    Cell
+        Text alone where the group has no such word, as in a file of another version.
+    """
+    key = f"{group}-{word}"
+    return Cell(text=word, word=key if key in WORDS else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,9 +13,11 @@ from haptid.identification.calibration.words import RUNS, attention, run_rows, s
 from haptid.measurement.values.run import Run
 from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Page, Picture, Section, Table
+from haptid.report.common.page import Cell, Page, Picture, Section, Table, word_cell
 from haptid.report.common.style import BAND, RESIDUAL, figure, style
+from haptid.report.common.words import word_of
 from haptid.report.identification.figures import draw_over
+from haptid.support.numbers import plain
 
 METHOD = (
     "Residuals are measured minus simulated outputs over the noise of each output; 1.00 is the noise. Sensitivities "
@@ -28,6 +30,10 @@ STARTS = (
     "holds them as a parameter set. The binaries are unchanged and know the start values that were compiled into them: "
     "a host has to set those of the description before initialisation. fmpy does not by itself; give it start_values."
 )
+
+
+FILES = ("identified.fmu", "parameters.ssv", "identification.json")
+"""Files that are written beside the page."""
 
 
 def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> Page:
@@ -67,7 +73,20 @@ def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> Page:
             f"Command: {data['command']}",
             "Software: " + ", ".join(f"{name} {number}" for name, number in data["software"].items()),
         ),
+        glance=_glance(calibration),
     )
+
+
+def _glance(calibration: Calibration) -> Table:
+    """Write the line of the first screen: verdict, worst run, what to do, and the files."""
+    label = calibration.fit.outcome.label
+    word, scores = word_of(f"fit-{label}"), calibration.fit.runs
+    unseen = [score for score in scores if score.use == "validate"]
+    worst = max(unseen or scores, key=lambda score: score.over_noise, default=None)
+    over, run = ("–", "–") if worst is None else (plain(worst.over_noise, 3), f"{worst.file} ({worst.use})")
+    verdict = Cell(text=word.text, word=word.key)
+    row = (calibration.campaign.model.name, verdict, over, run, word.action, Cell(links=FILES))
+    return Table(header=("model", "verdict", "× noise", "worst run", "what to do next", "files"), rows=[row])
 
 
 def _parameters(calibration: Calibration) -> tuple[Table, ...]:
@@ -77,7 +96,7 @@ def _parameters(calibration: Calibration) -> tuple[Table, ...]:
             q.structured,
             f"{value:.6g}" if q.fixed else with_error(value, std),
             q.unit,
-            fit.statuses[q.id],
+            word_cell("status", fit.statuses[q.id]),
             f"{q.initial:.4g}",
             "" if q.fixed else f"[{q.lower:.4g}, {q.upper:.4g}]",
             q.description,

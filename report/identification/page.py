@@ -23,7 +23,7 @@ from haptid.measurement.values.run import Run
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import in_thousandths, with_error
-from haptid.report.common.page import Cell, Page, Picture, Section, Table
+from haptid.report.common.page import Cell, Page, Picture, Section, Table, word_cell
 from haptid.report.identification.figures import run_picture, whole_picture
 from haptid.report.identification.friction_figures import friction_picture
 from haptid.report.identification.glance import (
@@ -155,7 +155,7 @@ def _overview(steps: Sequence[Step]) -> Section:
     rows: list[tuple[str | Cell, ...]] = []
     for step in steps:
         *cells, outcome = step_row(step)
-        rows.append((*cells, Cell(text=outcome, word=f"fit-{outcome}")))
+        rows.append((*cells, word_cell("fit", outcome)))
     table = Table(header=HEADER, rows=rows)
     look = [f"{step.configuration.name.capitalize()}: {sentence}." for step in steps for sentence in attention(step)]
     sentences = [(sentence.replace("..", "."),) for sentence in look]
@@ -248,7 +248,7 @@ def _parameters(step: Step) -> Table:
             q.id,
             with_error(value, std) if not q.fixed else f"{value:.4g}",
             q.unit,
-            _status(fit.statuses[q.id]),
+            word_cell("status", fit.statuses[q.id]),
             f"{q.initial:.3g}",
             f"[{q.lower:.3g}, {q.upper:.3g}]" if not q.fixed else "",
             q.description,
@@ -257,10 +257,6 @@ def _parameters(step: Step) -> Table:
     ]
     header = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
     return Table(header=header, rows=rows, caption="Parameters")
-
-
-def _status(status: str) -> Cell:
-    return Cell(text=status, word=f"status-{status}")
 
 
 def _profiles(step: Step) -> Table:
