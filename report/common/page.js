@@ -85,12 +85,12 @@
       bands: panel.fills.map((f, i) => ({ series: [2 * i + 1, 2 * i + 2], fill: faint(f) })),
       legend: { live: panel.joint, markers: { width: 0, fill: (u, i) => u.series[i].fillMark } }, hooks: { drawAxes: [drawGround(panel)], setScale: [followZoom(panel)] },
       cursor: {
-        drag: { x: true, y: !panel.joint }, points: { show: panel.joint }, bind: { dblclick: (u) => () => { reset(u); group(key).forEach((other) => reset(other)); return null; } },
+        drag: { x: true, y: !panel.joint }, points: { show: panel.joint }, bind: { dblclick: () => () => { group(key).forEach((goBack) => goBack()); return null; } },
         ...(panel.joint ? { sync: { key, scales: ["x", null] } } : {}),
       },
     };
     const made = new uPlot(options, data, box);
-    group(key).push(made);
+    group(key).push(() => reset(made));
     return made;
   };
 
