@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from haptid.identification.baseline.prediction import Prediction
 from haptid.measurement.values.run import Array
@@ -19,7 +20,7 @@ LOOKS = {"model": (SIMULATED, "fit", "-"), "baseline": (ACCENT, "plain model", "
 
 
 def plain_picture(prediction: Prediction) -> Picture:
-    """Draw torque and free simulation of one run by both models, each with its residual below.
+    """Draw torque and free simulation of one run by both models.
 
     Parameters
     ----------
@@ -29,6 +30,29 @@ def plain_picture(prediction: Prediction) -> Picture:
     Returns
     -------
     Picture
+        What `plain_figure` draws.
+    """
+    caption = (
+        f"{prediction.file}, which no fit saw. Left: torque as measured (grey) and as computed along the measured "
+        "motion, all filtered alike. Right: position as measured, and simulated under the recorded torque alone. "
+        "Below: measured minus computed."
+    )
+    alt = f"fit and plain model on {prediction.file}, with residuals"
+    return picture_of(plain_figure(prediction), caption=caption, alt=alt)
+
+
+def plain_figure(prediction: Prediction) -> Figure:
+    """Draw torque and free simulation of one run by both models, each with its residual below.
+
+    Parameters
+    ----------
+    prediction
+        Signals of the run.
+
+    Returns
+    -------
+    Figure
+        Torque at the left, position at the right.
     """
     n = len(prediction.joints)
     with style():
@@ -50,12 +74,7 @@ def plain_picture(prediction: Prediction) -> Picture:
             axis.set_xlabel("time [s]")
         handles, labels = axes[0][0].get_legend_handles_labels()
         made.legend(handles, labels, loc="outside lower center", ncols=3)
-    caption = (
-        f"{prediction.file}, which no fit saw. Left: torque as measured (grey) and as computed along the measured "
-        "motion, all filtered alike. Right: position as measured, and simulated under the recorded torque alone. "
-        "Below: measured minus computed."
-    )
-    return picture_of(made, caption=caption, alt=f"fit and plain model on {prediction.file}, with residuals")
+    return made
 
 
 def _draw(axes: tuple[Axes, Axes], t: Array, measured: Array, models: Mapping[str, Array], k: int) -> None:

@@ -159,6 +159,22 @@ GLANCE = of(
 )
 DIAGNOSIS = (
     *of(
+        "discrepancy/glance.py",
+        "test_discrepancy_page.py",
+        ("before for after over the noise", "line.gap.after if line.names", "line.gap.before if line.names"),
+        (
+            "the fitted runs for the unseen",
+            'in ("sealed", "validate", "fit") if name in finding.gaps)\n    unit = unit_for("rad"',
+            'in ("fit", "validate") if name in finding.gaps)\n    unit = unit_for("rad"',
+        ),
+        ("the best run for the worst", "worst = max(curves", "worst = min(curves"),
+        (
+            "scatter told as a cause",
+            "return named and bool(effects) and all(",
+            "return named and bool(effects) and not all(",
+        ),
+    ),
+    *of(
         "identification/parameter_figures.py",
         "test_identification_pages.py",
         ("intervals of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
