@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import base64
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -210,7 +211,7 @@ def _panel_of(axis: Axes, content: _Content) -> Panel:
     return Panel(
         title=" ".join(f"{axis.get_title()} {axis.get_title(loc='left')}".split()),
         x_label=_x_label(axis),
-        y_label=axis.get_ylabel() or _y_label(axis),
+        y_label=_y_label(axis),
         column=0 if place is None else place.colspan.start,
         joint=joint,
         x_log=axis.get_xscale() == "log",
@@ -230,25 +231,23 @@ def _fill_of(area: _Area, rows: Rows) -> Fill:
 
 
 def _x_label(axis: Axes) -> str:
-    """Return the label of the abscissa, which the lowest of several panels over one abscissa has for all."""
-    return axis.get_xlabel() or next((one.get_xlabel() for one in _shared(axis, "x") if one.get_xlabel()), "")
+    """Return the label of the abscissa, which the lowest of several panels of a column has for all."""
+    return axis.get_xlabel() or next((one.get_xlabel() for one in _beside(axis, "colspan") if one.get_xlabel()), "")
 
 
 def _y_label(axis: Axes) -> str:
-    """Return the label of the ordinate from the panel at the left in the same row."""
-    place = axis.get_subplotspec()
+    """Return the label of the ordinate, which the first panel of a row may have for all."""
+    return axis.get_ylabel() or next((one.get_ylabel() for one in _beside(axis, "rowspan") if one.get_ylabel()), "")
+
+
+def _beside(axis: Axes, span: Literal["colspan", "rowspan"]) -> list[Axes]:
+    """Return the axes that begin in the same column or row of a figure's grid."""
+    place, others = axis.get_subplotspec(), []
     for one in axis.figure.axes:
-        beside = one.get_subplotspec()
-        if place is None or beside is None or beside.rowspan.start != place.rowspan.start:
-            continue
-        if one.get_ylabel():
-            return one.get_ylabel()
-    return ""
-
-
-def _shared(axis: Axes, which: str) -> list[Axes]:
-    siblings = getattr(axis, f"get_shared_{which}_axes")().get_siblings(axis)
-    return [one for one in axis.figure.axes if one in siblings]
+        other = one.get_subplotspec()
+        if place is not None and other is not None and getattr(other, span).start == getattr(place, span).start:
+            others.append(one)
+    return others
 
 
 def _is_dotted(line: Line2D) -> bool:

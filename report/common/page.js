@@ -72,7 +72,7 @@
     const data = panel.joint ? [numbers(curves[0].x), ...fills, ...curves.map((c) => numbers(c.y))] : [null, ...curves.map((c) => [numbers(c.x), numbers(c.y)])];
     const named = curves.some((c) => c.label);
     const series = curves.map((c) => ({
-      label: c.label || panel.y_label, class: c.label || !named ? null : "edge", stroke: ink(c.ink), fillMark: faint(c), width: c.width, alpha: c.opacity, dash: c.dashed ? [5, 4] : undefined,
+      label: c.label || panel.y_label || "y", class: c.label || !named ? null : "edge", stroke: ink(c.ink), fillMark: faint(c), width: c.width, alpha: c.opacity, dash: c.dashed ? [5, 4] : undefined,
       points: { show: c.dots && panel.joint, size: 3, fill: ink(c.ink) }, value: written,
       ...(panel.joint ? (c.dots ? { paths: () => null } : {}) : { facets: [{ scale: "x", auto: false }, { scale: "y", auto: false }], paths: drawPlane(c) }),
     }));
@@ -81,7 +81,7 @@
       mode: panel.joint ? 1 : 2, width: Math.max(box.clientWidth, 200), height: panel.joint ? HEIGHT : 1.5 * HEIGHT, padding: [6, 10, 0, 0],
       scales: { x: scale(panel.x_range, panel.x_log), y: scale(panel.y_range, panel.y_log) },
       axes: [axis(panel.x_label, panel.x_log), { ...axis(panel.y_label, panel.y_log), size: 56 }],
-      series: [panel.joint ? { label: panel.x_label, value: written } : {}, ...fills.map(() => ({ class: "edge", width: 0, points: { show: false } })), ...series],
+      series: [panel.joint ? { label: panel.x_label || "x", value: written } : {}, ...fills.map(() => ({ class: "edge", width: 0, points: { show: false } })), ...series],
       bands: panel.fills.map((f, i) => ({ series: [2 * i + 1, 2 * i + 2], fill: faint(f) })),
       legend: { live: panel.joint, markers: { width: 0, fill: (u, i) => u.series[i].fillMark } }, hooks: { drawAxes: [drawGround(panel)], setScale: [followZoom(panel)] },
       cursor: {

@@ -25,7 +25,7 @@ SCATTER_ACTION = "Use the model as it is; haptid posterior gives bands that hold
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Line:
-    """What a line tells; ``names`` is empty where nothing was changed."""
+    """What a line tells; ``names`` is empty where nothing was changed, ``random`` where no simulation can follow it."""
 
     joint: str
     verdict: str
@@ -35,6 +35,7 @@ class _Line:
     worst: str
     action: str
     links: list[str]
+    random: bool = False
 
 
 def is_scatter_alone(finding: Finding) -> bool:
@@ -82,6 +83,7 @@ def position_glance(finding: Finding) -> Table:
         _Line(
             joint=joints, verdict=verdict, names=names, gap=gap, unit=unit,
             worst=_worst_run(finding.curves, changed=changed), action=action, links=links,
+            random=is_scatter_alone(finding),
         )
     )  # fmt: skip
 
@@ -154,6 +156,8 @@ def _table_of(line: _Line) -> Table:
     word = word_of(f"verdict-{line.verdict}")
     last = line.gap.after if line.names else line.gap.before
     after = in_thousandths(line.gap.after, line.unit) if line.names else "–"
+    if line.random:
+        after = "as before: it is random"
     row = (
         line.joint, Cell(text=word.text, word=word.key), line.names or "–", in_thousandths(line.gap.before, line.unit),
         after, plain(last / line.gap.noise, 3), line.worst, line.action, Cell(links=line.links),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 
 import numpy as np
 import pytest
@@ -12,8 +13,10 @@ from hypothesis.extra.numpy import arrays
 
 from haptid.report.common.charts import LARGEST_STEP, panels_of, picture_of, thin_curves
 from haptid.report.common.decimation import dots_to_draw, points_to_draw, rows_to_draw
-from haptid.report.common.page import Numbers
+from haptid.report.common.page import Cell, Numbers, Page, Section, Table
+from haptid.report.common.stored_page import content_of, read_page, write_page
 from haptid.report.common.style import ACCENT, BAND, SIMULATED, figure, svg
+from haptid.support.errors import InputError
 
 T = np.linspace(0.0, 20.0, 50_000)
 
@@ -85,6 +88,29 @@ def test_curves_bands_areas_and_labels_are_those_of_the_figure():
     assert unpacked(area.high) == pytest.approx([4, 5, 6], abs=1e-4)
     assert second.bands == (pytest.approx((-0.3, 0.3)),)
     assert second.marks == (1.5,)
+
+
+def test_interactive_pictures_survive_storing(tmp_path):
+    made = figure()
+    axis = made.subplots()
+    axis.plot(T, np.sin(T), label="<b>")
+    axis.fill_between(T, np.sin(T) - 1, np.sin(T) + 1, color=BAND)
+    picture = picture_of(made, caption="c", alt="a")
+    assert picture.panels[0].fills
+    page = Page(title="t", lead="l", sections=[Section(title="s", pictures=[picture])], synthetic=None)
+    path = write_page(tmp_path / "report.html", page)
+    assert read_page(path).html == path.read_text(encoding="utf-8")
+    assert write_page(path, page).read_bytes() == write_page(path, read_page(path)).read_bytes()
+
+
+def test_a_stored_page_with_a_word_that_nobody_knows_is_one_line(tmp_path):
+    table = Table(header=["a"], rows=[[Cell(text="a", word="fit-lonely")]])
+    page = Page(title="t", lead="l", sections=[Section(title="s", tables=[table])], synthetic=None)
+    path = write_page(tmp_path / "report.html", page)
+    stored = gzip.decompress(content_of(path).read_bytes()).replace(b"fit-lonely", b"fit-nobody")
+    content_of(path).write_bytes(gzip.compress(stored))
+    with pytest.raises(InputError, match="fit-nobody"):
+        read_page(path)
 
 
 @pytest.mark.parametrize("draw", ["bar", "names", "text", "image"])

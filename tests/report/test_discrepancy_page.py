@@ -150,6 +150,7 @@ def test_what_is_random_alone_is_told_as_random():
     assert "No simulation can follow it" in said
     assert "closes" not in said
     (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.rows[1][3:5] == ["5.83 mrad", "as before: it is random"]
     assert table.rows[1][7] == "Use the model as it is; haptid posterior gives bands that hold the scatter."
 
 
