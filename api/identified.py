@@ -523,7 +523,8 @@ def complete(identified: Identified, *, report: bool, fmus: bool) -> list[Path]:
     if report:
         traces = [traces_of(step, made.build) for step in made.steps]
         predictions = [predict_unseen(step.compared) for step in made.steps]
-        page = identification_page(values.title, made.steps, traces, predictions, made.data, made.verification)
+        files = [path.relative_to(folder).as_posix() for path in exported]
+        page = identification_page(values.title, made.steps, traces, predictions, made.data, made.verification, files)
         write_page(folder / "report.html", page)
     made.finish(folder)
     return exported

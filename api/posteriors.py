@@ -410,5 +410,6 @@ def _write_page(result: Posteriors) -> None:
         synthetic=not result.values.measured,
         footer=[made_by, result.values.title],
         full=full_model_sections(result.full),
+        files=[chains_file(Path(), one.joint).as_posix() for one in result.posteriors] + ["posterior.json"],
     )
     write_page(result.folder / "posterior.html", page)

@@ -24,7 +24,7 @@ from haptid.discrepancy.job.search import (
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.sequence.carried_fit import FILE
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
-from haptid.report.discrepancy.stage_pictures import save, stage_picture
+from haptid.report.discrepancy.stage_pictures import save, stage_figure
 from haptid.support.command import listening, parse_joints
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json
@@ -152,7 +152,7 @@ def _run_stage(search: SearchByPosition, stage: Any, listener: Listener) -> Find
     name = f"{search.name}_{done.stage}"
     data = done.as_json(measured=job.campaign.measured)
     write_json(out / "discrepancy" / f"{name}.json", data)
-    save(stage_picture(done), out / "discrepancy" / f"{name}.png")
+    save(stage_figure(done), out / "discrepancy" / f"{name}.png")
     listener.finished(
         f"{search.title}: {done.sentence}\n  written below {out}: discrepancy/{name}.json, .png"
     )  # fmt: skip

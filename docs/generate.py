@@ -5,12 +5,12 @@
 
 from __future__ import annotations
 
-from docs import architecture, campaign_file, constants, device_file, friction, search_figure
+from docs import architecture, campaign_file, constants, device_file, friction, outcomes, search_figure
 
 
 def main() -> None:
     """Run all scripts."""
-    for script in (architecture, search_figure, device_file, campaign_file, friction, constants):
+    for script in (architecture, search_figure, device_file, campaign_file, friction, constants, outcomes):
         script.main(args=[], standalone_mode=False)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import json
 from pathlib import Path
 
@@ -16,7 +15,8 @@ from haptid.identification.sequence.sequence import Sequence
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.devices import device_of
-from haptid.report.identification.figures import run_picture
+from haptid.report.common.style import png
+from haptid.report.identification.figures import run_figure
 from haptid.support.files.files import write_bytes
 from haptid.support.installing.environment import ROOT
 
@@ -47,9 +47,8 @@ def main(source: Path) -> None:
     )
     step = next(sequence.steps(configurations_of(campaign, device, (JOINT,))))
     traces = traces_of(step, KernelSimulator.of)
-    origin = "measured data" if campaign.measured else "synthetic data"
-    picture = run_picture(traces[-SHOWN:], f"joint {JOINT}, {origin}")
-    path = write_bytes(ROOT / "docs" / "images" / f"joint{JOINT}.png", base64.b64decode(picture.uri.partition(",")[2]))
+    made = run_figure(traces[-SHOWN:])
+    path = write_bytes(ROOT / "docs" / "images" / f"joint{JOINT}.png", png(made))
     click.echo(path.relative_to(ROOT))
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import shutil
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -20,7 +19,8 @@ from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.devices import device_of
-from haptid.report.identification.plain_pictures import plain_picture
+from haptid.report.common.style import png
+from haptid.report.identification.plain_pictures import plain_figure
 
 VISCOUS_ID = "sigma2"
 """Id of the viscous friction in the law that all sets are fitted with; the plain model calls it Fv."""
@@ -123,4 +123,4 @@ def _picture(campaign: Path, entry: Mapping[str, Any]) -> bytes | None:
     prediction = predict_unseen(compared)
     if prediction is None:
         return None
-    return base64.b64decode(plain_picture(prediction).uri.partition(",")[2])
+    return png(plain_figure(prediction))

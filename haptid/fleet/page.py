@@ -6,9 +6,10 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from haptid.fleet.comparison import FEWEST_DEVICES, Comparison, Member
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.report.common.page import Page, Picture, Section, Table, word_cell
+from haptid.report.common.style import ACCENT, RESIDUAL, SIMULATED, figure, style
 
 METHOD = (
     "A robust z is (value − median of the devices) / √(spread² + std²); the spread is 1.4826 times the median absolute "
@@ -54,7 +55,12 @@ def fleet_page(devices: Sequence[Mapping[str, Any]], comparisons: Sequence[Compa
 
 def _devices(devices: Sequence[Mapping[str, Any]]) -> Table:
     rows = [
-        (d["name"], d["outcome"], "–" if d["worst_over_noise"] is None else f"{d['worst_over_noise']:.3g}", d["error"])
+        (
+            d["name"],
+            word_cell("fit", d["outcome"]),
+            "–" if d["worst_over_noise"] is None else f"{d['worst_over_noise']:.3g}",
+            d["error"],
+        )
         for d in devices
     ]
     return Table(header=("device", "outcome", "worst unseen run, × noise", "what failed"), rows=rows)
@@ -118,4 +124,4 @@ def z_picture(judged: Sequence[Comparison]) -> Picture:
         axis.invert_yaxis()
         axis.set_xlabel("robust z of each device [1]")
     caption = "One dot a device; the line spans what equal devices would reach."
-    return Picture(uri=data_uri(made), caption=caption, alt="robust z of every device by parameter")
+    return picture_of(made, caption=caption, alt="robust z of every device by parameter")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+from haptid.support.numbers import plain
+
 
 def with_error(value: float, std: float) -> str:
     """Write ``value ± std``, the error to two digits and the value to the same decimal place.
@@ -62,3 +64,30 @@ def round_to_error(value: float, std: float) -> str:
         return f"{value:.4g}"
     digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(std)) + 2
     return f"{value:.{min(max(digits, 2), 9)}g}"
+
+
+def in_thousandths(value: float, unit: str) -> str:
+    """Write a residual in mrad, mm or mN m, so that a column can be read down; from 1 on in the unit itself.
+
+    Parameters
+    ----------
+    value
+        Residual in ``unit``.
+    unit
+        SI unit without prefix; two units joined by ``or`` both take the prefix.
+
+    Returns
+    -------
+    str
+        Three digits, or ``diverged`` where the value is not finite.
+
+    Examples
+    --------
+    >>> in_thousandths(2.1e-4, "rad"), in_thousandths(0.249, "m"), in_thousandths(2.592, "N")
+    ('0.21 mrad', '249 mm', '2.59 N')
+    """
+    if not math.isfinite(value):
+        return "diverged"
+    if abs(value) >= 1:
+        return f"{plain(value, 3)} {unit}"
+    return f"{plain(1e3 * value, 3)} " + " or ".join(f"m{one}" for one in unit.split(" or "))

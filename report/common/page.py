@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import base64
+import hashlib
+from collections.abc import Iterable, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib.resources import files
 
 import jinja2
+from jinja2.utils import htmlsafe_json_dumps
+from markupsafe import Markup
+
+from haptid.report.common.style import inks_css
+from haptid.report.common.words import WORDS, Word, word_of
 
 _ENVIRONMENT = jinja2.Environment(
     loader=jinja2.PackageLoader("haptid.report.common", ""),
@@ -14,6 +23,50 @@ _ENVIRONMENT = jinja2.Environment(
     lstrip_blocks=True,
     undefined=jinja2.StrictUndefined,  # a misspelt name in the template is an error, not a gap in the page
 )
+SCRIPTS = ("uPlot.iife.min.js", "page.js")
+"""Scripts of a page with an interactive picture: the library, and what feeds it."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """A cell of a table that is more than its text.
+
+    Parameters
+    ----------
+    text
+        What the reader sees.
+    word
+        Key of the word in `WORDS` that the text stands for: the cell links to its explanation, and has its colour and
+        sign. None where empty.
+    anchor
+        Section of the page that the text links to; none where empty.
+    links
+        Files that the cell links to, relative to the page, after the text.
+    """
+
+    text: str = ""
+    word: str = ""
+    anchor: str = ""
+    links: Sequence[str] = ()
+
+
+def word_cell(group: str, word: str) -> Cell:
+    """Return the cell of a word as files hold it.
+
+    Parameters
+    ----------
+    group
+        Group of the word, as ``status``.
+    word
+        As ``at_bound``.
+
+    Returns
+    -------
+    Cell
+        Text alone where the group has no such word, as in a file of another version.
+    """
+    key = f"{group}-{word}"
+    return Cell(text=word, word=key if key in WORDS else "")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,14 +78,126 @@ class Table:
     header
         Texts of the header cells.
     rows
-        Texts of the cells, row by row.
+        Cells, row by row.
     caption
         Text above the table; none where empty.
+    shades
+        Numbers from −1 to 1 behind the cells after the first, row by row, which colour them; none where empty.
     """
 
     header: Sequence[str]
-    rows: Sequence[Sequence[str]]
+    rows: Sequence[Sequence[str | Cell]]
     caption: str = ""
+    shades: Sequence[Sequence[float]] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Numbers:
+    """Numbers of a curve to a 65 534th of their range, which no screen tells from more, in less than three characters.
+
+    Parameters
+    ----------
+    low, high
+        Least and greatest finite number.
+    steps
+        Unsigned 16-bit integers in base64: 0 for ``low``, 65534 for ``high``, 65535 for what is not finite.
+    """
+
+    low: float
+    high: float
+    steps: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curve:
+    """A curve of an interactive panel.
+
+    Parameters
+    ----------
+    label
+        Name in the legend; none where empty.
+    ink
+        Role of its colour in `INKS`, or the colour itself.
+    width
+        Width of the line [point].
+    opacity
+        1 where nothing shines through.
+    dashed, dots
+        Whether the line is dashed, and whether there are dots in place of a line.
+    x, y
+        Coordinates.
+    """
+
+    label: str
+    ink: str
+    width: float
+    opacity: float
+    dashed: bool
+    dots: bool
+    x: Numbers
+    y: Numbers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fill:
+    """An area between two curves of an interactive panel, over the abscissa of its curves.
+
+    Parameters
+    ----------
+    ink
+        As `Curve` has it.
+    opacity
+        1 where nothing shines through.
+    low, high
+        Ends of the area.
+    """
+
+    ink: str
+    opacity: float
+    low: Numbers
+    high: Numbers
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Panel:
+    """A panel of an interactive picture.
+
+    Parameters
+    ----------
+    title, x_label, y_label
+        Texts.
+    column
+        Column of the picture: panels of one column stand below one another and are zoomed together.
+    joint
+        Whether all curves lie over the same increasing abscissa.
+    x_log, y_log
+        Whether an axis is logarithmic.
+    x_range, y_range
+        Ends of the axes before any zoom.
+    bands
+        Ends of shaded bands over the whole width.
+    levels, marks
+        Ordinates of horizontal and abscissas of vertical lines.
+    curves
+        Curves in the order in which they are drawn.
+    fills
+        Areas below the curves.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    column: int
+    joint: bool
+    x_log: bool
+    y_log: bool
+    x_range: Sequence[float]
+    y_range: Sequence[float]
+    bands: Sequence[Sequence[float]]
+    levels: Sequence[float]
+    marks: Sequence[float]
+    curves: Sequence[Curve]
+    fills: Sequence[Fill] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -47,11 +212,14 @@ class Picture:
         Text below the picture.
     alt
         Text for readers who cannot see the picture.
+    panels
+        Curves for the view that a script makes in place of the picture; none where empty.
     """
 
     uri: str
     caption: str
     alt: str
+    panels: Sequence[Panel] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,6 +262,8 @@ class Page:
         True prints the label SYNTHETIC DATA, False says measured data, None says nothing (no data behind the page).
     footer
         Provenance: command, seed, versions.
+    glance
+        Table of the first screen, one line for each joint; None where there is none.
     """
 
     title: str
@@ -101,10 +271,52 @@ class Page:
     sections: Sequence[Section]
     synthetic: bool | None
     footer: Sequence[str] = ()
+    glance: Table | None = None
 
     @property
     def html(self) -> str:
         """The page as HTML."""
+        pictures = [picture for section in self.sections for picture in section.pictures]
+        scripts = [_asset(name) for name in SCRIPTS] if any(picture.panels for picture in pictures) else []
         return _ENVIRONMENT.get_template("page.html.j2").render(
-            title=self.title, lead=self.lead, sections=self.sections, synthetic=self.synthetic, footer=self.footer
+            page=self,
+            words=_words_in(self._tables()),
+            word_of=word_of,
+            inks=inks_css(),
+            css=_asset("page.css") + (_asset("uPlot.min.css") if scripts else ""),
+            scripts=scripts,
+            policy=_policy(scripts),
         )
+
+    def _tables(self) -> list[Table]:
+        first = [] if self.glance is None else [self.glance]
+        return first + [table for section in self.sections for table in section.tables]
+
+
+def _words_in(tables: Iterable[Table]) -> list[Word]:
+    """Return the words that the cells of some tables stand for, each once, in the order of their appearance."""
+    keys: dict[str, None] = {}
+    for table in tables:
+        for row in table.rows:
+            keys |= dict.fromkeys(cell.word for cell in row if isinstance(cell, Cell) and cell.word)
+    return [word_of(key) for key in keys]
+
+
+def _policy(scripts: Sequence[str]) -> str:
+    """Return the policy by which a browser loads nothing from elsewhere, and runs no script but these."""
+    digests = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts]
+    allowed = " ".join(f"'sha256-{digest}'" for digest in digests) or "'none'"
+    return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
+
+
+@cache
+def _asset(name: str) -> str:
+    return (files("haptid.report.common") / name).read_text(encoding="utf-8").strip()
+
+
+def _write_panels(panels: Sequence[Panel]) -> Markup:
+    """Write panels as JSON in which no text can end the script that holds it."""
+    return htmlsafe_json_dumps([asdict(panel) for panel in panels])
+
+
+_ENVIRONMENT.filters["as_json"] = _write_panels

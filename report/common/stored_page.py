@@ -13,7 +13,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from haptid.report.common.page import Page, Picture, Section, Table
+from haptid.report.common.page import Cell, Curve, Fill, Numbers, Page, Panel, Picture, Section, Table
+from haptid.report.common.words import WORDS
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content, write_bytes, write_text
 
@@ -100,11 +101,12 @@ def _page_from(data: dict[str, Any]) -> Page:
         sections=[_section_from(section) for section in data["sections"]],
         synthetic=data["synthetic"],
         footer=data["footer"],
+        glance=_table_from(data["glance"]) if data.get("glance") else None,
     )
 
 
 def _section_from(data: dict[str, Any]) -> Section:
-    pictures = [Picture(**picture) for picture in data["pictures"]]
+    pictures = [_picture_from(picture) for picture in data["pictures"]]
     for picture in pictures:
         if not picture.uri.startswith("data:image/"):  # a page needs nothing from elsewhere
             msg = "a picture that is not part of the page"
@@ -114,6 +116,29 @@ def _section_from(data: dict[str, Any]) -> Section:
         anchor=data["anchor"],
         paragraphs=data["paragraphs"],
         pictures=pictures,
-        tables=[Table(**table) for table in data["tables"]],
+        tables=[_table_from(table) for table in data["tables"]],
         folded=data["folded"],
     )
+
+
+def _picture_from(data: dict[str, Any]) -> Picture:
+    return Picture(**{**data, "panels": [_panel_from(panel) for panel in data.get("panels", ())]})
+
+
+def _panel_from(data: dict[str, Any]) -> Panel:
+    curves = [Curve(**_with_numbers(curve, "x", "y")) for curve in data["curves"]]
+    fills = [Fill(**_with_numbers(fill, "low", "high")) for fill in data["fills"]]
+    return Panel(**{**data, "curves": curves, "fills": fills})
+
+
+def _with_numbers(data: dict[str, Any], *names: str) -> dict[str, Any]:
+    return {**data, **{name: Numbers(**data[name]) for name in names}}
+
+
+def _table_from(data: dict[str, Any]) -> Table:
+    rows = [[Cell(**cell) if isinstance(cell, dict) else cell for cell in row] for row in data["rows"]]
+    for cell in (cell for row in rows for cell in row if isinstance(cell, Cell)):
+        if cell.word and cell.word not in WORDS:
+            msg = f"word {cell.word!r}"
+            raise ValueError(msg)
+    return Table(**{**data, "rows": rows})

@@ -7,8 +7,9 @@ from matplotlib.figure import Figure
 
 from haptid.identification.verification.result import RunCheck, Verification
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.page import Picture, Section, Table
-from haptid.report.common.style import BAND, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.report.common.charts import picture_of
+from haptid.report.common.page import Section, Table
+from haptid.report.common.style import BAND, MEASURED, SIMULATED, figure, style
 
 
 def full_model_sections(verification: Verification) -> list[Section]:
@@ -31,7 +32,7 @@ def full_model_sections(verification: Verification) -> list[Section]:
     pictures, tables = [], []
     for check in verification.runs:
         caption = f"{check.file}, {check.mode.replace('_', ' ')}: {check.sentence}; {check.draws} draws."
-        pictures.append(Picture(uri=data_uri(full_model_figure(check)), caption=caption, alt="all joints free"))
+        pictures.append(picture_of(full_model_figure(check), caption=caption, alt="all joints free"))
         rows = [
             [str(j.joint), f"{j.rmse_rad:.2g}", f"{j.spread_rad:.2g}", f"{j.over_expected:.2g}"] for j in check.joints
         ]

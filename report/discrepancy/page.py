@@ -12,21 +12,46 @@ from matplotlib.ticker import MaxNLocator
 from haptid.discrepancy.detect.localise import AXES, Map, describe_regions
 from haptid.discrepancy.detect.score_tests import Score
 from haptid.discrepancy.finding.finding import Curve, Finding
+from haptid.discrepancy.fit.solution import SCATTER
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
+from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
+from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
+from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
 from haptid.support.numbers import plain
 
+RUNS_IN_A_ROW = 2
+"""Most runs of one picture."""
+LARGEST_CHANGE_UNTOLD = 5e-4
+"""Largest relative change of a parameter that counts as none: a table would show it as 0.0 %."""
 LEAST_SHARE_EXPLAINED = 0.5
 """Share of the model discrepancy below which a torque over one or two variables does not explain most of it [1]."""
 
 
+def before_after_pictures(curves: tuple[Curve, ...]) -> list[Picture]:
+    """Draw all runs, two in a picture.
+
+    Parameters
+    ----------
+    curves
+        Runs with their simulations before and after the search.
+
+    Returns
+    -------
+    list of Picture
+        As `before_after_picture` draws them.
+    """
+    return [before_after_picture(curves[k : k + RUNS_IN_A_ROW]) for k in range(0, len(curves), RUNS_IN_A_ROW)]
+
+
 def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
-    """Draw position and residual of the nominal and the final model on the first two runs.
+    """Draw position and residual of the nominal and the final model.
 
     Parameters
     ----------
@@ -36,9 +61,29 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
     Returns
     -------
     Picture
+        What `before_after_figure` draws.
+    """
+    unseen = all(curve.run.use == "validate" for curve in curves)
+    runs = "Runs that no fit saw" if unseen else "Fitted runs (the campaign has none to validate on)"
+    caption = f"{runs}. Above: the motion. Below: what the simulation misses, before and after."
+    made = before_after_figure(curves)
+    return picture_of(made, caption=caption, alt="measured and simulated position, before and after")
+
+
+def before_after_figure(curves: tuple[Curve, ...]) -> Figure:
+    """Draw position and residual of the nominal and the final model on the first two runs.
+
+    Parameters
+    ----------
+    curves
+        Runs with their simulations before and after the search.
+
+    Returns
+    -------
+    Figure
         A column a run: positions above, residuals with the sensor's ±2σ below.
     """
-    shown = curves[:2]
+    shown = curves[:RUNS_IN_A_ROW]
     with style():
         made = figure(8.5, 4.4)
         axes = made.subplots(2, len(shown), squeeze=False, sharex="col", sharey="row", height_ratios=(1, 1.5))
@@ -51,15 +96,21 @@ def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
             axes[1, column].set_xlabel("time [s]")
         slides = [p for curve in shown for p in curve.run.prismatic]
         axes[0, 0].set_ylabel(f"position [{unit_for('rad', slides)}]")
-        axes[1, 0].set_ylabel(f"measured − simulated [{unit_for('mrad', slides)}]")
+        axes[1, 0].set_ylabel(f"residual [{unit_for('mrad', slides)}]")
         for row in axes:
             row[0].legend(fontsize=7, ncols=3, loc="upper center")
             low, high = row[0].get_ylim()
             row[0].set_ylim(low, high + 0.2 * (high - low))
-    unseen = all(curve.run.use == "validate" for curve in shown)
-    runs = "Runs that no fit saw" if unseen else "Fitted runs (the campaign has none to validate on)"
-    caption = f"{runs}. Above: the motion. Below: what the simulation misses, before and after."
-    return Picture(uri=data_uri(made), caption=caption, alt="measured and simulated position, before and after")
+    return made
+
+
+def _cycles(finding: Finding) -> list[Picture]:
+    """Draw the amplitudes of the cycles where their scatter is what is missing."""
+    if not any(effect.id.endswith(SCATTER) for effect in finding.judgement.effects):
+        return []
+    found = [cycle_amplitudes(curve.run, curve.after) for curve in finding.curves]
+    amplitudes = [one for one in found if one is not None]
+    return [cycles_picture(amplitudes, finding.search.study.title)] if amplitudes else []
 
 
 def draw_motion(axis: Axes, curve: Curve) -> None:
@@ -72,9 +123,9 @@ def draw_motion(axis: Axes, curve: Curve) -> None:
     curve
         Run of one joint with its simulations.
     """
-    axis.plot(curve.run.t, curve.run.y[:, 0], color=MEASURED, label="measured")
+    axis.plot(curve.run.t, curve.run.y[:, 0], color=MEASURED, label="measured", lw=3.0, alpha=0.35)
     axis.plot(curve.run.t, curve.before, color=ACCENT, ls="--", label="simulated before")
-    axis.plot(curve.run.t, curve.after, color=SIMULATED, ls=":", label="simulated after")
+    axis.plot(curve.run.t, curve.after, color=SIMULATED, label="simulated after")
 
 
 def draw_residuals(axis: Axes, curve: Curve) -> None:
@@ -107,6 +158,27 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
     Returns
     -------
     Picture
+        What `where_figure` draws.
+    """
+    return picture_of(
+        where_figure(maps, prismatic),
+        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
+        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
+        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
+    )
+
+
+def where_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Figure:
+    """Draw the shares of excess residual energy and of samples in every bin of each variable.
+
+    Parameters
+    ----------
+    maps, prismatic
+        As `where_picture` takes them.
+
+    Returns
+    -------
+    Figure
         A panel a variable, shares in %.
     """
     with style():
@@ -117,12 +189,7 @@ def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
         for row in axes:
             row[0].set_ylabel("share [%]")
         axes[0, 0].legend(fontsize=7)
-    return Picture(
-        uri=data_uri(made),
-        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
-        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
-        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
-    )
+    return made
 
 
 def draw_shares(axis: Axes, m: Map, prismatic: Sequence[bool]) -> None:
@@ -235,6 +302,15 @@ def _in_words(finding: Finding) -> list[str]:
     )
     if not finding.judgement.effects or finding.judgement.verdict == "nothing_missing":
         return [before]
+    if is_scatter_alone(finding):
+        sizes = {effect.id: next(iter(effect.parameters.values())) for effect in finding.judgement.effects}
+        told = ", ".join(f"{id} {100 * one.value:.2g} % ± {100 * one.std:.1g} %" for id, one in sizes.items())
+        return [
+            before,
+            f"What is missing is random: the amplitude of each cycle differs from the last by chance ({told}, one "
+            "standard deviation). No simulation can follow it, so the residual stays as it is. What changes is the "
+            "noise model: intervals and bands that leave the scatter out are too narrow.",
+        ]
     share, beside = gap.closed_beside_scatter, "" if gap.beside is None else " that is no scatter of the amplitude"
     stand_in = finding.judgement.verdict == "unlisted"
     closed = "" if share is None or stand_in else f", which closes {100 * share:.1f} % of the gap{beside}"
@@ -313,6 +389,16 @@ def _make_parameter_table(finding: Finding) -> Table:
         if not p.fixed
     ]
     return Table(header=("parameter", "before", "after", "change", "unit"), rows=rows)
+
+
+def _moved(finding: Finding) -> Section:
+    """Return the table of the parameters before and after; a sentence where none moved."""
+    base, final = finding.search.plain.solution.values, finding.search.best.solution.values
+    free = [p.id for p in finding.search.plain.solution.equations.parameters if not p.fixed]
+    title, anchor = "Parameters that moved", "moved"
+    if all(abs(final[id] - base[id]) <= LARGEST_CHANGE_UNTOLD * abs(base[id]) for id in free):
+        return Section(title=title, anchor=anchor, paragraphs=["No parameter moved by as much as 0.05 %."])
+    return Section(title=title, anchor=anchor, tables=[_make_parameter_table(finding)])
 
 
 def _settle(finding: Finding) -> list[str]:
@@ -396,7 +482,7 @@ def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
         f"with all its parameters, {band}. What springs, friction and gain of the base hold, a constant and straight "
         "lines over position, speed or torque, is left out."
     )
-    return Picture(uri=data_uri(made), caption=caption, alt=f"missing torque over {names}")
+    return picture_of(made, caption=caption, alt=f"missing torque over {names}")
 
 
 def _line(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:
@@ -455,7 +541,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     sections = [
         Section(
             title="Before and after", anchor="gap", paragraphs=_in_words(finding),
-            pictures=[before_after_picture(finding.curves)], tables=[_gaps(finding)],
+            pictures=[*before_after_pictures(finding.curves), *_cycles(finding)], tables=[_gaps(finding)],
         ),
         *unnamed,
         Section(title=what, anchor="what", tables=[_effects(finding)] if named else []),
@@ -463,7 +549,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
         Section(title="Where the gap was", anchor="where", paragraphs=where, pictures=[where_pictured]),
         Section(title="What was tried", anchor="tried", paragraphs=[evidence], tables=_ranking(finding)),
         _detectable(finding),
-        Section(title="Parameters that moved", anchor="moved", tables=[_make_parameter_table(finding)]),
+        _moved(finding),
         Section(title="Scores of the whole catalogue", folded=True, tables=[_scores(finding)]),
     ]  # fmt: skip
     best, tried = finding.search.base.reached, len(finding.search.base.costs)
@@ -477,4 +563,5 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
         sections=[s for s in sections if s.paragraphs or s.pictures or any(t.rows for t in s.tables)],
         synthetic=not measured,
         footer=footer,
+        glance=position_glance(finding),
     )

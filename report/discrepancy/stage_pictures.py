@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from base64 import b64decode
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from haptid.discrepancy.detect.score_tests import Scan
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.stages import Staged
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
-from haptid.report.common.style import ACCENT, BAND, RESIDUAL, data_uri, figure, style
-from haptid.report.discrepancy.page import before_after_picture, where_picture
+from haptid.report.common.style import ACCENT, BAND, RESIDUAL, figure, png, style
+from haptid.report.discrepancy.page import before_after_figure, where_figure
 from haptid.support.files.files import write_bytes
 
 MOST_SCORES_SHOWN = 15
@@ -25,7 +26,7 @@ SMALLEST_P_DRAWN = 1e-16
 
 
 def gap_picture(curves: Sequence[Curve]) -> Picture:
-    """Draw the residual of the nominal model over time on the first two runs, with the sensor's ±2σ.
+    """Draw the residual of the nominal model over time, with the sensor's ±2σ.
 
     Parameters
     ----------
@@ -35,7 +36,24 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
     Returns
     -------
     Picture
-        A panel a run.
+        What `gap_figure` draws.
+    """
+    caption = "What the base model misses; the band is ±2σ of the sensor."
+    return picture_of(gap_figure(curves), caption=caption, alt="residual of the base model over time")
+
+
+def gap_figure(curves: Sequence[Curve]) -> Figure:
+    """Draw the residual of the nominal model over time on the first two runs.
+
+    Parameters
+    ----------
+    curves
+        Runs with their simulations by the nominal model.
+
+    Returns
+    -------
+    Figure
+        A panel a run, with the sensor's ±2σ.
     """
     shown = list(curves)[:2]
     with style():
@@ -48,12 +66,11 @@ def gap_picture(curves: Sequence[Curve]) -> Picture:
             axis.set_xlabel("time [s]")
         unit = unit_for("mrad", [p for curve in shown for p in curve.run.prismatic])
         made.axes[0].set_ylabel(f"measured − simulated [{unit}]")
-    caption = "What the base model misses; the band is ±2σ of the sensor."
-    return Picture(uri=data_uri(made), caption=caption, alt="residual of the base model over time")
+    return made
 
 
 def scores_picture(scan: Scan) -> Picture:
-    """Draw the family-wise p-values of the first `MOST_SCORES_SHOWN` scores, before any refit.
+    """Draw the family-wise p-values of the catalogue, before any refit.
 
     Parameters
     ----------
@@ -63,6 +80,23 @@ def scores_picture(scan: Scan) -> Picture:
     Returns
     -------
     Picture
+        What `scores_figure` draws.
+    """
+    caption = "How unlikely noise alone would look this much like each entry; beyond the line it counts."
+    return picture_of(scores_figure(scan), caption=caption, alt="scores of the catalogue")
+
+
+def scores_figure(scan: Scan) -> Figure:
+    """Draw the family-wise p-values of the first `MOST_SCORES_SHOWN` scores.
+
+    Parameters
+    ----------
+    scan
+        Score tests of the whole catalogue, the best first.
+
+    Returns
+    -------
+    Figure
         Bars of −log₁₀ p, the best on top, with the line beyond which an effect counts.
     """
     shown = scan.scores[:MOST_SCORES_SHOWN][::-1]
@@ -73,12 +107,11 @@ def scores_picture(scan: Scan) -> Picture:
         axis.axvline(-np.log10(THRESHOLDS.candidate.family_wise_p_value), color=ACCENT, ls="--")
         axis.tick_params(axis="y", labelsize=7)
         axis.set_xlabel("−log₁₀ p over the whole catalogue")
-    caption = "How unlikely noise alone would look this much like each entry; beyond the line it counts."
-    return Picture(uri=data_uri(made), caption=caption, alt="scores of the catalogue")
+    return made
 
 
-def stage_picture(staged: Staged) -> Picture:
-    """Return the picture of one stage: scores where it has a scan, else the localisation, else the residual.
+def stage_figure(staged: Staged) -> Figure:
+    """Draw one stage: scores where it has a scan, else the localisation, else the residual.
 
     Parameters
     ----------
@@ -87,12 +120,11 @@ def stage_picture(staged: Staged) -> Picture:
 
     Returns
     -------
-    Picture
-        Picture with its caption.
+    Figure
     """
     if staged.scan is not None:
-        return scores_picture(staged.scan)
-    return where_picture(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_picture(staged.curves)
+        return scores_figure(staged.scan)
+    return where_figure(staged.maps, staged.study.fitted[0].prismatic) if staged.maps else gap_figure(staged.curves)
 
 
 def write_pictures(finding: Finding, folder: Path) -> None:
@@ -110,23 +142,23 @@ def write_pictures(finding: Finding, folder: Path) -> None:
     InputError, WritingError
         As `write_bytes`.
     """
-    pictures = {
-        "gap": gap_picture(finding.curves),
-        "where": where_picture(finding.maps, finding.search.study.fitted[0].prismatic),
-        "what": scores_picture(finding.search.scan),
-        "after": before_after_picture(finding.curves),
+    drawn = {
+        "gap": gap_figure(finding.curves),
+        "where": where_figure(finding.maps, finding.search.study.fitted[0].prismatic),
+        "what": scores_figure(finding.search.scan),
+        "after": before_after_figure(finding.curves),
     }
-    for stage, picture in pictures.items():
-        save(picture, folder / f"{finding.search.study.name}_{stage}.png")
+    for stage, made in drawn.items():
+        save(made, folder / f"{finding.search.study.name}_{stage}.png")
 
 
-def save(picture: Picture, path: Path) -> Path:
-    """Write a picture as a PNG file, whole or not at all, and return its path.
+def save(made: Figure, path: Path) -> Path:
+    """Write a figure as a PNG file, whole or not at all, and return its path.
 
     Parameters
     ----------
-    picture
-        Picture whose ``uri`` holds a PNG in base64.
+    made
+        Figure to write.
     path
         PNG file to write.
 
@@ -142,4 +174,4 @@ def save(picture: Picture, path: Path) -> Path:
     WritingError
         Where the disk is full or fails (exit code 1).
     """
-    return write_bytes(path, b64decode(picture.uri.partition(",")[2]))
+    return write_bytes(path, png(made))

@@ -7,9 +7,11 @@ from matplotlib.axes import Axes
 
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
+from haptid.report.discrepancy.glance import torque_glance
 from haptid.report.discrepancy.page import where_picture, write_share
 
 
@@ -46,7 +48,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
         "Above: torque over position, all rows. Below: measured minus modelled torque on stretches that no fit saw; "
         "the band is ±2σ of the torque's white noise."
     )
-    return Picture(uri=data_uri(made), caption=caption, alt="torque over position, measured and modelled")
+    return picture_of(made, caption=caption, alt="torque over position, measured and modelled")
 
 
 def draw_torque_left(axis: Axes, finding: TorqueFinding) -> None:
@@ -94,7 +96,7 @@ def remaining_picture(finding: TorqueFinding) -> Picture:
         axis.set_ylabel(f"left [{_unit(finding, 'mN m')}]")
         axis.legend(fontsize=7)
     text = "Mean torque that the final model leaves, by position and direction, with standard errors."
-    return Picture(uri=data_uri(made), caption=text, alt="remaining torque over position")
+    return picture_of(made, caption=text, alt="remaining torque over position")
 
 
 def _gaps(finding: TorqueFinding) -> Table:
@@ -121,7 +123,7 @@ def _effects(finding: TorqueFinding) -> Table:
     std = final.std
     rows = [
         (
-            *(e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}"),
+            *(e.id, e.formula, x.id, f"{with_error(final.values[x.id], std[x.id])} {x.unit}".removesuffix(" 1")),
             write_share(finding.stability, e.key),
         )
         for e in final.effects
@@ -198,4 +200,5 @@ def torque_gap_page(finding: TorqueFinding, title: str, *, measured: bool) -> Pa
         sections=[s for s in sections if s.anchor != "what" or found.final.effects],
         synthetic=not measured,
         footer=[f"{found.simulations} simulations in {finding.wall_s:.0f} s."],
+        glance=torque_glance(finding),
     )

@@ -6,8 +6,10 @@ import numpy as np
 
 from haptid.discrepancy.finding.full_model import Missed, WholeFinding
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
+from haptid.report.discrepancy.glance import whole_glance
 
 
 def missed_picture(finding: WholeFinding) -> Picture:
@@ -39,7 +41,7 @@ def missed_picture(finding: WholeFinding) -> Picture:
         "RMS of measured − simulated of every joint on runs that no fit saw, and what noise and the parameters' "
         "uncertainty give together."
     )
-    return Picture(uri=data_uri(made), caption=caption, alt="what every joint misses before and after")
+    return picture_of(made, caption=caption, alt="what every joint misses before and after")
 
 
 def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> Page:
@@ -78,6 +80,7 @@ def whole_gap_page(finding: WholeFinding, title: str, *, measured: bool) -> Page
         ],
         synthetic=not measured,
         footer=["Nothing was fitted to these runs."],
+        glance=whole_glance(finding),
     )  # fmt: skip
 
 

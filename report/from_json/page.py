@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Page, Section, Table
+from haptid.report.common.page import Page, Section, Table, word_cell
 from haptid.support.errors import InputError
 
 NO_PICTURES = "Written from the JSON alone: the command that made it writes the page with pictures."
@@ -57,7 +57,8 @@ def _content_of(data: Mapping[str, Any]) -> tuple[str, str, list[Section]]:
 def _configuration(entry: Mapping[str, Any]) -> Section:
     joints = entry.get("free_joints", [])
     parameters = [
-        (id, _with_std(p["value"], p["std"]), p.get("unit", ""), p["status"]) for id, p in entry["parameters"].items()
+        (id, _with_std(p["value"], p["std"]), p.get("unit", ""), word_cell("status", p["status"]))
+        for id, p in entry["parameters"].items()
     ]
     runs = [(run["file"], run["use"], _score(run["rmse_over_noise"])) for run in entry["runs"]]
     return Section(

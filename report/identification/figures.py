@@ -12,15 +12,13 @@ from haptid.identification.output.traces import Trace
 from haptid.identification.verification.result import RunCheck
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
-from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
-
-LEAST_POINTS = 2500
-"""Fewest points of a thinned curve, which has fewer than twice as many [1]."""
+from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 
 
 def run_picture(traces: Sequence[Trace], title: str) -> Picture:
-    """Draw each run in a column: positions above, residual with the noise's ±2σ below.
+    """Draw measured and simulated signals of runs with their residuals.
 
     Parameters
     ----------
@@ -34,6 +32,28 @@ def run_picture(traces: Sequence[Trace], title: str) -> Picture:
     Picture
         Its caption names the files with their uses.
     """
+    files = ", ".join(f"{t.score.file} ({t.score.use})" for t in traces)
+    caption = (
+        f"{title}: measured (wide, grey) and simulated (narrow, blue) above, measured minus simulated (red) with the "
+        f"sensor's ±2σ (shaded) below. Runs: {files}."
+    )
+    made = run_figure(traces)
+    return picture_of(made, caption=caption, alt=f"{title}, measured against simulated, with residuals")
+
+
+def run_figure(traces: Sequence[Trace]) -> Figure:
+    """Draw each run in a column: positions above, residual with the noise's ±2σ below.
+
+    Parameters
+    ----------
+    traces
+        One trace per run, all of the same joints.
+
+    Returns
+    -------
+    Figure
+        Two rows of panels a joint.
+    """
     rows = 2 * traces[0].measured.shape[1]
     with style():
         made = figure(3.0 * max(len(traces), 2) + 1.0, 1.7 * rows)
@@ -45,13 +65,7 @@ def run_picture(traces: Sequence[Trace], title: str) -> Picture:
             axes[0][column].set_title(title_of(trace), fontsize=8)
             axes[-1][column].set_xlabel("time [s]")
         _legend(made, axes[0][0])
-        uri = data_uri(made)
-    files = ", ".join(f"{t.score.file} ({t.score.use})" for t in traces)
-    caption = (
-        f"{title}: measured (black) and simulated (blue) above, measured minus simulated (red) with the "
-        f"sensor's ±2σ (shaded) below. Runs: {files}."
-    )
-    return Picture(uri=uri, caption=caption, alt=f"{title}, measured against simulated, with residuals")
+    return made
 
 
 def _legend(made: Figure, axis: Axes) -> None:
@@ -75,8 +89,20 @@ def title_of(trace: Trace) -> str:
     return f"{trace.score.file}\n{trace.score.use}: RMS = {trace.score.over_noise:.2f} × noise"
 
 
-def _thin(trace: Trace) -> slice:
-    return slice(None, None, max(trace.t.size // LEAST_POINTS, 1))
+def draw_over(axis: Axes, t: Array, measured: Array, simulated: Array) -> None:
+    """Draw a simulated signal over a measured one so that both are seen where they agree, in grey as well.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    t
+        Times [s], shape (n_t,).
+    measured, simulated
+        Signals, shape (n_t,) each.
+    """
+    axis.plot(t, measured, color=MEASURED, label="measured", linewidth=3.0, alpha=0.35)
+    axis.plot(t, simulated, color=SIMULATED, label="simulated", linewidth=1.1)
 
 
 def draw_signal(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -> None:
@@ -93,9 +119,8 @@ def draw_signal(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -> 
     first
         Whether the axes get the label of the signal.
     """
-    rows, joint = _thin(trace), trace.joints[k]
-    axis.plot(trace.t[rows], trace.measured[rows, k], color=MEASURED, label="measured", linewidth=1.6)
-    axis.plot(trace.t[rows], trace.simulated[rows, k], color=SIMULATED, label="simulated", linestyle="--")
+    joint = trace.joints[k]
+    draw_over(axis, trace.t, trace.measured[:, k], trace.simulated[:, k])
     if first:
         what = "torque" if trace.unit.startswith("N") else "position"
         axis.set_ylabel(f"{what} {joint} [{trace.unit}]")
@@ -109,10 +134,10 @@ def draw_residual(axis: Axes, trace: Trace, k: int = 0, *, first: bool = True) -
     axis, trace, k, first
         As `draw_signal` takes them.
     """
-    rows, unit, factor = _thin(trace), f"m{trace.unit}", 1e3
+    unit, factor = f"m{trace.unit}", 1e3
     axis.axhspan(-2 * factor * trace.sigma[k], 2 * factor * trace.sigma[k], color=BAND, linewidth=0)
     r = factor * (trace.measured[:, k] - trace.simulated[:, k])
-    axis.plot(trace.t[rows], r[rows], color=RESIDUAL, linewidth=0.5)
+    axis.plot(trace.t, r, color=RESIDUAL, linewidth=0.5)
     _limits(axis, r)
     if trace.scored_from > 0:
         axis.axvline(trace.scored_from, color=MEASURED, linewidth=0.8, linestyle=":")
@@ -126,7 +151,7 @@ def _limits(axis: Axes, r: Array) -> None:
 
 
 def whole_picture(check: RunCheck) -> Picture:
-    """Draw measured and simulated positions of all joints in one run of the whole model.
+    """Draw measured and simulated positions of all joints in one run of the whole model, each above its residual.
 
     Parameters
     ----------
@@ -140,20 +165,30 @@ def whole_picture(check: RunCheck) -> Picture:
     """
     n = check.measured.shape[1]
     with style():
-        made = figure(9.0, 1.6 * ((n + 1) // 2) + 0.6)
-        axes = made.subplots((n + 1) // 2, 2, sharex=True, squeeze=False)
+        rows = (n + 1) // 2
+        made = figure(9.0, 2.6 * rows + 0.6)
+        axes = made.subplots(2 * rows, 2, sharex=True, squeeze=False, height_ratios=[2, 1] * rows)
         for k, one in enumerate(check.joints):
-            axis: Axes = axes[k // 2][k % 2]
+            above: Axes = axes[2 * (k // 2)][k % 2]
+            below: Axes = axes[2 * (k // 2) + 1][k % 2]
             unit = unit_for("rad", [one.prismatic])
-            axis.plot(check.t, check.measured[:, k], color=MEASURED, label="measured", linewidth=1.6)
-            axis.plot(check.t, check.simulated[:, k], color=SIMULATED, linestyle="--", label="simulated")
-            axis.set_title(f"joint {one.joint}: RMS = {one.rmse_rad:.2g} {unit}", fontsize=8)
-            axis.set_ylabel(f"position [{unit}]")
+            draw_over(above, check.t, check.measured[:, k], check.simulated[:, k])
+            above.set_title(f"joint {one.joint}: RMS = {one.rmse_rad:.2g} {unit}", fontsize=8)
+            above.set_ylabel(f"position [{unit}]")
+            noise = 1e3 * one.rmse_rad / one.rmse_over_noise
+            if np.isfinite(noise):
+                below.axhspan(-2 * noise, 2 * noise, color=BAND, linewidth=0)
+            r = 1e3 * (check.measured[:, k] - check.simulated[:, k])
+            below.plot(check.t, r, color=RESIDUAL, linewidth=0.7)
+            _limits(below, r)
+            below.set_ylabel(f"residual [m{unit}]")
+        if n % 2:
+            for axis in axes[-2:, 1]:
+                axis.set_visible(False)
         for axis in axes[-1]:
             axis.set_xlabel("time [s]")
         _legend(made, axes[0][0])
-        uri = data_uri(made)
     kind = check.mode.replace("_", " ")
-    return Picture(
-        uri=uri, caption=f"{check.file}, {kind}: {check.sentence}.", alt=f"all joints of {check.file}, {kind}"
+    return picture_of(
+        made, caption=f"{check.file}, {kind}: {check.sentence}.", alt=f"all joints of {check.file}, {kind}"
     )

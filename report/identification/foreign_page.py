@@ -11,9 +11,13 @@ from typing import Any
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.calibration.words import RUNS, attention, run_rows, sentence_of
 from haptid.measurement.values.run import Run
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import BAND, MEASURED, RESIDUAL, SIMULATED, data_uri, figure, style
+from haptid.report.common.page import Cell, Page, Picture, Section, Table, word_cell
+from haptid.report.common.style import BAND, RESIDUAL, figure, style
+from haptid.report.common.words import word_of
+from haptid.report.identification.figures import draw_over
+from haptid.support.numbers import plain
 
 METHOD = (
     "Residuals are measured minus simulated outputs over the noise of each output; 1.00 is the noise. Sensitivities "
@@ -26,10 +30,10 @@ STARTS = (
     "holds them as a parameter set. The binaries are unchanged and know the start values that were compiled into them: "
     "a host has to set those of the description before initialisation. fmpy does not by itself; give it start_values."
 )
-MOST_PICTURES = 4
-"""Runs that are drawn, validation runs first [1]."""
-LEAST_POINTS = 2500
-"""Fewest points of a thinned curve [1]."""
+
+
+FILES = ("identified.fmu", "parameters.ssv", "identification.json")
+"""Files that are written beside the page."""
 
 
 def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> Page:
@@ -69,7 +73,20 @@ def calibration_page(calibration: Calibration, data: Mapping[str, Any]) -> Page:
             f"Command: {data['command']}",
             "Software: " + ", ".join(f"{name} {number}" for name, number in data["software"].items()),
         ),
+        glance=_glance(calibration),
     )
+
+
+def _glance(calibration: Calibration) -> Table:
+    """Write the line of the first screen: verdict, worst run, what to do, and the files."""
+    label = calibration.fit.outcome.label
+    word, scores = word_of(f"fit-{label}"), calibration.fit.runs
+    unseen = [score for score in scores if score.use == "validate"]
+    worst = max(unseen or scores, key=lambda score: score.over_noise, default=None)
+    over, run = ("–", "–") if worst is None else (plain(worst.over_noise, 3), f"{worst.file} ({worst.use})")
+    verdict = Cell(text=word.text, word=word.key)
+    row = (calibration.campaign.model.name, verdict, over, run, word.action, Cell(links=FILES))
+    return Table(header=("model", "verdict", "× noise", "worst run", "what to do next", "files"), rows=[row])
 
 
 def _parameters(calibration: Calibration) -> tuple[Table, ...]:
@@ -79,7 +96,7 @@ def _parameters(calibration: Calibration) -> tuple[Table, ...]:
             q.structured,
             f"{value:.6g}" if q.fixed else with_error(value, std),
             q.unit,
-            fit.statuses[q.id],
+            word_cell("status", fit.statuses[q.id]),
             f"{q.initial:.4g}",
             "" if q.fixed else f"[{q.lower:.4g}, {q.upper:.4g}]",
             q.description,
@@ -112,29 +129,26 @@ def _minima(calibration: Calibration) -> Table:
 
 def _choose_drawn(calibration: Calibration) -> list[Run]:
     runs = [run for run in calibration.campaign.runs if run.file in calibration.simulated]
-    return sorted(runs, key=lambda run: run.use != "validate")[:MOST_PICTURES]
+    return sorted(runs, key=lambda run: run.use != "validate")
 
 
 def _picture(calibration: Calibration, run: Run) -> Picture:
     """Draw the outputs of a run, measured and simulated, each above its residual."""
     names, simulated = calibration.campaign.outputs, calibration.simulated[run.file]
-    rows = slice(None, None, max(run.t.size // LEAST_POINTS, 1))
     with style():
         made = figure(8.0, 2.8 * len(names))
         axes = made.subplots(2 * len(names), 1, sharex=True, squeeze=False, height_ratios=[2, 1] * len(names))[:, 0]
         for k, name in enumerate(names):
             unit = f" [{calibration.units[k]}]" if calibration.units[k] else ""
             above, below = axes[2 * k], axes[2 * k + 1]
-            above.plot(run.t[rows], run.y[rows, k], color=MEASURED, label="measured", linewidth=1.6)
-            above.plot(run.t[rows], simulated[rows, k], color=SIMULATED, label="simulated", linestyle="--")
+            draw_over(above, run.t, run.y[:, k], simulated[:, k])
             above.set_ylabel(f"{name}{unit}")
             noise = run.sensor_std[k]
             below.axhspan(-2 * noise, 2 * noise, color=BAND, linewidth=0)
-            below.plot(run.t[rows], (run.y - simulated)[rows, k], color=RESIDUAL, linewidth=0.5)
+            below.plot(run.t, (run.y - simulated)[:, k], color=RESIDUAL, linewidth=0.5)
             below.set_ylabel(f"residual{unit}")
         axes[-1].set_xlabel("time [s]")
         handles, labels = axes[0].get_legend_handles_labels()
         made.legend(handles, labels, loc="outside lower center", ncols=2)
-        uri = data_uri(made)
-    caption = f"{run.file} ({run.use}): measured (black) and simulated (blue), residual (red) with the noise's ±2σ."
-    return Picture(uri=uri, caption=caption, alt=f"{run.file}, measured against simulated, with residuals")
+    caption = f"{run.file} ({run.use}): measured (wide) and simulated (narrow), residual (red) with the noise's ±2σ."
+    return picture_of(made, caption=caption, alt=f"{run.file}, measured against simulated, with residuals")

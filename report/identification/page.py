@@ -6,22 +6,35 @@ It shows, for each joint, measured and simulated positions, parameters with thei
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
+from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.links.consistency import summary as consistency_summary
+from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
 from haptid.identification.output.plain_comparison import tell_size_and_share
 from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row
 from haptid.identification.output.traces import Trace
-from haptid.identification.result.fit import RunScore
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
+from haptid.measurement.values.run import Run
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.numbers import with_error
-from haptid.report.common.page import Page, Picture, Section, Table
+from haptid.report.common.cycles import cycles_picture
+from haptid.report.common.numbers import in_thousandths, with_error
+from haptid.report.common.page import Cell, Page, Picture, Section, Table, word_cell
 from haptid.report.identification.figures import run_picture, whole_picture
+from haptid.report.identification.friction_figures import friction_picture
+from haptid.report.identification.glance import (
+    LARGEST_RESIDUAL_OVER_EXPECTED,
+    glance_table,
+    worst_joint,
+    worst_score,
+)
+from haptid.report.identification.parameter_figures import correlation_table, interval_picture
 from haptid.report.identification.plain_section import plain_section
+from haptid.report.identification.residual_figures import correlation_picture
 
 METHOD = (
     "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
@@ -29,9 +42,14 @@ METHOD = (
     "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
     "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
 )
-LARGEST_RESIDUAL_OVER_EXPECTED = 2.0
-"""Residual RMS over √(noise² + spread²) up to which noise and parameter uncertainty explain the residual [1]: one draw
-of the parameters reaches it by chance, as |N(0, 1)| is below 2 in 95 % of cases."""
+FIRST_SHOWN, RUNS_IN_A_ROW = 3, 2
+"""Runs that are drawn before the reader unfolds the others, and most runs of one picture."""
+MOST_UNFOLDED = 2
+"""Most configurations whose sections are open when the page is; of more, the first screen links to each."""
+MOST_CORRELATED = 3
+"""Most runs of the picture of correlations."""
+LARGEST_P_OF_SCATTER = 1e-3
+"""Largest p-value at which amplitudes of cycles are drawn: one run in a thousand scatters as much by chance."""
 
 
 def identification_page(
@@ -41,6 +59,7 @@ def identification_page(
     predictions: Sequence[Prediction | None],
     data: Mapping[str, Any],
     verification: Verification,
+    files: Sequence[str] = (),
 ) -> Page:
     """Render the page of an identification.
 
@@ -58,6 +77,8 @@ def identification_page(
         Content of identification.json: remarks, links, command, software, measured.
     verification
         Check of the whole model on runs with all joints free; its section is left out where there are none.
+    files
+        FMUs and parameter sets that were written, relative to the page.
 
     Returns
     -------
@@ -66,9 +87,10 @@ def identification_page(
     """
     sections = [_overview(steps), *_remarks(data.get("remarks", ()))]
     for step, own, prediction in zip(steps, traces, predictions, strict=True):
-        sections.append(_configuration(step, own))
+        parts = [_configuration(step, own), *_further_runs(step, own), _diagnosis(step, own)]
         if step.compared is not None and step.compared.baseline is not None:
-            sections.append(plain_section(step, step.compared.baseline, step.compared, prediction))
+            parts.append(plain_section(step, step.compared.baseline, step.compared, prediction))
+        sections += [replace(one, folded=one.folded or len(steps) > MOST_UNFOLDED) for one in parts]
     if verification.runs:
         sections.append(_whole(verification))
     if data["links"]:
@@ -84,14 +106,15 @@ def identification_page(
         sections=sections,
         synthetic=not data["measured"],
         footer=footer,
+        glance=glance_table(steps, verification, files),
     )
 
 
 def _lead(steps: Sequence[Step], verification: Verification) -> str:
     good, poor = [], []
     for step in steps:
-        worst = _worst(step)
-        if worst is None:
+        worst = worst_score(step)
+        if worst is None or worst.use != "validate":
             continue
         if worst.over_noise <= THRESHOLDS.largest_residual_as_noise:
             good.append(step.configuration.name)
@@ -112,7 +135,12 @@ def _whole_sentence(verification: Verification) -> str:
     """Say how large the whole model's residual is, and whether the uncertainty of the parameters explains it."""
     joints = [j for run in verification.runs for j in run.joints]
     worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
-    said = f"The whole model predicts runs with all joints free within {worst:.3g} × noise on the worst joint"
+    _, one = worst_joint(verification)
+    size = in_thousandths(one.rmse_rad, unit_for("rad", [one.prismatic]))
+    said = (
+        f"The whole model predicts runs with all joints free to {size} (joint {one.joint}), within {worst:.3g} × noise "
+        "on the worst joint"
+    )
     if worst <= THRESHOLDS.largest_residual_as_noise:
         return f"{said}."
     if not excess > LARGEST_RESIDUAL_OVER_EXPECTED:
@@ -123,16 +151,15 @@ def _whole_sentence(verification: Verification) -> str:
     return f"{said}, {excess:.3g} × what noise and the spread of the parameters explain: something is missing in it."
 
 
-def _worst(step: Step) -> RunScore | None:
-    scores = [s for s in step.fit.runs if s.use == "validate"]
-    return max(scores, key=lambda score: score.over_noise, default=None)
-
-
 def _overview(steps: Sequence[Step]) -> Section:
-    table = Table(header=HEADER, rows=[step_row(step) for step in steps])
+    rows: list[tuple[str | Cell, ...]] = []
+    for step in steps:
+        *cells, outcome = step_row(step)
+        rows.append((*cells, word_cell("fit", outcome)))
+    table = Table(header=HEADER, rows=rows)
     look = [f"{step.configuration.name.capitalize()}: {sentence}." for step in steps for sentence in attention(step)]
-    rows = [(sentence.replace("..", "."),) for sentence in look]
-    tables = (table, Table(header=("worth a second look",), rows=rows)) if rows else (table,)
+    sentences = [(sentence.replace("..", "."),) for sentence in look]
+    tables = (table, Table(header=("worth a second look",), rows=sentences)) if sentences else (table,)
     return Section(title="Overview", anchor="overview", paragraphs=(METHOD,), tables=tables)
 
 
@@ -152,18 +179,66 @@ def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
         title=step.configuration.name.capitalize(),
         anchor=step.configuration.anchor,
         paragraphs=tuple(s for s in (step.configuration.locked, *said) if s),
-        pictures=_pictures(step, traces),
+        pictures=_run_pictures(step, _first_shown(traces)),
         tables=tuple(
             t for t in (_parameters(step), _profiles(step), _combinations(step), _runs(step), _basins(step)) if t.rows
         ),
     )
 
 
-def _pictures(step: Step, traces: Sequence[Trace]) -> tuple[Picture, ...]:
+def _first_shown(traces: Sequence[Trace]) -> list[Trace]:
+    """Return a fitted run and the first that no fit saw."""
     fitted = [t for t in traces if t.score.use == "fit"]
     others = [t for t in traces if t.score.use == "validate"]
-    shown = (fitted[len(fitted) // 2 :][:1] + others)[:3]
-    return (run_picture(shown, step.configuration.name),) if shown else ()
+    return (fitted[len(fitted) // 2 :][:1] + others)[:FIRST_SHOWN]
+
+
+def _run_pictures(step: Step, traces: Sequence[Trace]) -> tuple[Picture, ...]:
+    return tuple(
+        run_picture(traces[k : k + RUNS_IN_A_ROW], step.configuration.name)
+        for k in range(0, len(traces), RUNS_IN_A_ROW)
+    )
+
+
+def _further_runs(step: Step, traces: Sequence[Trace]) -> list[Section]:
+    """Return the folded section of the runs that are not drawn first; none where all are."""
+    shown = [id(trace) for trace in _first_shown(traces)]
+    others = [trace for trace in traces if id(trace) not in shown]
+    if not others:
+        return []
+    title = f"{step.configuration.name.capitalize()}: {len(others)} more run{'s' * (len(others) > 1)}"
+    return [Section(title=title, pictures=_run_pictures(step, others), folded=True)]
+
+
+def _diagnosis(step: Step, traces: Sequence[Trace]) -> Section:
+    """Return the section on friction, what is left, and how well each parameter is known."""
+    name = step.configuration.name
+    runs: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in step.configuration.runs}
+    shown = _first_shown(traces)
+    pictures: list[Picture | None] = [_friction(step)]
+    if shown:
+        pictures.append(correlation_picture(shown[:MOST_CORRELATED], name))
+    if len(step.configuration.free_joints) == 1 and not step.torque_scored:
+        found = [cycle_amplitudes(runs[t.score.file, t.score.use], t.simulated[:, 0]) for t in traces]
+        scattered = [one for one in found if one is not None and one.p_value < LARGEST_P_OF_SCATTER]
+        pictures += [cycles_picture(scattered, name)] if scattered else []
+    pictures.append(interval_picture(step.fit, name))
+    return Section(
+        title=f"{name.capitalize()}: friction, residual, intervals",
+        anchor=f"{step.configuration.anchor}-diagnosis",
+        pictures=[picture for picture in pictures if picture is not None],
+        tables=[table for table in (correlation_table(step.fit),) if table.rows],
+    )
+
+
+def _friction(step: Step) -> Picture | None:
+    """Draw the friction of every free joint in the worst run; None where there is no inverse dynamics."""
+    worst = worst_score(step)
+    if step.compared is None or worst is None:
+        return None
+    runs = [run for run in step.compared.runs if (run.file, run.use) == (worst.file, worst.use)]
+    loops = [friction_loop(step.compared, run, k) for run in runs[:1] for k in range(len(run.free_joints))]
+    return friction_picture(loops, step.configuration.name) if loops else None
 
 
 def _parameters(step: Step) -> Table:
@@ -173,7 +248,7 @@ def _parameters(step: Step) -> Table:
             q.id,
             with_error(value, std) if not q.fixed else f"{value:.4g}",
             q.unit,
-            fit.statuses[q.id],
+            word_cell("status", fit.statuses[q.id]),
             f"{q.initial:.3g}",
             f"[{q.lower:.3g}, {q.upper:.3g}]" if not q.fixed else "",
             q.description,

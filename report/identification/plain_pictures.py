@@ -6,21 +6,21 @@ from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from haptid.identification.baseline.prediction import Prediction
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
-from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, data_uri, figure, style
+from haptid.report.common.style import ACCENT, MEASURED, SIMULATED, figure, style
 
-MOST_POINTS = 4000
-"""Largest number of points of a curve [1]."""
-LOOKS = {"model": (SIMULATED, "fit"), "baseline": (ACCENT, "plain model")}
-"""Colour and name of each model."""
+LOOKS = {"model": (SIMULATED, "fit", "-"), "baseline": (ACCENT, "plain model", "--")}
+"""Colour, name and line of each model."""
 
 
 def plain_picture(prediction: Prediction) -> Picture:
-    """Draw torque and free simulation of one run by both models, each with its residual below.
+    """Draw torque and free simulation of one run by both models.
 
     Parameters
     ----------
@@ -30,6 +30,29 @@ def plain_picture(prediction: Prediction) -> Picture:
     Returns
     -------
     Picture
+        What `plain_figure` draws.
+    """
+    caption = (
+        f"{prediction.file}, which no fit saw. Left: torque as measured (grey) and as computed along the measured "
+        "motion, all filtered alike. Right: position as measured, and simulated under the recorded torque alone. "
+        "Below: measured minus computed."
+    )
+    alt = f"fit and plain model on {prediction.file}, with residuals"
+    return picture_of(plain_figure(prediction), caption=caption, alt=alt)
+
+
+def plain_figure(prediction: Prediction) -> Figure:
+    """Draw torque and free simulation of one run by both models, each with its residual below.
+
+    Parameters
+    ----------
+    prediction
+        Signals of the run.
+
+    Returns
+    -------
+    Figure
+        Torque at the left, position at the right.
     """
     n = len(prediction.joints)
     with style():
@@ -51,24 +74,17 @@ def plain_picture(prediction: Prediction) -> Picture:
             axis.set_xlabel("time [s]")
         handles, labels = axes[0][0].get_legend_handles_labels()
         made.legend(handles, labels, loc="outside lower center", ncols=3)
-        uri = data_uri(made)
-    caption = (
-        f"{prediction.file}, which no fit saw. Left: torque as measured (black) and as computed along the measured "
-        "motion, all filtered alike. Right: position as measured, and simulated under the recorded torque alone. "
-        "Below: measured minus computed."
-    )
-    return Picture(uri=uri, caption=caption, alt=f"fit and plain model on {prediction.file}, with residuals")
+    return made
 
 
 def _draw(axes: tuple[Axes, Axes], t: Array, measured: Array, models: Mapping[str, Array], k: int) -> None:
     """Draw one signal of the joint at index k above, and what each model leaves of it below."""
     above, below = axes
-    rows = slice(None, None, max(t.size // MOST_POINTS, 1))
-    above.plot(t[rows], measured[rows, k], color=MEASURED, label="measured", linewidth=1.6)
+    above.plot(t, measured[:, k], color=MEASURED, label="measured", linewidth=3.0, alpha=0.35)
     for name, signal in models.items():
-        colour, label = LOOKS[name]
-        above.plot(t[rows], signal[rows, k], color=colour, label=label, linestyle="--")
-        below.plot(t[rows], (measured - signal)[rows, k], color=colour, linewidth=0.7)
+        colour, label, line = LOOKS[name]
+        above.plot(t, signal[:, k], color=colour, label=label, linestyle=line)
+        below.plot(t, (measured - signal)[:, k], color=colour, label=label, linewidth=0.7)
     # A simulation that runs away would flatten the measured signal to a line.
     # A signal that never changes has no range; any will do.
     middle, reach = float(np.mean(measured[:, k])), float(np.ptp(measured[:, k])) or 1.0

@@ -67,7 +67,7 @@ def _corner_cell(ax: Axes, shown: Array, i: int, j: int, limits: Array) -> None:
         ax.hist(shown[:, i], bins=40, range=tuple(limits[i]), color=SIMULATED, histtype="stepfilled")
         ax.set_yticks([])
     else:
-        ax.plot(shown[:, j], shown[:, i], ",", color=SIMULATED, alpha=0.6)
+        ax.plot(shown[:, j], shown[:, i], ",", color=SIMULATED, alpha=0.6, rasterized=True)
         ax.set_ylim(*limits[i])
     ax.set_xlim(*limits[j])
 
@@ -217,7 +217,7 @@ def draw_residual_bands(axis: Axes, part: Bands) -> None:
     for k in (2, 1, 0):
         low, high = 1e3 * (part.lower[k] - part.median), 1e3 * (part.upper[k] - part.median)
         axis.fill_between(run.t, low, high, color=SIMULATED, alpha=(0.45, 0.3, 0.18)[k], lw=0)
-    axis.plot(run.t, 1e3 * (run.y[:, 0] - part.median), ",", color=RESIDUAL)
+    axis.plot(run.t, 1e3 * (run.y[:, 0] - part.median), color=RESIDUAL, lw=0.4, alpha=0.8)
     axis.set_ylabel(f"m{part.unit}")
     shares = ", ".join(f"{100 * c:.1f}" for c in part.covered)
     axis.set_title(f"residual; bands of 50, 80, 95 % hold {shares} %", fontsize=7, loc="left")

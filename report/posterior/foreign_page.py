@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import round_to_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import BAND, MEASURED, data_uri, figure, style
+from haptid.report.common.style import BAND, MEASURED, figure, style
 from haptid.report.posterior.figures import corner
 from haptid.uq.foreign.infer import Band, ForeignPosterior
 from haptid.uq.foreign.record import variable_names
@@ -45,7 +46,7 @@ def foreign_posterior_page(posterior: ForeignPosterior, footer: Sequence[str]) -
             title="Parameters",
             anchor="parameters",
             paragraphs=(METHOD, f"Sampler: {sampler}."),
-            pictures=(Picture(uri=data_uri(pairs), caption="Draws of every pair.", alt="pairs of parameters"),),
+            pictures=(picture_of(pairs, caption="Draws of every pair.", alt="pairs of parameters"),),
             tables=(_parameters(posterior, names),),
         ),
         Section(
@@ -95,6 +96,5 @@ def _picture(band: Band, outputs: Sequence[str]) -> Picture:
             axes[k].plot(band.run.t, band.run.y[:, k], ".", color=MEASURED, markersize=2)
             axes[k].set_ylabel(name)
         axes[-1].set_xlabel("time [s]")
-        uri = data_uri(made)
     caption = f"{band.run.file} ({band.run.use}): readings (black) in the 95 % band (shaded)."
-    return Picture(uri=uri, caption=caption, alt=f"{band.run.file}, readings and predictive band")
+    return picture_of(made, caption=caption, alt=f"{band.run.file}, readings and predictive band")

@@ -7,10 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from haptid.measurement.values.run import Array
-from haptid.report.common.page import Section, Table
+from haptid.report.common.page import Cell, Section, Table
+from haptid.report.common.words import Word, word_of
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.thresholds import THRESHOLDS
+
+KNOWN = 0.1
+"""Half width of the 95 % interval over the value below which a parameter counts as known [1]."""
 
 
 def lead(posteriors: Sequence[Posterior]) -> str:
@@ -28,7 +32,7 @@ def lead(posteriors: Sequence[Posterior]) -> str:
     """
     every = [(p.joint, s) for p in posteriors for s in physical(p)]
     open_ = [f"{s.id} of joint {j}" for j, s in every if s.contraction > THRESHOLDS.largest_std_over_prior_std]
-    known = sum(width(s) < 0.1 for _, s in every if s.contraction <= THRESHOLDS.largest_std_over_prior_std)
+    known = sum(width(s) < KNOWN for _, s in every if s.contraction <= THRESHOLDS.largest_std_over_prior_std)
     text = f"{known} of {len(every)} parameters are known to better than ±10 % (95 %)."
     text += f" Set by their priors: {', '.join(open_)}." if open_ else " None is set by its prior."
     apart = [p.joint for p in posteriors if not p.agree]
@@ -38,6 +42,50 @@ def lead(posteriors: Sequence[Posterior]) -> str:
     if short:
         text += f" The chains of joint {_join(short)} agree but are short: ends of intervals may move by a few percent."
     return text
+
+
+def sampler_word(p: Posterior) -> Word:
+    """Return the word on the state of a joint's sampler.
+
+    Parameters
+    ----------
+    p
+        Posterior of one joint.
+
+    Returns
+    -------
+    Word
+    """
+    return word_of(f"sampler-{'sound' if p.sound else 'short' if p.agree else 'ensembles_disagree'}")
+
+
+def glance_table(posteriors: Sequence[Posterior], files: Sequence[str]) -> Table:
+    """Write one line for each joint.
+
+    Parameters
+    ----------
+    posteriors
+        One for each joint.
+    files
+        Files of the result, relative to the page; those whose name has no joint's number stand with every joint.
+
+    Returns
+    -------
+    Table
+        State of the sampler, how many parameters are known, the best and the least known, what to do, and the files.
+    """
+    rows: list[tuple[str | Cell, ...]] = []
+    for p in posteriors:
+        word, every = sampler_word(p), sorted(physical(p), key=width)
+        known = [s for s in every if width(s) < KNOWN and s.contraction <= THRESHOLDS.largest_std_over_prior_std]
+        ends = [f"{s.id} ±{100 * width(s):.2g} %" for s in (every[0], every[-1])] if every else ["–", "–"]
+        own = [file for file in files if "joint" not in file or file.rsplit(".", 1)[0].endswith(f"joint{p.joint}")]
+        rows.append((
+            Cell(text=f"joint {p.joint}", anchor=f"joint{p.joint}"), Cell(text=word.text, word=word.key),
+            f"{len(known)} of {len(every)}", *ends, word.action, Cell(links=own),
+        ))  # fmt: skip
+    header = ("joint", "sampler", "known to ±10 %", "best known", "least known", "what to do next", "files")
+    return Table(header=header, rows=rows)
 
 
 def _join(joints: Sequence[int]) -> str:

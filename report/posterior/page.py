@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
 from haptid.report.common.numbers import round_to_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import data_uri
 from haptid.report.posterior.figures import bands, corner, cycles, ranks, widths
-from haptid.report.posterior.overview import lead, overview, physical, relative_widths
+from haptid.report.posterior.overview import glance_table, lead, overview, physical, relative_widths
 from haptid.uq.result.posterior import Posterior
 from haptid.uq.result.summary import ParameterSummary
 from haptid.uq.thresholds import THRESHOLDS
@@ -25,7 +26,13 @@ INTERVALS = "Intervals are equal-tailed: as much posterior probability lies belo
 
 
 def posterior_page(
-    posteriors: Sequence[Posterior], *, title: str, synthetic: bool, footer: Sequence[str], full: Sequence[Section] = ()
+    posteriors: Sequence[Posterior],
+    *,
+    title: str,
+    synthetic: bool,
+    footer: Sequence[str],
+    full: Sequence[Section] = (),
+    files: Sequence[str] = (),
 ) -> Page:
     """Render the page of all joints.
 
@@ -41,6 +48,8 @@ def posterior_page(
         Provenance: command, seed, date, campaign.
     full
         Sections about the whole device.
+    files
+        Files of the result, relative to the page.
 
     Returns
     -------
@@ -49,7 +58,10 @@ def posterior_page(
     """
     sections = [overview(posteriors)] if len(posteriors) > 1 else []
     sections += [part for p in posteriors for part in _joint(p)]
-    return Page(title=title, lead=lead(posteriors), sections=[*sections, *full], synthetic=synthetic, footer=footer)
+    return Page(
+        title=title, lead=lead(posteriors), sections=[*sections, *full], synthetic=synthetic, footer=footer,
+        glance=glance_table(posteriors, files),
+    )  # fmt: skip
 
 
 def _joint(p: Posterior) -> list[Section]:
@@ -97,8 +109,8 @@ def _joint(p: Posterior) -> list[Section]:
     ]
 
 
-def _picture(made: object, caption: str, alt: str) -> Picture:
-    return Picture(uri=data_uri(made), caption=caption, alt=alt)  # type: ignore[arg-type] # figures only
+def _picture(made: Figure, caption: str, alt: str) -> Picture:
+    return picture_of(made, caption=caption, alt=alt)
 
 
 def _widths(p: Posterior) -> Picture:

@@ -25,6 +25,11 @@ from haptid.support.installing.lock_file import CORE, DEV, SIZES, locked_file, p
 
 LICENCES = ROOT / "THIRD_PARTY.md"
 SBOM = ROOT / "artifacts" / "sbom.cdx.json"
+VENDORED = (
+    ("report/common/uPlot.iife.min.js", "1.6.32", "MIT (report/common/uPlot.LICENSE)", "npm, uplot"),
+    ("report/common/uPlot.min.css", "1.6.32", "MIT (report/common/uPlot.LICENSE)", "npm, uplot"),
+)
+"""File, version, licence and source of what is kept here as its makers wrote it."""
 HEADER = "# Made from uv.lock by `make locked`: every file by its hash, for every platform. Do not edit.\n"
 
 
@@ -116,7 +121,9 @@ def licences_page() -> str:
             parts.setdefault((pin.name, pin.version), part)
     text = "# Licences of what haptid uses\n\nMade by `make licences` from uv.lock and the packages' own metadata.\n\n"
     text += "| distribution | version | needed by | licence |\n| --- | --- | --- | --- |\n"
-    return text + "".join(_rows(parts.items()))
+    text += "".join(_rows(parts.items()))
+    text += "\nFiles of others that lie in haptid itself, unchanged:\n\n| file | version | licence | from |\n"
+    return text + "| --- | --- | --- | --- |\n" + "".join(f"| {' | '.join(row)} |\n" for row in VENDORED)
 
 
 def _rows(parts: Iterable[tuple[tuple[str, str], str]]) -> Iterable[str]:

@@ -125,8 +125,6 @@ IDENTIFICATION = of(
     "identification/page.py",
     "test_identification_pages.py",
     ("a tenth of the standard deviation", "with_error(value, std) if not", "with_error(value, std / 10) if not"),
-    ("best for worst in the lead", "return max(scores, key=lambda score", "return min(scores, key=lambda score"),
-    ("the fitted runs in the lead", 'if s.use == "validate"]\n    return max', 'if s.use == "fit"]\n    return max'),
     ("best for worst joint", "(max(getattr(j, of) for j", "(min(getattr(j, of) for j"),
     ("the bounds swapped", "[{q.lower:.3g}, {q.upper:.3g}]", "[{q.upper:.3g}, {q.lower:.3g}]"),
     ("the estimate for the first guess", 'f"{q.initial:.3g}"', 'f"{value:.3g}"'),
@@ -147,6 +145,54 @@ IDENTIFICATION = of(
     ("a link's error a tenth", 'with_error(one["value"], one["std"])', 'with_error(one["value"], one["std"] / 10)'),
     ("the earlier test for the later", "with_error(*a.later)", "with_error(*a.earlier)"),
     ("p for 1 − p", 'f"{a.p:.2g}"', 'f"{1 - a.p:.2g}"'),
+)
+GLANCE = of(
+    "identification/glance.py",
+    "test_identification_pages.py",
+    ("best for worst", "return max(unseen or", "return min(unseen or"),
+    ("the fitted runs for the unseen", 'score.use == "validate"]', 'score.use == "fit"]'),
+    ("over the noise for the size", "in_thousandths(worst.rmse_rad, unit)", "in_thousandths(worst.over_noise, unit)"),
+    ("over range for over noise", "plain(worst.over_noise, 3)", "plain(worst.nrmse, 3)"),
+    ("the best joint of the device", "return max(pairs, key", "return min(pairs, key"),
+    ("explained for unexplained", "excess > LARGEST", "excess < LARGEST"),
+    ("files of the device with a joint", "if file not in own]", "if file in own]"),
+)
+DIAGNOSIS = (
+    *of(
+        "discrepancy/glance.py",
+        "test_discrepancy_page.py",
+        ("before for after over the noise", "line.gap.after if line.names", "line.gap.before if line.names"),
+        (
+            "the fitted runs for the unseen",
+            'in ("sealed", "validate", "fit") if name in finding.gaps)\n    unit = unit_for("rad"',
+            'in ("fit", "validate") if name in finding.gaps)\n    unit = unit_for("rad"',
+        ),
+        ("the best run for the worst", "worst = max(curves", "worst = min(curves"),
+        (
+            "scatter told as a cause",
+            "return named and bool(effects) and all(",
+            "return named and bool(effects) and not all(",
+        ),
+    ),
+    *of(
+        "identification/parameter_figures.py",
+        "test_identification_pages.py",
+        ("intervals of 50 %", "HALF_WIDTH_95 = 1.96", "HALF_WIDTH_95 = 0.67"),
+        ("a correlation of the other sign", 'f"{c:+.2f}"', 'f"{-c:+.2f}"'),
+    ),
+    *of(
+        "identification/friction_figures.py",
+        "test_identification_pages.py",
+        ("measured for modelled", "loop.speed, loop.model,", "loop.speed, loop.measured,"),
+    ),
+    *of(
+        "identification/residual_figures.py",
+        "test_residual_figures.py",
+        ("half the spectrum", "power[1:] / (2.0 * step)", "power[1:] / (4.0 * step)"),
+        ("lags in rows", "step * np.arange(1,", "1.0 * np.arange(1,"),
+        ("the limits of 50 %", "for end in (-1.96, 1.96)", "for end in (-0.67, 0.67)"),
+    ),
+    *of("common/cycles.py", "test_residual_figures.py", ("cycles with 1 σ", "196 * one.std", "100 * one.std")),
 )
 PLAIN = of(
     "identification/plain_section.py",
@@ -180,8 +226,8 @@ PICTURES = (
         "test_identification_pages.py",
         (
             "the models swapped",
-            '"model": (SIMULATED, "fit"), "baseline": (ACCENT, "plain model")',
-            '"model": (SIMULATED, "plain model"), "baseline": (ACCENT, "fit")',
+            '"model": (SIMULATED, "fit", "-"), "baseline": (ACCENT, "plain model", "--")',
+            '"model": (SIMULATED, "plain model", "-"), "baseline": (ACCENT, "fit", "--")',
         ),
     ),
     *of(
@@ -287,6 +333,6 @@ NUMBERS = of(
     ("a digit too few", "math.floor(math.log10(std)) + 2", "math.floor(math.log10(std)) + 1"),
 )
 MUTATIONS = (
-    *DISCREPANCY, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION, *PLAIN, *PICTURES, *CALIBRATION, *POSTERIOR, *PLAN,
-    *FROM_JSON, *NUMBERS,
+    *DISCREPANCY, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION, *GLANCE, *DIAGNOSIS, *PLAIN, *PICTURES, *CALIBRATION,
+    *POSTERIOR, *PLAN, *FROM_JSON, *NUMBERS,
 )  # fmt: skip

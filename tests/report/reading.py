@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
@@ -10,11 +11,13 @@ from html.parser import HTMLParser
 import pytest
 from matplotlib.figure import Figure
 
+from haptid.report.common import page as pages
 from haptid.report.common import style
 from haptid.report.common.page import Page
 
+OWN_SCRIPTS = tuple(pages._asset(name) for name in pages.SCRIPTS)
 VOID = {"meta", "img", "br", "hr", "link", "input", "col", "wbr"}
-PNG = b"\x89PNG\r\n\x1a\n"
+SVG = b"<?xml"
 
 
 @dataclass
@@ -55,6 +58,11 @@ class Seen(HTMLParser):
     tags: set[str] = field(default_factory=set)
     pictures: list[bytes] = field(default_factory=list)
     alternatives: list[str] = field(default_factory=list)
+    scripts: list[str] = field(default_factory=list)
+    panels: list[list[dict]] = field(default_factory=list)
+    links: list[str] = field(default_factory=list)
+    targets: set[str] = field(default_factory=set)
+    policy: str = ""
     open: list[str] = field(default_factory=list)
     figures: list[Figure] = field(default_factory=list)
 
@@ -69,9 +77,16 @@ class Seen(HTMLParser):
             self.open.append(tag)
         if tag == "img":
             head, _, data = given["src"].partition(",")
-            assert head == "data:image/png;base64"
+            assert head == "data:image/svg+xml;base64"
             self.pictures.append(base64.b64decode(data, validate=True))
             self.alternatives.append(given["alt"])
+        if tag == "script":
+            self.scripts.append(given.get("type", ""))
+        if tag == "a":
+            self.links.append(given["href"])
+        if given.get("http-equiv") == "Content-Security-Policy":
+            self.policy = given["content"]
+        self.targets |= {given["id"]} if "id" in given else set()
         self._begin(tag)
 
     def _begin(self, tag):
@@ -94,6 +109,11 @@ class Seen(HTMLParser):
         assert self.open.pop() == tag, f"</{tag}> closes another tag"
 
     def handle_data(self, data):
+        if self.open and self.open[-1] == "script":
+            self._read_script(data)
+            return
+        if self.open and self.open[-1] == "style":
+            return
         self.words.append(data)
         if {"h2", "summary"} & set(self.open):
             self.heading += data
@@ -105,6 +125,14 @@ class Seen(HTMLParser):
             self.captions[-1] += data
         if {"td", "th"} & set(self.open):
             self.rows[-1][-1] += data
+
+    def _read_script(self, data):
+        """Keep the panels of a picture; a script that runs is one of haptid's own."""
+        if self.scripts[-1] == "application/json":
+            self.panels.append(json.loads(data))
+        else:
+            assert self.scripts[-1] == ""
+            assert data in OWN_SCRIPTS
 
     @property
     def text(self) -> str:
@@ -131,8 +159,11 @@ def seen(page: str) -> Seen:
     parser.close()
     assert parser.open == []
     assert page.lower().startswith("<!doctype html>")
-    assert "script" not in parser.tags
-    assert all(data.startswith(PNG) and len(data) > 2_000 for data in parser.pictures)
+    # Whatever a text of the user brought in, the browser would refuse to run or to load.
+    assert parser.policy.startswith("default-src 'none'; img-src data:;")
+    assert "unsafe" not in parser.policy.partition("script-src")[2]
+    assert all(data.startswith(SVG) and len(data) > 2_000 and b"<script" not in data for data in parser.pictures)
+    assert {link[1:] for link in parser.links if link.startswith("#")} <= parser.targets
     assert all(parser.alternatives)
     return parser
 
@@ -143,10 +174,10 @@ def render(make: Callable[..., Page], *arguments: object, **options: object) -> 
 
     def keep(figure: Figure) -> bytes:
         drawn.append(figure)
-        return PNG + bytes(2_001)
+        return SVG + bytes(2_001)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "png", keep)
+        patch.setattr(style, "svg", keep)
         page = seen(make(*arguments, **options).html)
     page.figures = drawn
     return page

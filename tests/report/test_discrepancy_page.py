@@ -119,6 +119,48 @@ def test_an_effect_has_its_value_its_error_its_interval_and_its_evidence(page):
     assert row["95 % interval"] == "6.87 to 7.38"
 
 
+def test_the_first_screen_has_verdict_gap_and_files(page):
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.header[3:6] == ["missed before", "missed after", "× noise"]
+    action = "Use the rebuilt FMU; confirm with a run that no fit saw."
+    files = "joint4.json joint4_cogging.fmu"
+    assert table.rows[1:] == [
+        ["4", "named", "cogging", "5.83 mrad", "1.34 mrad", "4.19", "c.csv (validate)", action, files]
+    ]
+    assert {"joint4.json", "../fmu/joint4_cogging.fmu", "#word-verdict-named"} <= set(page.links)
+
+
+def test_where_nothing_is_missing_the_first_screen_has_no_after():
+    page = page_of(replace(FINDING, judgement=replace(JUDGEMENT, verdict="nothing_missing"), rebuilt=None))
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.rows[1][1:7] == ["nothing missing", "–", "5.83 mrad", "–", "18.2", "c.csv (validate)"]
+
+
+SCATTER = NamedEffect(
+    id="amplitude_scatter", key="amplitude_scatter", title="amplitude that scatters", formula="1 + s·ξ", evidence=41.0,
+    parameters={"amplitude_scatter": Estimate(value=0.0123, std=0.0041, unit="1", interval=(0.004, 0.02))},
+)  # fmt: skip
+
+
+def test_what_is_random_alone_is_told_as_random():
+    page = page_of(replace(FINDING, judgement=replace(JUDGEMENT, effects=(SCATTER,)), rebuilt=None))
+    said = "\n".join(page.paragraphs)
+    assert "by 5.83 mrad (RMS), 18 times" in said
+    assert "amplitude_scatter 1.2 % ± 0.4 %" in said
+    assert "No simulation can follow it" in said
+    assert "closes" not in said
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.rows[1][3:5] == ["5.83 mrad", "as before: it is random"]
+    assert table.rows[1][7] == "Use the model as it is; haptid posterior gives bands that hold the scatter."
+
+
+def test_parameters_that_did_not_move_are_not_listed():
+    same = replace(SEARCH, best=SEARCH.plain)
+    page = page_of(replace(FINDING, search=same))
+    assert "No parameter moved by as much as 0.05 %." in page.paragraphs
+    assert not [table for table in page.tables if table.section == "Parameters that moved"]
+
+
 def test_an_effect_without_bags_has_a_dash():
     row = page_of(replace(FINDING, stability={})).table("What is missing").row("cogging", "a·sin(n·q)", "a")
     assert row["named in bags of runs"] == "–"

@@ -95,6 +95,13 @@ def test_an_effect_of_the_torque_has_its_value_and_its_error(torque):
     ]
 
 
+def test_the_first_screen_of_a_torque_has_the_sealed_runs(torque):
+    (table,) = [grid for grid in torque.tables if grid.section == ""]
+    (row,) = table.rows[1:]
+    assert row[:7] == ["4", "named", "cogging", "67.3 mN m", "31.8 mN m", "4.03", "a.csv"]
+    assert row[8] == "joint4.json"
+
+
 def test_every_round_has_its_candidates(torque):
     first, second = torque.table("What was tried", "Round 1"), torque.table("What was tried", "Round 2")
     assert first.header == ["entry", "gain in BIC", "evidence on held-out stretches", "left there [mN m]", "taken"]
@@ -148,6 +155,11 @@ def test_every_joint_of_the_whole_device_has_its_gap_before_and_after():
         ["all.csv", "closed loop", "3", "7.53", "2.64", "1.15", "0.38"],
     ]
     assert "After: with cogging." in page.paragraphs
+    (glance,) = [grid for grid in page.tables if grid.section == ""]
+    assert [row[:7] for row in glance.rows[1:]] == [
+        ["0", "named", "cogging", "8.31 mrad", "1.42 mrad", "5.26", "all.csv (closed loop)"],
+        ["3", "named", "cogging", "7.53 mrad", "2.64 mrad", "6.95", "all.csv (closed loop)"],
+    ]
     before, after = ([bar.get_height() for bar in bars] for bars in page.figures[0].axes[0].containers)
     assert before == pytest.approx([8.31, 7.53])
     assert after == pytest.approx([1.42, 2.64])

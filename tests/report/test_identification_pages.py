@@ -10,6 +10,7 @@ import pytest
 
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import Figures
+from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.calibration.calibrate import Calibration
 from haptid.identification.links.consistency import Agreement
@@ -20,9 +21,10 @@ from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.step import Step
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.report.identification.foreign_page import calibration_page
+from haptid.report.identification.friction_figures import friction_figure
 from haptid.report.identification.page import identification_page
 from tests.report.known import T, known_equations, known_run
-from tests.report.reading import Seen, heights, render
+from tests.report.reading import Seen, ends_of_band, heights, render
 
 
 def score(file: str, use: str, rmse: float, over_noise: float, nrmse: float) -> RunScore:
@@ -82,7 +84,15 @@ STEP = Step(
     fit=FIT, agreements=AGREEMENTS, compared=COMPARED,
 )  # fmt: skip
 POOR_STEP = Step(
-    configuration=Configuration(free_joints=(2,), posture=(), runs=(known_run("c.csv", joint=2),)),
+    configuration=Configuration(
+        free_joints=(2,),
+        posture=(),
+        runs=(
+            known_run("c.csv", joint=2),
+            known_run("d.csv", "validate", joint=2),
+            known_run("e.csv", "validate", joint=2),
+        ),
+    ),
     fit=FIT.but(runs=POOR, outcome=Outcome.ABOVE_NOISE, profiles={}, combinations=(), wall_s=7.2, starts=4),
 )
 
@@ -244,7 +254,7 @@ def test_links_and_agreements_have_their_values_and_errors(page):
 
 
 def test_the_pictures_draw_runs_models_and_joints(page):
-    runs, plain, _, whole = page.figures
+    runs, correlation, intervals, plain, *_, whole = page.figures
     above, other, below, _ = runs.axes
     assert above.get_title() == "a.csv\nfit: RMS = 1.01 × noise"
     assert other.get_title() == "b.csv\nvalidate: RMS = 1.03 × noise"
@@ -258,8 +268,71 @@ def test_the_pictures_draw_runs_models_and_joints(page):
     assert [heights(line)[0] for line in position.lines] == [5.0, 5.2, 5.4]
     assert [heights(line)[0] for line in torque_left.lines] == [-0.1, -0.3]
     assert [heights(line)[0] for line in position_left.lines] == [-0.2, -0.4]
-    assert [axis.get_title() for axis in whole.axes] == ["joint 2: RMS = 0.0024 rad", "joint 4: RMS = 0.0078 rad"]
-    assert [heights(line)[0] for line in whole.axes[1].lines] == [0.5, 0.7]
+    assert [line.get_label() for line in correlation.axes[0].lines[:2]] == ["a.csv (fit)", "b.csv (validate)"]
+    assert [text.get_text() for text in intervals.axes[0].texts] == ["± 5.1 %", "± 7.8 %"]
+    assert [label.get_text() for label in intervals.axes[0].get_yticklabels()] == ["inertia", "Ks"]
+    first, second, left_of_first, left_of_second = whole.axes
+    assert [axis.get_title() for axis in (first, second)] == ["joint 2: RMS = 0.0024 rad", "joint 4: RMS = 0.0078 rad"]
+    assert [heights(line)[0] for line in second.lines] == [0.5, 0.7]
+    assert heights(left_of_first.lines[0]) == [-100.0] * 4
+    assert heights(left_of_second.lines[0]) == [-200.0] * 4
+    assert ends_of_band(left_of_first) == [-0.4, 0.4]
+    assert ends_of_band(left_of_second) == [-0.6, 0.6]
+
+
+def test_the_first_screen_has_a_line_for_each_joint(page):
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.header == ["joint", "verdict", "RMS, worst run", "× noise", "worst run", "what to do next", "files"]
+    assert table.rows[1:] == [
+        ["joint 4", "converged", "0.247 mrad", "1.03", "b.csv (validate)", "Use the values and the FMU.",
+         "identification.json"],
+        ["joint 2", "above noise", "4.28 mrad", "23.7", "d.csv (validate)", "Run haptid missing on this joint.",
+         "identification.json"],
+        ["all joints", "unexplained", "7.8 mrad (joint 4)", "26", "all.csv (closed loop)",
+         "Run haptid missing with all joints.", "identification.json"],
+    ]  # fmt: skip
+
+
+def test_each_joint_links_to_its_own_files_and_the_rest_to_the_device():
+    files = ("joint4.fmu", "joint4_native.fmu", "arm.fmu", "parameters.ssv")
+    data = {**DATA, "links": {}}
+    page = render(identification_page, "An arm", (STEP,), [[]], (None,), data, Verification(runs=()), files)
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.column("files") == [
+        "joint4.fmu joint4_native.fmu identification.json", "arm.fmu parameters.ssv identification.json",
+    ]  # fmt: skip
+    assert set(files) <= set(page.links)
+
+
+def test_correlations_stand_in_their_row_and_column():
+    std = np.array([3.2e-6, 0.0011])
+    covariance = np.outer(std, std) * np.array([[1.0, -0.83], [-0.83, 1.0]])
+    step = replace(STEP, fit=FIT.but(covariance=covariance))
+    data = {**DATA, "links": {}}
+    page = render(identification_page, "An arm", (step,), [[]], (None,), data, Verification(runs=()))
+    table = page.table("Joint 4: friction, residual, intervals", "Correlations")
+    assert table.rows == [["", "inertia", "Ks"], ["inertia", "+1.00", "-0.83"], ["Ks", "-0.83", "+1.00"]]
+
+
+def test_the_friction_of_the_page_is_that_of_the_worst_unseen_run():
+    inverse = SimpleNamespace(
+        friction_along=lambda _theta, motion, *_: (np.full(motion.t.size, 0.3), None),
+        value=lambda _theta, id, _k: {"Kp": 2.0}[id],
+    )
+    model = SimpleNamespace(inverse=inverse, theta=np.zeros(3), torque=lambda motion: motion.torque - 0.05)
+    t = np.linspace(0.0, 2.0, 201)
+    run = replace(known_run("b.csv", "validate"), t=t, u=np.sin(t)[:, None], y=np.cos(3 * t)[:, None])
+    loop = friction_loop(SimpleNamespace(models={"model": model}, runs=(run,)), run, 0)
+    assert (loop.file, loop.use, loop.joint, loop.prismatic) == ("b.csv", "validate", 4, False)
+    (axis, _) = friction_figure([loop]).axes
+    measured, modelled = axis.lines
+    # What the model leaves of the torque, 0.05 N m times the gain, stands between both curves.
+    assert set(heights(measured)) == {0.4}
+    assert set(heights(modelled)) == {0.3}
+    assert axis.get_title() == "joint 4, b.csv (validate)"
+    assert np.allclose(
+        measured.get_xdata(), -3 * np.sin(3 * t[(t.size - loop.speed.size) // 2 :][: loop.speed.size]), atol=0.05
+    )
 
 
 CALIBRATION = Calibration(

@@ -175,6 +175,19 @@ def test_the_overview_has_best_and_least_known():
     assert "The chains of joint 2 agree but are short" in page.paragraphs[0]
 
 
+def test_the_first_screen_has_a_line_for_each_joint():
+    files = ("posterior/joint4.nc", "posterior/joint2.nc", "posterior.json")
+    page = render(posterior_page, [POSTERIOR, SHORT], title="An arm", synthetic=False, footer=[], files=files)
+    (table,) = [grid for grid in page.tables if grid.section == ""]
+    assert table.header[1:5] == ["sampler", "known to ±10 %", "best known", "least known"]
+    assert table.rows[1:] == [
+        ["joint 4", "sound", "1 of 2", "inertia ±5.2 %", "Ks ±29 %", "Use the intervals.", "joint4.nc posterior.json"],
+        ["joint 2", "short", "2 of 2", "Ks ±3.6 %", "inertia ±5.2 %", "Sample longer where the ends matter.",
+         "joint2.nc posterior.json"],
+    ]  # fmt: skip
+    assert set(files) <= set(page.links)
+
+
 def test_disagreeing_ensembles_are_named():
     page = render(posterior_page, [replace(POSTERIOR, modes=2)], title="An arm", synthetic=False, footer=[])
     assert "Do not use joint 4: independent ensembles disagree." in page.paragraphs[0]

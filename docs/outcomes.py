@@ -1,0 +1,43 @@
+"""Write ``docs/reference/outcomes.md``: every word in which a result judges, what it means, and what to do.
+
+``python -m docs.outcomes`` writes the tables from `haptid.report.common.words`, which the pages use as well.
+"""
+
+from __future__ import annotations
+
+import click
+
+from docs.tables import table, with_parts
+from haptid.report.common.words import GROUPS, Word
+from haptid.support.files.files import write_text
+from haptid.support.installing.environment import ROOT
+
+PAGE = ROOT / "docs" / "reference" / "outcomes.md"
+SIGNS = {"good": "✓", "look": "!", "bad": "✕", "plain": ""}
+"""Sign before a word on a page by its level."""
+
+
+def words_table() -> str:
+    """Return all words, group by group."""
+    header = ("word", "sign", "means", "what to do")
+    return "\n".join(f"## {title}\n\n{table(header, map(_row, words))}" for title, words in GROUPS.items())
+
+
+def _row(word: Word) -> tuple[str, ...]:
+    return f"`{word.key.partition('-')[2]}`", SIGNS[word.level], word.meaning, word.action
+
+
+def with_tables(page: str) -> str:
+    """Return the page with its generated part made anew."""
+    return with_parts(page, {"words": words_table()}, "docs/outcomes.py")
+
+
+@click.command()
+def main() -> None:
+    """Write the tables."""
+    write_text(PAGE, with_tables(PAGE.read_text(encoding="utf-8")))
+    click.echo(PAGE.relative_to(ROOT))
+
+
+if __name__ == "__main__":
+    main()

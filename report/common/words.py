@@ -1,0 +1,222 @@
+"""The words in which results judge: each with what it means and what to do, for every page and for the reference."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Level = Literal["good", "look", "bad", "plain"]
+"""How a word reads: all is well; worth a look; do not use as it is; no judgement."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Word:
+    """A word of judgement.
+
+    Parameters
+    ----------
+    key
+        ``group-word``, unique; the word is what files say.
+    text
+        What pages say.
+    level
+        Colour and sign.
+    meaning
+        What it means, a sentence.
+    action
+        What to do next, a sentence.
+    """
+
+    key: str
+    text: str
+    level: Level
+    meaning: str
+    action: str
+
+
+def _group(name: str, *words: tuple[str, Level, str, str]) -> tuple[Word, ...]:
+    return tuple(
+        Word(key=f"{name}-{word}", text=word.replace("_", " "), level=level, meaning=meaning, action=action)
+        for word, level, meaning, action in words
+    )
+
+
+FITS = _group(
+    "fit",
+    (
+        "converged", "good",
+        "Several starts agree on the best minimum, and what is left is the sensor's noise.",
+        "Use the values and the FMU.",
+    ),
+    (
+        "above_noise", "look",
+        "Several starts agree on the best minimum, but more than the noise is left: the model lacks something.",
+        "Run haptid missing on this joint.",
+    ),
+    (
+        "single_start", "look",
+        "One start alone reached the best minimum. It leaves the sensor's noise; whether it is the best is not sure.",
+        "Raise --starts.",
+    ),
+    (
+        "lonely", "bad",
+        "One start alone reached the best minimum, and more is left than the sensor's noise.",
+        "Check columns and units with haptid check, then raise --starts.",
+    ),
+    (
+        "unexplained", "bad",
+        "The model explains hardly anything of the motion. Columns, units or signs are often wrong.",
+        "Check columns, units and signs with haptid check, then run haptid missing.",
+    ),
+    (
+        "unexcited", "bad",
+        "The torque never changes in the fitted runs, so that they do not tell how the joint answers to it.",
+        "Look whether the torque was recorded, and in which column.",
+    ),
+    (
+        "fixed", "plain",
+        "Every parameter is fixed: nothing was fitted, and the scores are those of the model as it is stated.",
+        "Free parameters under [joint.J.parameters] to fit them.",
+    ),
+    (
+        "unseen", "look",
+        "Fitted runs are at the sensor's noise, but runs that no fit saw are not.",
+        "Compare columns and units of both kinds of runs, then run haptid missing on this joint.",
+    ),
+    (
+        "too_few_rows", "bad",
+        "The fitted runs hold too few rows for so many parameters, so that a small residual says nothing.",
+        "Measure longer, or fix parameters under [joint.J.parameters].",
+    ),
+    (
+        "torque_scored", "look",
+        "The runs were made under position control, where a simulation from the torque drifts. The torque was fitted, "
+        "with the measured motion as input.",
+        "Use the values; run haptid missing where the residual is above the noise.",
+    ),
+    (
+        "plain", "look",
+        "The plain model (inertia, gravity, Coulomb and viscous friction, a constant torque) predicts runs that no fit "
+        "saw better than a fit of the whole model, so that it is the result.",
+        "Use the plain model; plan runs that excite friction at low speed with haptid plan.",
+    ),
+    (
+        "observed", "look",
+        "Small errors grow during these runs. The fit feeds the measured position back through an observer and is no "
+        "free simulation.",
+        "Use the values; expect a free simulation to drift.",
+    ),
+)  # fmt: skip
+STATUSES = _group(
+    "status",
+    ("identified", "good", "The data determine the value, within the standard deviation beside it.", "Use it."),
+    ("fixed", "plain", "The campaign or the device fixes the value; it was not fitted.", "Free it to fit it."),
+    (
+        "prior", "look",
+        "The data did not halve the width of the prior: the value is mostly what was put in.",
+        "Make runs that excite it, or live with the prior.",
+    ),
+    (
+        "unidentifiable", "look",
+        "The value alone is not known, or only within 50 %. A combination with others may be known well.",
+        "Use the combination that the page lists, or run haptid plan for tests that tell them apart.",
+    ),
+    (
+        "at_bound", "bad",
+        "The best value lies at a bound that was given: the data want to go beyond.",
+        "Widen the bound if physics allows, else look what the model lacks.",
+    ),
+)  # fmt: skip
+WHOLE = _group(
+    "whole",
+    (
+        "as_noise", "good",
+        "On runs with all joints free, the whole model leaves the sensor's noise on every joint.",
+        "Use the FMU of the device.",
+    ),
+    (
+        "explained", "good",
+        "The whole model leaves more than the noise, but no more than the parameters' uncertainty explains.",
+        "Run tests in the lock postures that haptid plan proposes, to narrow it.",
+    ),
+    (
+        "unexplained", "bad",
+        "The whole model leaves more than noise and the parameters' uncertainty explain: something is missing in it.",
+        "Run haptid missing with all joints.",
+    ),
+    (
+        "diverged", "bad",
+        "The simulation of the whole model did not stay finite.",
+        "Simulate in closed loop: give the controller in the campaign.",
+    ),
+)  # fmt: skip
+VERDICTS = _group(
+    "verdict",
+    (
+        "nothing_missing", "good",
+        "No effect of the catalogue, and no shape without a name, improves the model beyond chance.",
+        "Use the model as it is.",
+    ),
+    (
+        "named", "good",
+        "The named effects explain what the model missed, and no other entry of the catalogue does as well.",
+        "Use the rebuilt FMU; confirm with a run that no fit saw.",
+    ),
+    (
+        "partly_named", "look",
+        "The named effects explain a part; more is left than does not repeat.",
+        "Use the rebuilt FMU if its residual suffices; the page shows where the rest lies.",
+    ),
+    (
+        "ambiguous", "look",
+        "The runs cannot tell the listed alternatives apart.",
+        "Make the run that the page proposes, and search again.",
+    ),
+    (
+        "unlisted", "bad",
+        "Something real is missing that no entry of the catalogue explains.",
+        "Look at the shape on the page; add an effect of your own to the catalogue.",
+    ),
+)  # fmt: skip
+SAMPLERS = _group(
+    "sampler",
+    ("sound", "good", "Independent ensembles agree, and the chains are long enough.", "Use the intervals."),
+    (
+        "short", "look",
+        "The ensembles agree, but the chains are short: ends of intervals may move by a few percent.",
+        "Sample longer where the ends matter.",
+    ),
+    (
+        "ensembles_disagree", "bad",
+        "Independent ensembles found different posteriors.",
+        "Do not use these intervals: look for several modes, or raise the steps.",
+    ),
+)  # fmt: skip
+GROUPS: dict[str, tuple[Word, ...]] = {
+    "How a fit ended": FITS,
+    "Status of a parameter": STATUSES,
+    "The whole model, all joints free": WHOLE,
+    "What is missing": VERDICTS,
+    "State of the sampler": SAMPLERS,
+}
+WORDS: dict[str, Word] = {word.key: word for words in GROUPS.values() for word in words}
+
+
+def word_of(key: str) -> Word:
+    """Return the word with a key.
+
+    Parameters
+    ----------
+    key
+        ``group-word``, as ``fit-converged``.
+
+    Returns
+    -------
+    Word
+
+    Raises
+    ------
+    KeyError
+        Where there is no such word.
+    """
+    return WORDS[key]

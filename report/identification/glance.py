@@ -1,0 +1,158 @@
+"""The first screen of an identification: steps, verification and files in, a table with one line a joint out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from haptid.identification.output.summary import residual_unit
+from haptid.identification.result.fit import RunScore
+from haptid.identification.sequence.step import Step
+from haptid.identification.thresholds import THRESHOLDS
+from haptid.identification.verification.result import JointCheck, RunCheck, Verification
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.numbers import in_thousandths
+from haptid.report.common.page import Cell, Table
+from haptid.report.common.words import Word, word_of
+from haptid.support.numbers import plain
+
+HEADER = ("joint", "verdict", "RMS, worst run", "× noise", "worst run", "what to do next", "files")
+LARGEST_RESIDUAL_OVER_EXPECTED = 2.0
+"""Residual RMS over √(noise² + spread²) up to which noise and parameter uncertainty explain the residual [1]: one draw
+of the parameters reaches it by chance, as |N(0, 1)| is below 2 in 95 % of cases."""
+RESULT = "identification.json"
+
+
+def glance_table(steps: Sequence[Step], verification: Verification, files: Sequence[str]) -> Table:
+    """Write one line for each configuration, and one for the whole model.
+
+    Parameters
+    ----------
+    steps
+        Fitted configurations.
+    verification
+        Check of the whole model.
+    files
+        FMUs and parameter sets that were written, relative to the page.
+
+    Returns
+    -------
+    Table
+        Verdict, residual of the worst run that no fit saw (of the worst fitted one where there is none), what to do,
+        and the files.
+    """
+    rows = [_step_row(step, files) for step in steps]
+    own = {file for step in steps for file in _files_of(step, files)}
+    rest = [file for file in files if file not in own]
+    if verification.runs or rest:
+        rows.append(_whole_row(verification, rest))
+    return Table(header=HEADER, rows=rows)
+
+
+def worst_score(step: Step) -> RunScore | None:
+    """Return the score of the run that a fit misses most.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    RunScore or None
+        Among the runs that no fit saw, else among the fitted ones; None where there is neither.
+    """
+    unseen = [score for score in step.fit.runs if score.use == "validate"]
+    return max(unseen or step.fit.runs, key=lambda score: score.over_noise, default=None)
+
+
+def _files_of(step: Step, files: Sequence[str]) -> list[str]:
+    """Return the files of one joint alone."""
+    joints = step.configuration.free_joints
+    stems = {f"joint{joints[0]}", f"joint{joints[0]}_native"} if len(joints) == 1 else set()
+    return [file for file in files if file.rsplit(".", 1)[0] in stems]
+
+
+def _step_row(step: Step, files: Sequence[str]) -> tuple[str | Cell, ...]:
+    word, worst = word_of(f"fit-{step.fit.outcome.label}"), worst_score(step)
+    unit = residual_unit(step)
+    size = "–" if worst is None else in_thousandths(worst.rmse_rad, unit)
+    over = "–" if worst is None else plain(worst.over_noise, 3)
+    run = "–" if worst is None else f"{worst.file} ({worst.use})"
+    links = (*_files_of(step, files), RESULT)
+    said = step.configuration.name + (" (torque)" if step.torque_scored else "")
+    name = Cell(text=said, anchor=step.configuration.anchor)
+    return name, Cell(text=word.text, word=word.key), size, over, run, _next_action(step, word), Cell(links=links)
+
+
+def _next_action(step: Step, word: Word) -> str:
+    """Say what to do: after a fit at the noise, what is open in its parameters."""
+    for status in ("at_bound", "unidentifiable") if word.level == "good" else ():
+        ids = [id for id, one in step.fit.statuses.items() if one == status]
+        if ids:
+            return f"{word.action} {', '.join(ids)}: {word_of(f'status-{status}').text}. " + (
+                word_of(f"status-{status}").action
+            )
+    return word.action
+
+
+def whole_word(verification: Verification) -> Word | None:
+    """Judge the whole model.
+
+    Parameters
+    ----------
+    verification
+        Check of the whole model.
+
+    Returns
+    -------
+    Word or None
+        None where no run was simulated.
+    """
+    joints = [joint for run in verification.runs for joint in run.joints]
+    if not joints:
+        return None
+    # Written with `not … <=`: a NaN of a simulation that is not finite counts as above the noise.
+    if not all(joint.rmse_over_noise < float("inf") for joint in joints):
+        return word_of("whole-diverged")
+    if max(joint.rmse_over_noise for joint in joints) <= THRESHOLDS.largest_residual_as_noise:
+        return word_of("whole-as_noise")
+    excess = max(joint.over_expected for joint in joints)
+    return word_of("whole-unexplained" if excess > LARGEST_RESIDUAL_OVER_EXPECTED else "whole-explained")
+
+
+def _whole_row(verification: Verification, files: Sequence[str]) -> tuple[str | Cell, ...]:
+    word = whole_word(verification)
+    links = Cell(links=(*files, RESULT))
+    if word is None:
+        return "all joints", "–", "–", "–", "–", "No run with all joints free judges the device: make one.", links
+    run, joint = worst_joint(verification)
+    size = in_thousandths(joint.rmse_rad, unit_for("rad", [joint.prismatic]))
+    verdict = Cell(text=word.text, word=word.key)
+    where = f"{run.file} ({run.mode.replace('_', ' ')})"
+    over = plain(joint.rmse_over_noise, 3)
+    return (
+        Cell(text="all joints", anchor="whole"),
+        verdict,
+        f"{size} (joint {joint.joint})",
+        over,
+        where,
+        word.action,
+        links,
+    )
+
+
+def worst_joint(verification: Verification) -> tuple[RunCheck, JointCheck]:
+    """Return the joint that the whole model misses most over its noise, and the run.
+
+    Parameters
+    ----------
+    verification
+        Check of the whole model with at least one run.
+
+    Returns
+    -------
+    run : RunCheck
+    joint : JointCheck
+    """
+    pairs = [(run, joint) for run in verification.runs for joint in run.joints]
+    return max(pairs, key=lambda pair: pair[1].rmse_over_noise)

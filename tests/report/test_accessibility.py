@@ -1,0 +1,215 @@
+"""Pages in a browser: axe-core finds nothing, nothing overflows a phone, figures are drawn, nothing is loaded."""
+
+from __future__ import annotations
+
+import base64
+import io
+import shutil
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from matplotlib.image import imread
+
+from haptid.report.common.charts import picture_of
+from haptid.report.common.cycles import cycles_picture
+from haptid.report.common.page import Cell, Page, Section, Table, word_cell
+from haptid.report.common.stored_page import write_page
+from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure
+from haptid.report.common.words import WORDS
+from haptid.report.identification.parameter_figures import interval_figure
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
+BROWSER = next((found for name in BROWSERS if (found := shutil.which(name))), None)
+playwright = pytest.importorskip("playwright.sync_api", reason="drives the browser; a dependency of development")
+axe = pytest.importorskip(
+    "axe_playwright_python.sync_playwright", reason="brings axe-core; a dependency of development"
+)
+pytestmark = pytest.mark.skipif(BROWSER is None, reason=f"needs one of {', '.join(BROWSERS)} on the path")
+WIDTHS = (1280, 390)
+SEEN = "dark", "light"
+
+
+def all_kinds_of_figures():
+    t = np.linspace(0.0, 20.0, 5000)
+    made = figure(8.0, 4.0)
+    axes = made.subplots(2, 2, sharex="col")
+    for above, below in axes.T:
+        above.plot(t, np.sin(t), color=MEASURED, lw=3, alpha=0.35, label="measured")
+        above.plot(t, np.sin(t) + 0.01, color=SIMULATED, label="simulated")
+        above.fill_between(t, np.sin(t) - 0.2, np.sin(t) + 0.2, color=BAND)
+        below.axhspan(-0.02, 0.02, color=BAND)
+        below.plot(t, 0.01 * np.cos(9 * t), color=RESIDUAL)
+        below.axvline(3.0)
+        below.set_xlabel("time [s]")
+    yield picture_of(made, caption="Two runs.", alt="measured, simulated and residual of two runs")
+    loop = figure()
+    axis = loop.subplots()
+    axis.plot(np.cos(t), np.tanh(9 * np.cos(t)) + 0.1 * np.sin(t), color=ACCENT, label="friction")
+    yield picture_of(loop, caption="A loop.", alt="friction over speed")
+    logarithmic = figure()
+    axis = logarithmic.subplots()
+    axis.plot(t[1:], 1e-3 + t[1:] ** -2.0, color=SIMULATED)
+    axis.set_xscale("log")
+    axis.set_yscale("log")
+    yield picture_of(logarithmic, caption="A spectrum.", alt="spectrum")
+    made = interval_figure(["inertia", "Ks"], np.array([0.3, 210.0]), [True, False])
+    yield picture_of(made, caption="Intervals.", alt="width of each interval")
+    one = SimpleNamespace(file="a.csv", use="fit", excess=np.array([0.1, -0.2]), std=np.array([0.05, 0.05]))
+    yield cycles_picture([one], "joint 4")
+
+
+@pytest.fixture(scope="module")
+def path(tmp_path_factory) -> Path:
+    """A page with every element that pages have, and every word."""
+    words = [word_cell(*key.split("-", 1)) for key in WORDS]
+    glance = Table(
+        header=("joint", "verdict", "what to do next", "files"),
+        rows=[
+            (Cell(text="joint 4", anchor="joint4"), word, "Use it.", Cell(links=("a.fmu", "b.json"))) for word in words
+        ],
+    )
+    wide = Table(header=[f"parameter_{k}" for k in range(14)], rows=[["0.001234 ± 0.000056"] * 14], caption="Wide")
+    shades = [[(i - j) / 3 for j in range(4)] for i in range(4)]
+    rows = [[f"p{i}", *(f"{s:+.2f}" for s in row)] for i, row in enumerate(shades)]
+    correlation = Table(header=["", "p0", "p1", "p2", "p3"], rows=rows, caption="Correlations", shades=shades)
+    sections = [
+        Section(title="Overview", anchor="overview", paragraphs=["Words."], tables=[wide, wide, correlation]),
+        Section(title="Figures", anchor="figures", pictures=list(all_kinds_of_figures())),
+        Section(
+            title="Joint 4", anchor="joint4", pictures=list(all_kinds_of_figures())[:1], tables=[wide], folded=True
+        ),
+    ]
+    title = "A_campaign_with_a_very_long_name_that_has_no_space_anywhere_and_goes_on_and_on"
+    page = Page(title=title, lead="All is well.", sections=sections, synthetic=True, footer=["seed 0"], glance=glance)
+    return write_page(tmp_path_factory.mktemp("pages") / "report.html", page)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with playwright.sync_playwright() as driver:
+        opened = driver.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield opened
+        opened.close()
+
+
+@pytest.fixture
+def visit(browser):
+    """Open a page at a width, unfold all, and scroll through it, so that every figure is drawn."""
+    contexts = []
+
+    def opened(path: Path, width: int, scheme: str = "light", *, scripts: bool = True):
+        context = browser.new_context(
+            viewport={"width": width, "height": 900}, color_scheme=scheme, java_script_enabled=scripts
+        )
+        contexts.append(context)
+        shown = context.new_page()
+        shown.errors, shown.asked = [], []
+        shown.on("pageerror", lambda error: shown.errors.append(str(error)))
+        shown.on("console", lambda told: shown.errors.append(told.text) if told.type == "error" else None)
+        shown.on("request", lambda request: shown.asked.append(request.url))
+        shown.goto(path.as_uri())
+        if scripts:
+            shown.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = true; })")
+            for place in range(0, shown.evaluate("document.documentElement.scrollHeight") + 1, 800):
+                shown.evaluate(f"scrollTo(0, {place})")
+                shown.wait_for_timeout(30)
+        return shown
+
+    yield opened
+    for context in contexts:
+        context.close()
+
+
+@pytest.mark.parametrize("scheme", SEEN)
+@pytest.mark.parametrize("width", WIDTHS)
+def test_axe_finds_no_violation(visit, path, width, scheme):
+    found = axe.Axe().run(visit(path, width, scheme)).response
+    assert found["passes"]
+    assert [(one["id"], one["nodes"][0]["html"]) for one in found["violations"]] == []
+
+
+def test_axe_finds_what_is_wrong(visit, path, tmp_path):
+    spoilt = tmp_path / "spoilt.html"
+    text = path.read_text(encoding="utf-8")
+    spoilt.write_text(text.replace(' tabindex="0"', "").replace(' lang="en"', ""), encoding="utf-8")
+    found = {one["id"] for one in axe.Axe().run(visit(spoilt, 390)).response["violations"]}
+    assert {"html-has-lang", "scrollable-region-focusable"} <= found
+
+
+@pytest.mark.parametrize("width", WIDTHS)
+def test_figures_are_drawn_without_an_error_and_nothing_is_loaded(visit, path, width):
+    shown = visit(path, width)
+    assert shown.errors == []
+    assert [url for url in shown.asked if not url.startswith(("data:", "file:"))] == []
+    assert len(shown.asked) == len(set(shown.asked))
+    # Two runs of two panels twice, a loop and a spectrum; intervals and cycles stay still.
+    assert shown.locator("canvas").count() == 10
+    assert shown.locator(".still:visible").count() == 2
+    pixels = "one.getContext('2d').getImageData(0, 0, one.width, one.height).data.buffer"
+    inked = f"(one) => new Set(new Uint32Array({pixels})).size"
+    assert all(shown.locator("canvas").nth(k).evaluate(inked) > 3 for k in range(10))
+
+
+def test_a_phone_scrolls_only_what_is_wide_and_its_figures_have_letters_to_read(visit, path):
+    shown = visit(path, 390)
+    assert shown.evaluate("document.documentElement.scrollWidth") == 390
+    assert shown.locator("canvas").first.bounding_box()["width"] > 300
+    sizes = shown.evaluate(
+        "[...document.querySelectorAll('.u-legend')].map((one) => parseFloat(getComputedStyle(one).fontSize))"
+    )
+    assert min(sizes) >= 11
+    # A still picture keeps its width, so that its letters keep their size; the reader scrolls it.
+    assert shown.locator(".still:visible img").first.bounding_box()["width"] >= 700
+
+
+def test_a_drag_enlarges_all_panels_of_a_run_and_a_double_click_goes_back(visit, path):
+    shown = visit(path, 1280)
+    first = shown.locator(".u-over").first
+    first.scroll_into_view_if_needed()
+    box = first.bounding_box()
+
+    def drawn(number: int) -> np.ndarray:
+        content = shown.locator("canvas").nth(number).evaluate("(one) => one.toDataURL()").partition(",")[2]
+        return imread(io.BytesIO(base64.b64decode(content)))
+
+    before = [drawn(k) for k in range(3)]
+    shown.mouse.move(box["x"] + 0.2 * box["width"], box["y"] + 40)
+    shown.mouse.down()
+    shown.mouse.move(box["x"] + 0.4 * box["width"], box["y"] + 40, steps=4)
+    shown.mouse.up()
+    shown.wait_for_timeout(100)
+    changed = [np.mean(np.abs(drawn(k) - before[k]).max(axis=2) > 0.1) for k in range(3)]
+    assert min(changed[:2]) > 0.02
+    assert changed[2] == 0  # another run
+    first.dblclick(position={"x": 60, "y": 40})
+    shown.wait_for_timeout(100)
+    # The positions of letters may differ by a part of a pixel.
+    assert max(np.mean(np.abs(drawn(k) - before[k]).max(axis=2) > 0.1) for k in range(3)) < 0.002
+
+
+def test_without_scripts_every_figure_is_a_still_picture(visit, path):
+    shown = visit(path, 1280, scripts=False)
+    assert shown.locator("canvas").count() == 0
+    assert shown.locator(".still:visible").count() == 5
+
+
+def test_on_paper_figures_are_still_pictures_on_white(visit, path):
+    shown = visit(path, 1280, "dark")
+    shown.emulate_media(media="print", color_scheme="dark")
+    assert shown.locator("canvas:visible").count() == 0
+    assert shown.locator(".still:visible").count() == 6
+    assert shown.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+
+
+def test_dark_paper_is_dark(visit, path):
+    shown = visit(path, 1280, "dark")
+    assert shown.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 24, 29)"
+
+
+def test_a_link_of_the_first_screen_unfolds_the_joint(visit, path):
+    shown = visit(path, 1280)
+    shown.evaluate("document.querySelectorAll('details').forEach((one) => { one.open = false; })")
+    shown.locator(".glance a", has_text="joint 4").first.click()
+    assert shown.locator("details").first.get_attribute("open") is not None
