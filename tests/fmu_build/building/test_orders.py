@@ -25,6 +25,6 @@ def test_an_fmu_starts_where_stiction_lies_a_hair_below_coulomb_friction(tmp_pat
 
 def test_no_fmu_is_written_that_could_not_start(tmp_path):
     out = tmp_path / "a.fmu"
-    with pytest.raises(InputError, match="expected Fs >= Fc, got Fs = 0.5, Fc = 1"):
+    with pytest.raises(InputError, match=r"expected Fs >= Fc, got Fs = 0\.5, Fc = 1"):
         build_fmu(joint_equations(4), out, kind="native", values={"Fs": 0.5, "Fc": 1.0}, platforms=this_platform())
     assert not out.exists()
