@@ -117,7 +117,8 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
         flags["noise"] = ask_noise() if flags["noise"] is None else flags["noise"]
     if flags["measured"] is None:
         where = "--measured or --synthetic"
-        raise InputError(where, expected="one of the two flags", got="neither")
+        todo = "say whether a device was measured or the data were simulated"
+        raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
     for name in ("noise", "resolution"):
         if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
             where = f"--{name}"
