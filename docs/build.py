@@ -16,7 +16,7 @@ try:
     from mkdocs.commands.build import build
     from mkdocs.config import load_config
 except ModuleNotFoundError as absent:
-    sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
+    sys.stderr.write(f"error: {sys.executable} lacks {absent.name}; run `make docs`\n")
     sys.exit(2)
 
 from docs.api_reference import api_page
@@ -39,6 +39,8 @@ OTHER_COMMANDS = (
     "virtual_device.make_campaign",
 )
 """Modules of the commands that ``haptid`` does not have."""
+NO_PAGES = ("*.py", "*.yml", "*.csv", "constants.toml", "campaign_keys.toml", "__pycache__")
+"""Files of this folder that are left out of the pages."""
 
 
 def parameters_page() -> str:
@@ -110,7 +112,7 @@ def main(out: Path) -> None:
         shutil.copytree(
             SOURCES,
             pages,
-            ignore=shutil.ignore_patterns("*.py", "*.yml", "constants.toml", "campaign_keys.toml", "__pycache__"),
+            ignore=shutil.ignore_patterns(*NO_PAGES),
         )
         for name, page in PAGES.items():
             (pages / name).parent.mkdir(exist_ok=True)

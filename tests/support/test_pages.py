@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from docs import architecture, constants, friction, search_figure
-from docs.equations import BLOCK, TAG, svg_of, with_equations
+from docs.equations import BLOCK, TAG, mathml_of, with_equations
 from haptid.model.device.reader import load_device
 from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
 from haptid.model.planning.locking_order import locking_order
@@ -47,12 +47,22 @@ def test_equations_of_a_page_are_typeset_and_numbered_in_order(page: Path):
     numbers = [int(TAG.search(block)["number"]) for block in blocks]
     assert numbers == list(range(1, len(numbers) + 1))
     for block in blocks:
-        assert svg_of(TAG.sub("", block)).startswith("<svg")
+        assert "<mrow>" in mathml_of(TAG.sub("", block))
     referred = {int(n) for n in re.findall(r"\((\d+)\)", BLOCK.sub("", text_of(page)))}
     assert referred <= set(numbers) | set(range(1900, 2100))
 
 
-def test_an_equation_becomes_a_picture_with_its_number():
+def test_a_command_that_is_not_understood_is_refused():
+    with pytest.raises(ValueError, match="nosuchthing is not understood"):
+        with_equations("```math\na \\nosuchthing b\n```")
+
+
+def test_functions_stand_apart_from_their_arguments():
+    assert '<mi>cos</mi><mspace width="0.167em" /><mi>q</mi>' in mathml_of("\\cos q")
+    assert '<mi>cos</mi><mo stretchy="false">' in mathml_of("\\cos(q)")
+
+
+def test_an_equation_is_typeset_with_its_number():
     html = with_equations("a\n\n```math\nx = \\dfrac{1}{2} \\tag{7}\n```\n\nb")
     assert 'class="equation" id="eq-7"' in html
     assert "(7)</span>" in html
