@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 
-from docs import architecture, constants, friction, search_figure
+from docs import architecture, constants, friction, paper, search_figure
 from docs.equations import BLOCK, TAG, mathml_of, with_equations
 from haptid.model.device.reader import load_device
 from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
@@ -86,6 +87,18 @@ def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
     prose = text_of(page).partition("## Constants")[0]
     unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
     assert not unused
+
+
+def test_tables_of_the_paper_are_those_of_the_stored_results():
+    page = text_of(paper.PAGE)
+    stored = json.loads(paper.STORED.read_text(encoding="utf-8"))
+    assert page == paper.with_tables(page, stored), "run python -m docs.paper"
+    assert [one["figure"] for one in stored["figures"]] == list(range(4, 12))
+
+
+def test_the_computed_locking_order_is_the_paper_s():
+    stages = locking_order(load_device("freedom6s")).stages
+    assert tuple(tuple(stage.free) for stage in stages) == paper.SEQUENCE_OF_PAPER
 
 
 def test_numbers_of_the_rigid_body_are_those_of_the_device():
