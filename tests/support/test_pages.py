@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from docs import architecture, constants, friction, paper, search_figure
+from docs import architecture, constants, friction, gallery, paper, search_figure
 from docs.equations import BLOCK, TAG, mathml_of, with_equations
 from haptid.model.device.reader import load_device
 from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
@@ -94,6 +94,22 @@ def test_tables_of_the_paper_are_those_of_the_stored_results():
     stored = json.loads(paper.STORED.read_text(encoding="utf-8"))
     assert page == paper.with_tables(page, stored), "run python -m docs.paper"
     assert [one["figure"] for one in stored["figures"]] == list(range(4, 12))
+
+
+def test_tables_of_the_gallery_are_those_of_the_stored_results():
+    page = text_of(gallery.PAGE)
+    stored = json.loads(gallery.STORED.read_text(encoding="utf-8"))
+    assert page == gallery.with_tables(page, stored), "run python -m docs.gallery --tables"
+    for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page):
+        assert (DOCS / picture).is_file()
+
+
+def test_the_gallery_shows_what_it_says():
+    stored = json.loads(gallery.STORED.read_text(encoding="utf-8"))
+    assert stored["missing"]["verdict"] == "named"
+    k3 = stored["missing"]["k3"]
+    assert abs(k3["value"] - k3["true"]) < 3 * k3["std"]
+    assert set(stored["posterior"]) == set(gallery.TRUTH)
 
 
 def test_the_computed_locking_order_is_the_paper_s():
