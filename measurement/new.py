@@ -104,8 +104,16 @@ def _tables(folder: Path) -> tuple[list[Table], list[str]]:
     if not paths:
         return _recordings(folder)
     read = [read_logged_table(path) for path in paths]
-    layouts = [f"{table.path.name} has {layout}" for table, layout in read if layout]
-    return [table for table, _ in read], layouts
+    return [table for table, _ in read], _layout_lines(read)
+
+
+def _layout_lines(read: list[tuple[Table, str]]) -> list[str]:
+    """Return a line on each layout that is not that of the campaign format, with the tables that have it."""
+    files: dict[str, list[str]] = {}
+    for table, layout in read:
+        if layout:
+            files.setdefault(layout, []).append(table.path.name)
+    return [f"{', '.join(names)} {'have' if len(names) > 1 else 'has'} {layout}" for layout, names in files.items()]
 
 
 def _recordings(folder: Path) -> tuple[list[Table], list[str]]:

@@ -51,6 +51,10 @@ def test_pages_ask_no_server_for_anything(site: Path):
     assert not asking
 
 
+def test_the_search_has_a_name_for_readers_without_a_screen(site: Path):
+    assert 'role="dialog" aria-label="Search"' in (site / "index.html").read_text(encoding="utf-8")
+
+
 @pytest.mark.alone
 @pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
 def test_the_search_works_from_the_disk(site: Path, tmp_path: Path):
