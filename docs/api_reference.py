@@ -23,7 +23,7 @@ _HEADING = re.compile(r"^(Parameters|Returns|Yields|Raises|Warns|Notes)\n-+\n", 
 def api_page() -> str:
     """Return the page: one section a class, one part a method that has no underscore."""
     text = "# Python API\n\n`from haptid import " + ", ".join(one.__name__ for one in CLASSES) + "`\n\n"
-    text += "[How it is used](../how-to/python_api.md).\n\n"
+    text += "[How it is used](../tutorial/through_python.md).\n\n"
     return text + "".join(_class_section(one) for one in CLASSES)
 
 

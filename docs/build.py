@@ -16,7 +16,7 @@ try:
     from mkdocs.commands.build import build
     from mkdocs.config import load_config
 except ModuleNotFoundError as absent:
-    sys.stderr.write(f"error: {sys.executable} lacks {absent.name}, a development package; run `make docs`\n")
+    sys.stderr.write(f"error: {sys.executable} lacks {absent.name}; run `make docs`\n")
     sys.exit(2)
 
 from docs.api_reference import api_page
@@ -39,6 +39,10 @@ OTHER_COMMANDS = (
     "virtual_device.make_campaign",
 )
 """Modules of the commands that ``haptid`` does not have."""
+SEARCH_DIALOG = 'data-md-component="search" role="dialog"'
+"""Element of the theme that has no name for readers without a screen."""
+NO_PAGES = ("*.py", "*.yml", "*.csv", "constants.toml", "campaign_keys.toml", "__pycache__")
+"""Files of this folder that are left out of the pages."""
 
 
 def parameters_page() -> str:
@@ -110,7 +114,7 @@ def main(out: Path) -> None:
         shutil.copytree(
             SOURCES,
             pages,
-            ignore=shutil.ignore_patterns("*.py", "*.yml", "constants.toml", "campaign_keys.toml", "__pycache__"),
+            ignore=shutil.ignore_patterns(*NO_PAGES),
         )
         for name, page in PAGES.items():
             (pages / name).parent.mkdir(exist_ok=True)
@@ -119,6 +123,9 @@ def main(out: Path) -> None:
             path.write_text(with_equations(path.read_text(encoding="utf-8")), encoding="utf-8")
         config = load_config(str(SOURCES / "mkdocs.yml"), docs_dir=str(pages), site_dir=str(out.resolve()))
         build(config)
+    for path in out.rglob("*.html"):
+        page = path.read_text(encoding="utf-8")
+        path.write_text(page.replace(SEARCH_DIALOG, f'{SEARCH_DIALOG} aria-label="Search"'), encoding="utf-8")
     click.echo(f"{out / 'index.html'}")
 
 

@@ -1,46 +1,58 @@
-r"""Display equations of the pages: fenced blocks ``math`` become pictures, so that no page needs a script or a network.
+r"""Display equations of the pages: fenced blocks ``math`` become MathML, so that no page needs a script or a network.
 
-A block holds one equation in TeX, as far as Matplotlib's own typesetting goes, and its number as ``\tag{3}``.
-Where the Markdown is read as it is, the TeX is what one reads; GitHub typesets it.
+A block holds one equation in TeX, and its number as ``\tag{3}``. Where the Markdown is read as it is, the TeX is what
+one reads; GitHub typesets it. Browsers typeset the MathML, screen readers read it.
 """
 
 from __future__ import annotations
 
-import base64
-import io
 import re
 from html import escape
 
-import matplotlib as mpl
-from matplotlib.font_manager import FontProperties
-from matplotlib.mathtext import math_to_image
+from latex2mathml.converter import convert
 
 BLOCK = re.compile(r"^```math\n(?P<tex>.*?)\n```$", re.M | re.S)
 TAG = re.compile(r"\s*\\tag\{(?P<number>[^}]*)\}")
-# The picture's own units are points at 72 dpi; text of the pages has 16 px.
-SETTINGS = {"mathtext.fontset": "stix", "svg.fonttype": "path", "svg.hashsalt": "equation", "savefig.facecolor": "none"}
-SIZE_PT = 16.0
+COMMAND = re.compile(r"\\[a-zA-Z]+")
+FUNCTION = re.compile(r"(<mi>[a-z]{2,}</mi>)(?!<mo stretchy=\"false\">&#x00028;)")
+"""A function's name whose argument stands without brackets."""
 
 
-def svg_of(tex: str) -> str:
-    """Return an equation as SVG; ``tex`` is one line without its number."""
-    picture = io.BytesIO()
-    with mpl.rc_context(SETTINGS):
-        math_to_image(f"${tex}$", picture, prop=FontProperties(size=SIZE_PT), format="svg", dpi=72)
-    text = picture.getvalue().decode()
-    return re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.S)
+def mathml_of(tex: str) -> str:
+    """Return an equation as MathML.
+
+    Parameters
+    ----------
+    tex
+        One line without its number.
+
+    Returns
+    -------
+    str
+        Element ``math`` with the TeX as its label.
+
+    Raises
+    ------
+    ValueError
+        Where a command of the TeX is not understood: it would stand in the page as it is.
+    """
+    mathml = convert(tex, display="block")
+    unknown = COMMAND.findall(mathml)
+    if unknown:
+        msg = f"equation {tex!r}: {unknown[0]} is not understood"
+        raise ValueError(msg)
+    spaced = FUNCTION.sub(r'\1<mspace width="0.167em" />', mathml)  # the library sets sin and its argument together
+    return spaced.replace("<math ", f'<math aria-label="{escape(tex)}" ', 1)
 
 
 def typeset(block: re.Match[str]) -> str:
     """Return the HTML of one fenced block."""
     source = " ".join(block["tex"].split())
     tag = TAG.search(source)
-    tex = TAG.sub("", source)
-    data = base64.b64encode(svg_of(tex).encode()).decode()
+    mathml = mathml_of(TAG.sub("", source))
     number = f'<span class="number">({tag["number"]})</span>' if tag else ""
-    picture = f'<img alt="{escape(tex)}" src="data:image/svg+xml;base64,{data}">'
     anchor = f' id="eq-{tag["number"]}"' if tag else ""
-    return f'<div class="equation"{anchor}>{picture}{number}</div>'
+    return f'<div class="equation"{anchor} markdown="0">{mathml}{number}</div>'
 
 
 def with_equations(page: str) -> str:

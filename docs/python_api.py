@@ -19,7 +19,7 @@ import matplotlib as mpl
 from haptid.support.files.files import write_bytes
 from haptid.support.installing.environment import ROOT
 
-PAGE = ROOT / "docs" / "how-to" / "python_api.md"
+PAGE = ROOT / "docs" / "tutorial" / "through_python.md"
 FIGURE = ROOT / "docs" / "images" / "python_api.png"
 DRAWN = "pendulum.png"
 """Name under which the page's code saves its figure."""

@@ -30,6 +30,7 @@ LEAST_FREE_BYTES = 1_000_000_000
 EXTRAS = {
     "posterior": "haptid posterior",
     "parquet": "Parquet tables",
+    "mcap": "rosbags in MCAP",
     "cluster": "--scheduler",
     "suggest": "formulas suggested for what is unnamed",
 }

@@ -73,7 +73,7 @@ def check(**settings: Any) -> Any:
 @exit_codes
 @json_option
 def init(**settings: Any) -> Any:
-    """Make a campaign from the CSV or Parquet tables in FOLDER, one run each.
+    """Make a campaign from the CSV or Parquet tables in FOLDER, one run each, or from recordings.
 
     FOLDER stays as it is; the tables are copied. What no flag says is asked for, where a terminal is there to ask.
 
@@ -81,5 +81,8 @@ def init(**settings: Any) -> Any:
     converted to SI by the unit in the name: deg, mrad, mm, counts (with --resolution), mNm, Nmm, mN, mA, ms, us, deg/s,
     rpm, %. A name without number is that of joint 0. Joints that do not move in a table are locked there. CSV files may
     have semicolons or tabs, decimal commas, and lines before the header.
+
+    Recordings are read where FOLDER has no tables: MATLAB (.mat up to version 7), logs of BAM (.json), MCAP with joint
+    states (.mcap, extra 'mcap'), a LeRobot data set (extra 'parquet'; one run an episode).
     """
     return call("haptid.measurement.new", "make_campaign", **settings)

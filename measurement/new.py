@@ -21,6 +21,7 @@ from haptid.measurement.making.prepared import PreparedTable, describe, describe
 from haptid.measurement.making.questions import ask_columns, ask_facts, ask_noise, ask_step
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
+from haptid.measurement.recordings.recording import KINDS, recordings_in
 from haptid.measurement.tables.table import SUFFIXES, Table
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.warning import warnings_on_stderr
@@ -101,14 +102,35 @@ def _tables(folder: Path) -> tuple[list[Table], list[str]]:
         raise InputError(str(folder), expected="a folder of tables", got="no such folder")
     paths = sorted(path for path in folder.iterdir() if path.name.endswith(SUFFIXES))
     if not paths:
-        raise InputError(str(folder), expected=f"tables that end in {', '.join(SUFFIXES)}", got="none")
+        return _recordings(folder)
     read = [read_logged_table(path) for path in paths]
-    layouts = [f"{table.path.name} has {layout}" for table, layout in read if layout]
-    return [table for table, _ in read], layouts
+    return [table for table, _ in read], _layout_lines(read)
+
+
+def _layout_lines(read: list[tuple[Table, str]]) -> list[str]:
+    """Return a line on each layout that is not that of the campaign format, with the tables that have it."""
+    files: dict[str, list[str]] = {}
+    for table, layout in read:
+        if layout:
+            files.setdefault(layout, []).append(table.path.name)
+    return [f"{', '.join(names)} {'have' if len(names) > 1 else 'has'} {layout}" for layout, names in files.items()]
+
+
+def _recordings(folder: Path) -> tuple[list[Table], list[str]]:
+    """Return the runs of a folder without tables, and a line on each that says more than its columns."""
+    read = recordings_in(folder)
+    if not read:
+        expected = f"tables that end in {', '.join((*SUFFIXES, *KINDS))}"
+        raise InputError(str(folder), expected=expected, got="none")
+    names = [one.table.file_name for one in read]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(str(folder), expected=f"one run {name}", got="several", todo="rename one of the files")
+    return [one.table for one in read], [f"{one.table.file_name}: {one.about}" for one in read if one.about]
 
 
 def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: dict[str, Target]) -> Answers:
-    names = [table.path.name for table in tables]
+    names = [table.file_name for table in tables]
     if _can_ask():
         flags = ask_facts(folder, tables, flags)
         if flags["resolution"] is None and _holds_counts(tables, stated):
@@ -117,7 +139,8 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
         flags["noise"] = ask_noise() if flags["noise"] is None else flags["noise"]
     if flags["measured"] is None:
         where = "--measured or --synthetic"
-        raise InputError(where, expected="one of the two flags", got="neither")
+        todo = "say whether a device was measured or the data were simulated"
+        raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
     for name in ("noise", "resolution"):
         if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
             where = f"--{name}"

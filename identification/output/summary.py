@@ -16,6 +16,7 @@ from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 
 HEADER = ("configuration", "fit/noise", "validate/noise", "starts", "best basin", "seconds", "outcome")
+PARAMETER_HEADER = ("parameter", "value", "std", "unit", "status")
 
 
 def table_text(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -64,6 +65,28 @@ def step_row(step: Step) -> tuple[str, ...]:
     )
 
 
+def parameter_rows(step: Step) -> list[tuple[str, ...]]:
+    """Return the cells of the parameters of one configuration.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    list of tuple of str
+        A row a parameter, with cells in the order of `PARAMETER_HEADER`; no number for one that the runs do not tell.
+    """
+    fit = step.fit
+    rows: list[tuple[str, ...]] = []
+    for quantity, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True):
+        status = fit.statuses[quantity.id]
+        told = ("-", "-") if status == "unidentifiable" else (f"{value:.6g}", f"{std:.2g}" if std > 0.0 else "-")
+        rows.append((quantity.id, *told, quantity.unit, status))
+    return rows
+
+
 def _worst(step: Step, use: str) -> str:
     scores = [score for score in step.fit.runs if score.use == use]
     return tell_over_noise(max(scores, key=lambda score: score.over_noise), residual_unit(step)) if scores else "-"
@@ -97,10 +120,12 @@ def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
     Returns
     -------
     str
-        Table of configurations, the comparison with the plain model, sentences that need attention, and the whole
-        model's scores where it was verified.
+        Table of configurations, the parameters where there is one configuration, the comparison with the plain model,
+        sentences that need attention, and the whole model's scores where it was verified.
     """
     parts = [table_text(HEADER, [step_row(step) for step in steps])]
+    if len(steps) == 1:  # of several joints the table would be longer than a screen; the report has it
+        parts.append(table_text(PARAMETER_HEADER, parameter_rows(steps[0])))
     for step in steps:
         comparison = tell_comparison(step)
         if comparison is not None:

@@ -59,7 +59,8 @@ def campaign_from_frames(
     prepared = [prepare_table(table_of(name, frame), known) for name, frame in frames.items()]
     content = describe_campaign(prepared, answers, device)
     if joints:
-        content["joint"] = {str(joint): dict(table) for joint, table in joints.items()}
+        stated = {str(joint): dict(table) for joint, table in joints.items()}
+        content["joint"] = content.get("joint", {}) | stated
     tables = {one.file: table_of(one.file, one.frame) for one in prepared}
     return campaign_from(
         TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: tables[name], loaded

@@ -12,7 +12,9 @@ from haptid.measurement.format.columns import JOINT, KNOWN
 from haptid.measurement.tables.table import Table
 from haptid.support.errors import InputError
 
-TORQUE = re.compile(rf"(?:torque_({JOINT})_Nm|force_({JOINT})_N|current_({JOINT})_A)")
+TORQUE = re.compile(
+    rf"(?:torque_({JOINT})_Nm|force_({JOINT})_N|current_({JOINT})_A|voltage_({JOINT})_V|duty_({JOINT}))"
+)
 """Columns that drive a joint; one of the groups is its number."""
 FLAG = "--map"
 POSITION = re.compile(rf"position_({JOINT})_(?:rad|m)")
@@ -100,7 +102,7 @@ def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
 
 
 def free_joints(columns: list[str], file: str, only: tuple[int, ...] | None = None) -> tuple[int, ...]:
-    """Return the free joints of a table: those with both a torque (force, current) and a position.
+    """Return the free joints of a table: those with both a torque (or what drives the motor) and a position.
 
     Parameters
     ----------

@@ -19,6 +19,9 @@ from haptid.measurement.values.run import Array
 from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
 
+TORQUE_COLUMNS = ("torque_{}_Nm", "force_{}_N", "current_{}_A")
+DRIVE_COLUMNS = {"voltage": "voltage_{}_V", "duty": "duty_{}"}
+"""Column by the kind of a drive that makes the torque."""
 DECIMALS_OF_POSTURE = 6
 """Decimals of a locked position in campaign.toml: a microradian changes no inertia that can be measured."""
 
@@ -90,13 +93,13 @@ def prepare_table(table: Table, answers: Answers) -> PreparedTable:
     free = driven if answers.free is not None else moving_joints(t, positions, driven)
     everything = free_joints(list(frame.columns), str(table.path))
     return PreparedTable(
-        file=table.path.name,
+        file=table.file_name,
         frame=frame,
         targets=targets,
         free=free,
         held=tuple(joint for joint in everything if joint not in free),
         posture=_posture(answers.device, positions, free),
-        use="validate" if table.path.name in answers.validate else "fit",
+        use="validate" if table.file_name in answers.validate else "fit",
         t=t,
         travels=tuple(_travel(positions, joint) for joint in free),
     )
@@ -137,7 +140,7 @@ def describe_campaign(prepared: Sequence[PreparedTable], answers: Answers, devic
     Returns
     -------
     dict
-        Tables ``campaign``, ``sensor`` (where something is stated) and ``runs``.
+        Tables ``campaign``, ``sensor`` (where something is stated), ``joint`` (where a drive was recorded), ``runs``.
     """
     runs: list[dict[str, Any]] = []
     sensor: dict[str, float | None] = {}
@@ -149,7 +152,26 @@ def describe_campaign(prepared: Sequence[PreparedTable], answers: Answers, devic
                 sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
     known = {key: value for key, value in sensor.items() if value is not None}
-    return {"campaign": head, **({"sensor": known} if known else {}), "runs": runs}
+    drives = {str(joint): {"drive": {"kind": kind}} for joint, kind in sorted(_drives(prepared).items())}
+    return {
+        "campaign": head,
+        **({"sensor": known} if known else {}),
+        **({"joint": drives} if drives else {}),
+        "runs": runs,
+    }
+
+
+def _drives(prepared: Sequence[PreparedTable]) -> dict[int, str]:
+    """Return the kind of drive of the joints whose voltage or duty was recorded, and no torque."""
+    found: dict[int, str] = {}
+    for one in prepared:
+        for joint in one.free:
+            if any(form.format(joint) in one.frame for form in TORQUE_COLUMNS):
+                continue
+            for kind, form in DRIVE_COLUMNS.items():
+                if form.format(joint) in one.frame:
+                    found[joint] = kind
+    return found
 
 
 def describe(prepared: Sequence[PreparedTable]) -> list[str]:

@@ -34,7 +34,7 @@ def ask_facts(folder: Path, tables: list[Table], flags: dict[str, Any]) -> dict[
     dict
         The options with the replies.
     """
-    flags, names = dict(flags), [table.path.name for table in tables]
+    flags, names = dict(flags), [table.file_name for table in tables]
     if flags["title"] is None:
         flags["title"] = click.prompt("Title", default=folder.resolve().name)
     if flags["device"] is None:

@@ -52,12 +52,20 @@ class Table:
         Number of lines before the header.
     in_memory
         Whether the table comes from no file.
+    file
+        Name of the table in a campaign, where it is not that of the file: of a recording, or a part of one.
     """
 
     path: Path
     frame: pd.DataFrame
     lines_before: int = 0
     in_memory: bool = False
+    file: str = ""
+
+    @property
+    def file_name(self) -> str:
+        """Name of the run's table in a campaign."""
+        return self.file or self.path.name
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -222,7 +230,7 @@ def read_table(path: Path, *, as_text: bool = False) -> Table:
 
 def _read_frame(path: Path, *, as_text: bool) -> pd.DataFrame:
     if path.suffix == ".parquet":
-        return _read_parquet(path)
+        return read_parquet(path)
     broken: tuple[Any, ...] = (ValueError, OSError, EOFError, zlib.error, pd.errors.ParserWarning)
     try:
         with warnings.catch_warnings():
@@ -252,7 +260,24 @@ def _holds_flags(path: Path, frame: pd.DataFrame, common: dict[str, Any]) -> boo
     return any(str(cell).strip().lower() in ("true", "false") for cell in texts.iloc[0])
 
 
-def _read_parquet(path: Path) -> pd.DataFrame:
+def read_parquet(path: Path) -> pd.DataFrame:
+    """Read all columns of a Parquet file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    DataFrame
+        Columns as the file has them.
+
+    Raises
+    ------
+    InputError
+        Where the extra is not installed, the file is damaged, or it unpacks to an absurd size.
+    """
     need("parquet", str(path))
     import pyarrow.parquet as pq  # noqa: PLC0415 (an extra)
 

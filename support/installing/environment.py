@@ -13,7 +13,7 @@ import subprocess
 import sys
 import sysconfig
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
@@ -171,10 +171,21 @@ def requirements(*, dev: bool = False, extra: str | None = None) -> tuple[Requir
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
     extras = project["project"].get("optional-dependencies", {})
     lines = project["project"]["dependencies"] + (extras[extra] if extra else [])
-    for line in project["dependency-groups"]["dev"] if dev else []:
+    lines += project["dependency-groups"]["dev"] if dev else []
+    return tuple(r for r in map(parse_requirement, _with_own_extras(lines, extras)) if r is not None)
+
+
+def _with_own_extras(lines: Sequence[str], extras: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return requirements with the lines of the project's own extras in place of their names, as ``haptid[docs]``."""
+    expanded: list[str] = []
+    for line in lines:
         own = _SELF.match(line)
-        lines += [text for name in own["extras"].split(",") for text in extras[name]] if own else [line]
-    return tuple(r for r in map(parse_requirement, lines) if r is not None)
+        if own is None:
+            expanded.append(line)
+            continue
+        for name in own["extras"].split(","):
+            expanded += _with_own_extras(extras[name], extras)
+    return expanded
 
 
 def in_clone() -> bool:

@@ -6,6 +6,7 @@ import doctest
 import importlib
 import importlib.util
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -15,17 +16,57 @@ import pytest
 
 from haptid.support.installing.environment import ROOT
 
+CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
-def test_pages_build(tmp_path: Path):
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("site")
     done = subprocess.run(
-        [sys.executable, "-m", "docs.build", "--out", tmp_path], cwd=ROOT, capture_output=True, text=True, check=False
+        [sys.executable, "-m", "docs.build", "--out", out], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    effects = (tmp_path / "reference" / "effects.html").read_text(encoding="utf-8")
+    return out
+
+
+def test_pages_hold_what_is_made_from_the_code(site: Path):
+    effects = (site / "reference" / "effects.html").read_text(encoding="utf-8")
     assert "cubic_spring" in effects
-    assert "--seed" in (tmp_path / "reference" / "commands.html").read_text(encoding="utf-8")
+    assert "--seed" in (site / "reference" / "commands.html").read_text(encoding="utf-8")
+    assert "<math " in (site / "theory" / "rigid_body.html").read_text(encoding="utf-8")
+
+
+def test_parts_of_the_site_stand_in_their_order(site: Path):
+    page = (site / "index.html").read_text(encoding="utf-8")
+    tabs = re.findall(r'class="md-tabs__link">\s*(.*?)\s*</a>', page, re.S)
+    assert tabs == ["Start", "Tutorial", "How-to", "Reference", "Theory", "Results", "Decisions"]
+
+
+def test_pages_ask_no_server_for_anything(site: Path):
+    loaded = re.compile(
+        r"""<(?:script|img|iframe|source)[^>]*\ssrc=["']?(?:https?:)?//|<link[^>]*\shref=["']?https?:"""
+    )
+    asking = [page.name for page in site.rglob("*.html") if loaded.search(page.read_text(encoding="utf-8"))]
+    assert not asking
+
+
+def test_the_search_has_a_name_for_readers_without_a_screen(site: Path):
+    assert 'role="dialog" aria-label="Search"' in (site / "index.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.alone
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
+def test_the_search_works_from_the_disk(site: Path, tmp_path: Path):
+    command = [
+        CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={tmp_path}",
+        "--virtual-time-budget=20000", "--dump-dom", f"file://{site}/index.html?q=presliding",
+    ]  # fmt: skip
+    page = subprocess.run(command, capture_output=True, text=True, check=False, timeout=200).stdout
+    found = re.search(r'md-search-result__meta">([^<]*)<', page)
+    assert found is not None
+    assert re.fullmatch(r"\d+ matching documents", found[1])
+    assert "theory/friction.html" in page.partition("md-search-result__meta")[2]
 
 
 @pytest.mark.parametrize("target", re.findall(r"\]\(([^)#]+)\)", README))

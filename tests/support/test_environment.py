@@ -41,6 +41,13 @@ def test_every_requirement_of_this_project_is_read_and_met_here():
         assert judge.specifier.contains(importlib.metadata.version(judge.name), prereleases=True)
 
 
+def test_an_extra_brings_the_extras_that_it_names():
+    wanted = {r.name for r in requirements(extra="docs")}
+    assert {"mkdocs", "arviz"} <= wanted
+    assert "haptid" not in wanted
+    assert "ruff" not in wanted
+
+
 def test_absent_packages_are_missing(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(environment, "requirements", lambda **_: (parse_requirement("no-such-package-here>=1"),))
     assert [r.name for r in environment.missing()] == ["no-such-package-here"]

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 
-from docs import architecture, constants, friction, search_figure
-from docs.equations import BLOCK, TAG, svg_of, with_equations
+from docs import architecture, constants, friction, gallery, paper, search_figure
+from docs.equations import BLOCK, TAG, mathml_of, with_equations
 from haptid.model.device.reader import load_device
 from haptid.model.friction.law import SLOTS, USE_OF_BRISTLE
 from haptid.model.planning.locking_order import locking_order
@@ -47,12 +48,22 @@ def test_equations_of_a_page_are_typeset_and_numbered_in_order(page: Path):
     numbers = [int(TAG.search(block)["number"]) for block in blocks]
     assert numbers == list(range(1, len(numbers) + 1))
     for block in blocks:
-        assert svg_of(TAG.sub("", block)).startswith("<svg")
+        assert "<mrow>" in mathml_of(TAG.sub("", block))
     referred = {int(n) for n in re.findall(r"\((\d+)\)", BLOCK.sub("", text_of(page)))}
     assert referred <= set(numbers) | set(range(1900, 2100))
 
 
-def test_an_equation_becomes_a_picture_with_its_number():
+def test_a_command_that_is_not_understood_is_refused():
+    with pytest.raises(ValueError, match="nosuchthing is not understood"):
+        with_equations("```math\na \\nosuchthing b\n```")
+
+
+def test_functions_stand_apart_from_their_arguments():
+    assert '<mi>cos</mi><mspace width="0.167em" /><mi>q</mi>' in mathml_of("\\cos q")
+    assert '<mi>cos</mi><mo stretchy="false">' in mathml_of("\\cos(q)")
+
+
+def test_an_equation_is_typeset_with_its_number():
     html = with_equations("a\n\n```math\nx = \\dfrac{1}{2} \\tag{7}\n```\n\nb")
     assert 'class="equation" id="eq-7"' in html
     assert "(7)</span>" in html
@@ -76,6 +87,34 @@ def test_constants_of_a_theory_page_are_those_of_the_code(name: str):
     prose = text_of(page).partition("## Constants")[0]
     unused = [c.symbol for c in constants.listed()[name] if c.symbol not in prose]
     assert not unused
+
+
+def test_tables_of_the_paper_are_those_of_the_stored_results():
+    page = text_of(paper.PAGE)
+    stored = json.loads(paper.STORED.read_text(encoding="utf-8"))
+    assert page == paper.with_tables(page, stored), "run python -m docs.paper"
+    assert [one["figure"] for one in stored["figures"]] == list(range(4, 12))
+
+
+def test_tables_of_the_gallery_are_those_of_the_stored_results():
+    page = text_of(gallery.PAGE)
+    stored = json.loads(gallery.STORED.read_text(encoding="utf-8"))
+    assert page == gallery.with_tables(page, stored), "run python -m docs.gallery --tables"
+    for picture in re.findall(r"!\[[^]]*\]\(([^)]+)\)", page):
+        assert (DOCS / picture).is_file()
+
+
+def test_the_gallery_shows_what_it_says():
+    stored = json.loads(gallery.STORED.read_text(encoding="utf-8"))
+    assert stored["missing"]["verdict"] == "named"
+    k3 = stored["missing"]["k3"]
+    assert abs(k3["value"] - k3["true"]) < 3 * k3["std"]
+    assert set(stored["posterior"]) == set(gallery.TRUTH)
+
+
+def test_the_computed_locking_order_is_the_paper_s():
+    stages = locking_order(load_device("freedom6s")).stages
+    assert tuple(tuple(stage.free) for stage in stages) == paper.SEQUENCE_OF_PAPER
 
 
 def test_numbers_of_the_rigid_body_are_those_of_the_device():

@@ -115,7 +115,20 @@ def test_the_summary_tells_both_models_where_the_fit_is_above_the_noise(runs):
     told = tell_comparison(step)
     assert f"torque error {plain(errors['model'])} % (plain model {plain(errors['baseline'])} %)" in told
     assert told.endswith("on unseen runs")
-    assert f"joint 0: {told}" in summary_text([step], {})
+    summary = summary_text([step], {})
+    assert f"joint 0: {told}" in summary
+    (inertia,) = [line.split() for line in summary.splitlines() if line.startswith("inertia ")]
+    assert inertia == [
+        "inertia",
+        f"{made.fit.values['inertia']:.6g}",
+        f"{made.fit.std[0]:.2g}",
+        "kg",
+        "m^2",
+        "identified",
+    ]
+    (fixed,) = [line.split() for line in summary.splitlines() if line.startswith("sigma0 ")]
+    assert fixed[2] == "-"
+    assert "inertia " not in summary_text([step, step], {})
     assert tell_result(step).startswith("The plain model is the result")
     prediction = predict_unseen(made.compared)
     for name, figures in unseen.items():

@@ -1,0 +1,157 @@
+"""Read a MATLAB file: ``.mat`` up to version 7 in, one run out.
+
+Variables that are vectors of one length are the columns, as are the fields of a structure; a matrix gives a column per
+joint, ``q_0``, ``q_1`` …. Scalars and texts are left out. Objects of MATLAB (``table``, ``timetable``) cannot be read
+outside it.
+"""
+
+from __future__ import annotations
+
+import struct
+import warnings
+import zlib
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy import io
+
+from haptid.measurement.recordings.one_run import Recording, recording_of
+from haptid.measurement.tables.layout import refuse_bomb
+from haptid.measurement.thresholds import THRESHOLDS
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
+from haptid.support.files.files import read_content
+from haptid.support.processes.pool import Pool
+
+HEADER_BYTES, ENDIAN = 128, slice(126, 128)
+"""Length of the header of version 5, and where it states the order of bytes: ``IM`` is little-endian."""
+COMPRESSED = 15
+"""Type of a compressed element."""
+LEAST_COLUMNS = 2
+PIECE_BYTES = 1 << 20
+
+
+def read_mat(path: Path) -> list[Recording]:
+    """Read a MATLAB file.
+
+    Parameters
+    ----------
+    path
+        File that ends in ``.mat``.
+
+    Returns
+    -------
+    list of Recording
+        The one run.
+
+    Raises
+    ------
+    InputError
+        Where it is damaged, of version 7.3, unpacks to an absurd size, or holds no vectors of one length.
+    """
+    content = read_content(path, "a MATLAB file")
+    if content[:HEADER_BYTES].startswith(b"MATLAB 7.3"):
+        todo = "save it in MATLAB with save(file, '-v7')"
+        raise InputError(str(path), expected="a MATLAB file up to version 7", got="version 7.3", todo=todo)
+    for unpacked in _unpacked_bytes(content):
+        refuse_bomb(path, unpacked)
+    try:
+        # SciPy's reader is compiled, and a damaged file can end its process (measured on mutated files).
+        with Pool(1) as child:
+            for size in child.submit(declared_bytes, content).result():
+                refuse_bomb(path, size)
+            vectors = child.submit(load_vectors, content).result()
+    except InputError:
+        raise
+    except Exception as error:  # SciPy raises anything on a damaged file
+        got = f"a damaged file ({type(error).__name__})"
+        raise InputError(str(path), expected="a MATLAB file", got=got, todo="save it again") from None
+    return [recording_of(path, _columns(path, vectors))]
+
+
+def declared_bytes(content: bytes) -> list[int]:
+    """Return the size of each variable as the file declares it.
+
+    Parameters
+    ----------
+    content
+        Bytes of the file.
+
+    Returns
+    -------
+    list of int
+        Sizes of the arrays [bytes], 8 a number.
+    """
+    return [8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in io.whosmat(BytesIO(content))]
+
+
+def load_vectors(content: bytes) -> dict[str, Array]:
+    """Return the numeric vectors of a file.
+
+    Parameters
+    ----------
+    content
+        Bytes of the file.
+
+    Returns
+    -------
+    dict
+        Vectors by name, each of shape (n_t,): of structures their fields, of matrices their columns.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # on variables that cannot be read, which are left out
+        variables = io.loadmat(BytesIO(content), squeeze_me=True, struct_as_record=False)
+    return dict(_vectors({name: value for name, value in variables.items() if not name.startswith("__")}))
+
+
+def _unpacked_bytes(content: bytes) -> Iterator[int]:
+    """Yield how many bytes the compressed elements unpack to, while they are unpacked piece by piece."""
+    order = "<" if content[ENDIAN] == b"IM" else ">"
+    place, unpacked = HEADER_BYTES, 0
+    while place + 8 <= len(content):
+        kind, length = struct.unpack(f"{order}II", content[place : place + 8])
+        place += 8
+        if kind == COMPRESSED:
+            unpacker = zlib.decompressobj()
+            packed = content[place : place + length]
+            while packed and not unpacker.eof:
+                try:
+                    unpacked += len(unpacker.decompress(packed, PIECE_BYTES))
+                except zlib.error:  # said by whoever reads the file whole
+                    return
+                packed = unpacker.unconsumed_tail
+                yield unpacked
+        place += length
+
+
+def _columns(path: Path, found: Mapping[str, Array]) -> dict[str, Array]:
+    """Return the vectors of the commonest length."""
+    lengths = Counter(values.size for values in found.values())
+    rows, count = max(lengths.items(), key=lambda item: (item[1], item[0]), default=(0, 0))
+    if count < LEAST_COLUMNS:
+        got = ", ".join(f"{name} of {values.size}" for name, values in found.items()) or "none"
+        todo = "save time, torque and position as vectors, a table by table2struct(T, 'ToScalar', true)"
+        raise InputError(str(path), expected="vectors of one length", got=got, todo=todo)
+    return {name: values for name, values in found.items() if values.size == rows}
+
+
+def _vectors(variables: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
+    """Yield the numeric vectors by name: of structures their fields, of matrices their columns."""
+    for name, value in variables.items():
+        if isinstance(value, io.matlab.mat_struct):
+            yield from _vectors({field: getattr(value, field) for field in value._fieldnames})
+        elif (
+            isinstance(value, np.ndarray)
+            and value.dtype.kind in "fiub"
+            and value.size >= THRESHOLDS.least_rows_of_table
+        ):
+            if value.ndim == 1:
+                yield name, value.astype(np.float64)
+            elif value.ndim == 2:
+                matrix = value if value.shape[0] >= value.shape[1] else value.T
+                for number, column in enumerate(matrix.T):
+                    yield f"{name}_{number}", column.astype(np.float64)

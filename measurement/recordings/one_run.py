@@ -1,0 +1,62 @@
+"""One run of a recording: columns in, a checked `Recording` out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from haptid.measurement.tables.table import Table
+from haptid.measurement.thresholds import THRESHOLDS
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recording:
+    """Hold one run of a recording.
+
+    Parameters
+    ----------
+    table
+        Its columns.
+    about
+        What else the file says, in words for the user; empty where nothing.
+    """
+
+    table: Table
+    about: str = ""
+
+
+def recording_of(path: Path, columns: Mapping[str, Array], *, part: str = "", about: str = "") -> Recording:
+    """Return a run as a table.
+
+    Parameters
+    ----------
+    path
+        File that holds it.
+    columns
+        Values by name, all of shape (n_t,).
+    part
+        What of the file it is, as ``episode_000003``; empty where the file is one run.
+    about
+        As in `Recording`.
+
+    Returns
+    -------
+    Recording
+        Its table becomes ``<file>_<part>.csv`` in the campaign.
+
+    Raises
+    ------
+    InputError
+        Where it has fewer than 8 rows.
+    """
+    rows = max((values.size for values in columns.values()), default=0)
+    where = f"{path}, {part}" if part else str(path)
+    if rows < THRESHOLDS.least_rows_of_table:
+        raise InputError(where, expected=f"at least {THRESHOLDS.least_rows_of_table} rows", got=f"{rows}")
+    name = f"{path.stem}_{part}" if part else path.stem
+    return Recording(table=Table(path=Path(where), frame=pd.DataFrame(dict(columns)), file=f"{name}.csv"), about=about)

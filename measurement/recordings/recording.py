@@ -1,0 +1,46 @@
+"""Find and read the recordings of a folder: each file of another program in, `Recording`s out.
+
+They are read by ``haptid init`` alone: the campaign that it writes has tables. Where a folder holds tables as well, its
+recordings are left alone, because they mostly are the same measurements once more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from haptid.measurement.recordings import bam_log, lerobot, mat_file, mcap_file
+from haptid.measurement.recordings.one_run import Recording
+
+READERS: Mapping[str, Callable[[Path], list[Recording]]] = {
+    ".mat": mat_file.read_mat,
+    ".json": bam_log.read_bam_log,
+    ".mcap": mcap_file.read_mcap,
+}
+"""Reader by the end of the file's name."""
+KINDS = (*READERS, "a LeRobot data set (meta/info.json)")
+"""What is read, in words."""
+
+
+def recordings_in(folder: Path) -> list[Recording]:
+    """Read all recordings of a folder.
+
+    Parameters
+    ----------
+    folder
+        Folder with files of other programs, or of a LeRobot data set.
+
+    Returns
+    -------
+    list of Recording
+        In the order of the files' names; empty where there is none.
+
+    Raises
+    ------
+    InputError
+        Where a file is damaged, holds no run, or needs an extra that is not installed.
+    """
+    if lerobot.is_data_set(folder):
+        return lerobot.read_data_set(folder)
+    paths = sorted(path for path in folder.iterdir() if path.suffix in READERS)
+    return [recording for path in paths for recording in READERS[path.suffix](path)]

@@ -1,0 +1,425 @@
+"""Recordings of other programs become campaigns, and damaged ones end in one line."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import tomllib
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+from scipy.io import savemat
+
+from haptid.measurement.format.reading import read_campaign
+from haptid.measurement.new import main
+from haptid.measurement.recordings import bam_log, mat_file, mcap_file
+from haptid.measurement.recordings.recording import recordings_in
+from haptid.measurement.values.warning import CampaignWarning
+from haptid.support.errors import InputError
+from tests.real_data import DATA
+
+ROWS = 60
+T = np.arange(ROWS) * 0.01
+TORQUE = 0.2 * np.cos(3.0 * T)
+POSITION = 0.7 * np.sin(3.0 * T)
+JOINT_STATE = """std_msgs/Header header
+string[] name
+float64[] position
+float64[] velocity
+float64[] effort
+================================================================================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================================================================================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+START_NS = 1_700_000_000_000_000_000
+
+
+def made(folder: Path, *more: str) -> tuple[dict[str, Any], str]:
+    """Content of the campaign.toml that the command makes of a folder, and what it says."""
+    out = folder.parent / "made"
+    done = CliRunner().invoke(main, [str(folder), "--out", str(out), "--synthetic", *more], catch_exceptions=False)
+    assert done.exit_code == 0, done.output
+    return tomllib.loads((out / "campaign.toml").read_text(encoding="utf-8")), done.output
+
+
+def refusal(read: Callable[[], object]) -> str:
+    with pytest.raises(InputError) as caught:
+        read()
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+def end_process(_content: bytes) -> None:
+    os._exit(139)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "logs").mkdir()
+    return tmp_path / "logs"
+
+
+# MATLAB
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+def test_vectors_of_a_mat_file_are_the_columns(folder: Path, compressed: bool):
+    variables = {"time_s": T, "Torque_Nm": TORQUE, "angle_deg": np.degrees(POSITION), "rate": 100.0, "note": "arm"}
+    savemat(folder / "swing.mat", variables, do_compression=compressed)
+    content, _ = made(folder)
+    assert [run["file"] for run in content["runs"]] == ["swing.csv"]
+    (run,) = read_campaign(folder.parent / "made").runs
+    np.testing.assert_allclose(run.y[:, 0], POSITION, atol=1e-12)
+    np.testing.assert_array_equal(run.u[:, 0], TORQUE)
+
+
+def test_fields_of_a_structure_and_columns_of_a_matrix(folder: Path):
+    q = np.column_stack([POSITION, 2 * POSITION])
+    savemat(folder / "a.mat", {"log": {"t": T, "q": q}, "other": np.zeros(ROWS + 1)})
+    (one,) = recordings_in(folder)
+    assert one.table.columns == ("t", "q_0", "q_1")
+    np.testing.assert_array_equal(one.table.numbers("q_1"), 2 * POSITION)
+
+
+def test_mat_files_of_version_4(folder: Path):
+    savemat(folder / "old.mat", {"t": T, "q": POSITION}, format="4")
+    (one,) = recordings_in(folder)
+    np.testing.assert_array_equal(one.table.numbers("q"), POSITION)
+
+
+def test_damaged_mat_files_are_refused_in_one_line(folder: Path):
+    path = folder / "a.mat"
+    savemat(path, {"t": T, "q": POSITION}, do_compression=True)
+    whole = path.read_bytes()
+    for content in (b"", b"hello", whole[:100], whole[:-40], whole[:140] + bytes(40) + whole[180:], bytes(400)):
+        path.write_bytes(content)
+        assert str(path) in refusal(lambda: mat_file.read_mat(path))
+
+
+def test_a_mat_file_that_ends_its_reader_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    # Some damaged files end SciPy's compiled reader by a segmentation fault.
+    path = folder / "a.mat"
+    savemat(path, {"t": T, "q": POSITION})
+    monkeypatch.setattr(mat_file, "load_vectors", end_process)
+    text = refusal(lambda: mat_file.read_mat(path))
+    assert "expected a MATLAB file, got a damaged file (BrokenProcessPool); save it again" in text
+
+
+def test_a_mat_file_of_version_7_3_names_the_remedy(folder: Path):
+    path = folder / "a.mat"
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600, b" "))
+    assert "save it in MATLAB with save(file, '-v7')" in refusal(lambda: mat_file.read_mat(path))
+
+
+def test_a_mat_file_that_unpacks_to_gigabytes_is_refused(folder: Path):
+    path = folder / "a.mat"
+    packer = zlib.compressobj(9)
+    packed = b"".join(packer.compress(bytes(1 << 20)) for _ in range(100)) + packer.flush()
+    header = b"MATLAB 5.0 MAT-file".ljust(124, b" ") + struct.pack("<H", 0x0100) + b"IM"
+    path.write_bytes(header + struct.pack("<II", 15, len(packed)) + packed)
+    assert "expected a table that unpacks to at most 250 times" in refusal(lambda: mat_file.read_mat(path))
+
+
+def test_a_mat_file_without_vectors_of_one_length_says_what_it_holds(folder: Path):
+    savemat(folder / "a.mat", {"t": T, "q": POSITION[:-1], "n": 3.0})
+    text = refusal(lambda: recordings_in(folder))
+    assert "expected vectors of one length, got t of 60, q of 59" in text
+
+
+# BAM
+
+
+def bam(motor: str = "xl330") -> dict[str, Any]:
+    entries = [
+        {
+            "timestamp": float(t),
+            "position": float(q),
+            "speed": 0.0,
+            "goal_position": float(q) + 0.1,
+            "load": 65436 if row % 2 else 177,
+            "input_volts": 7.4,
+            "temp": 28,
+            "torque_enable": True,
+        }
+        for row, (t, q) in enumerate(zip(T, POSITION, strict=True))
+    ]
+    return {"mass": 0.49, "length": 0.1, "kp": 100, "vin": 7.4, "motor": motor, "trajectory": "sin", "entries": entries}
+
+
+def test_a_log_of_bam_becomes_a_driven_joint(folder: Path):
+    (folder / "a.json").write_text(json.dumps(bam()))
+    content, said = made(folder)
+    assert content["joint"]["0"]["drive"] == {"kind": "duty"}
+    assert "a.csv: motor xl330, kp 100, vin 7.4, mass 0.49, length 0.1, trajectory sin" in said
+    table = pd.read_csv(folder.parent / "made" / "a.csv")
+    np.testing.assert_allclose(table["duty_0"].iloc[:2], [177 / 885, -100 / 885])
+    np.testing.assert_array_equal(table["position_0_rad"], POSITION)
+    np.testing.assert_allclose(table["reference_0_rad"], POSITION + 0.1)
+
+
+def test_the_load_of_another_servo_is_left_as_it_is(folder: Path):
+    (folder / "a.json").write_text(json.dumps(bam("mx106")))
+    (one,) = recordings_in(folder)
+    assert "duty_0" not in one.table.columns
+    assert one.table.numbers("load")[1] == 65436
+
+
+def test_damaged_logs_of_bam_are_refused_in_one_line(folder: Path):
+    path = folder / "a.json"
+    text = json.dumps(bam())
+    short = bam() | {"entries": bam()["entries"][:3]}
+    without = bam()
+    del without["entries"][7]["position"]
+    for content, told in (
+        (text[: len(text) // 2], "a.json, line 1"),
+        ("{}", "expected a log of BAM, with a list of entries, got the keys none"),
+        ('{"entries": [1, 2]}', "with a list of entries"),
+        ("[1, 2]", "expected a log of BAM"),
+        (json.dumps(short), "expected at least 8 rows, got 3"),
+        (json.dumps(without), "entries[7].position: expected a number, got none"),
+        ("[" * 100_000, "levels of brackets"),
+    ):
+        path.write_text(content)
+        assert told in refusal(lambda: bam_log.read_bam_log(path)), content[:40]
+    path.write_bytes(b"\xff\xfe{")
+    assert "text in UTF-8" in refusal(lambda: bam_log.read_bam_log(path))
+
+
+@pytest.mark.real("bam_xl330")
+def test_real_logs_of_bam_become_a_campaign(folder: Path):
+    # The set's tables are these logs with other names; they are turned back.
+    names = {
+        "time_s": "timestamp",
+        "goal_rad": "goal_position",
+        "position_rad": "position",
+        "velocity_rad_s": "speed",
+        "load_raw": "load",
+        "supply_V": "input_volts",
+        "temperature_C": "temp",
+        "torque_enabled": "torque_enable",
+    }
+    for kp in (100, 400):
+        table = pd.read_csv(DATA / "bam_xl330" / f"kp{kp}_sin_sin.csv").rename(columns=names)
+        log = bam() | {"kp": kp, "entries": table.to_dict("records")}
+        (folder / f"kp{kp}.json").write_text(json.dumps(log))
+    content, _ = made(folder, "--validate", "kp400.csv")
+    assert [(run["file"], run["use"]) for run in content["runs"]] == [("kp100.csv", "fit"), ("kp400.csv", "validate")]
+    assert np.abs(pd.read_csv(folder.parent / "made" / "kp100.csv")["duty_0"]).max() < 1.0
+    assert len(read_campaign(folder.parent / "made").runs) == 2
+
+
+# LeRobot
+
+
+def lerobot(folder: Path, *, names: Any = ("shoulder.pos", "elbow.pos"), episodes: int = 2) -> Path:
+    pytest.importorskip("pyarrow")
+    (folder / "meta").mkdir()
+    (folder / "data" / "chunk-000").mkdir(parents=True)
+    feature = {"dtype": "float32", "shape": [2], "names": names if isinstance(names, dict) else list(names)}
+    features = {"observation.state": feature, "observation.effort": feature, "timestamp": {"names": None}}
+    (folder / "meta" / "info.json").write_text(json.dumps({"codebase_version": "v3.0", "features": features}))
+    frames = []
+    for episode in range(episodes):
+        frames.append(
+            pd.DataFrame(
+                {
+                    "observation.state": list(np.column_stack([POSITION, 0 * POSITION]).astype("float32")),
+                    "observation.effort": list(np.column_stack([TORQUE, 0 * TORQUE]).astype("float32")),
+                    "timestamp": T.astype("float32"),
+                    "frame_index": np.arange(ROWS),
+                    "episode_index": episode,
+                    "index": np.arange(ROWS) + episode * ROWS,
+                    "task_index": 0,
+                }
+            )
+        )
+    path = folder / "data" / "chunk-000" / "file-000.parquet"
+    pd.concat(frames).to_parquet(path, index=False)
+    return path
+
+
+def test_episodes_of_lerobot_become_runs(folder: Path):
+    lerobot(folder)
+    maps = (
+        "--map",
+        "observation.state.shoulder.pos=position_0_rad",
+        "--map",
+        "observation.effort.shoulder.pos=torque_0_Nm",
+    )
+    content, said = made(folder, *maps, "--validate", "*_000001.csv")
+    assert "kept and not used: observation.state.elbow.pos, observation.effort.elbow.pos" in said
+    assert [(run["file"], run["use"]) for run in content["runs"]] == [
+        ("file-000_episode_000000.csv", "fit"),
+        ("file-000_episode_000001.csv", "validate"),
+    ]
+    with pytest.warns(CampaignWarning, match="kept and not used"):
+        run = read_campaign(folder.parent / "made").runs[0]
+    np.testing.assert_allclose(run.u[:, 0], TORQUE, atol=1e-7)
+    np.testing.assert_allclose(run.y[:, 0], POSITION, atol=1e-7)
+
+
+def test_names_of_elements_may_be_grouped_or_lacking(folder: Path):
+    lerobot(folder, names={"motors": ["a", "b"]}, episodes=1)
+    (one,) = recordings_in(folder)
+    assert "observation.state.b" in one.table.columns
+    (folder / "meta" / "info.json").write_text("{}")
+    (one,) = recordings_in(folder)
+    assert "observation.state.1" in one.table.columns
+    assert "task_index" not in one.table.columns
+
+
+def test_units_that_nothing_states_are_not_guessed(folder: Path):
+    lerobot(folder)
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
+    assert done.exit_code == 2
+    assert "episode_000000: expected columns time_s, torque_<j>_Nm, position_<j>_rad" in done.output
+    assert "observation.state.shoulder.pos" in done.output
+
+
+def test_damaged_data_sets_of_lerobot_are_refused_in_one_line(folder: Path):
+    path = lerobot(folder)
+    whole = path.read_bytes()
+    for content in (b"", whole[:200], whole[: len(whole) // 2], b"PAR1" + bytes(100) + b"PAR1"):
+        path.write_bytes(content)
+        assert "expected a table in Parquet, got a damaged file" in refusal(lambda: recordings_in(folder))
+    pd.DataFrame({"timestamp": T}).to_parquet(path)
+    assert "expected a column episode_index" in refusal(lambda: recordings_in(folder))
+    path.unlink()
+    assert "expected Parquet files of a LeRobot data set, got none" in refusal(lambda: recordings_in(folder))
+    (folder / "meta" / "info.json").write_text("{")
+    assert "info.json" in refusal(lambda: recordings_in(folder))
+
+
+# MCAP
+
+
+def ros2(path: Path, topics: tuple[str, ...] = ("/joint_states",), names: tuple[str, ...] = ("waist", "elbow")) -> None:
+    writer_of = pytest.importorskip("mcap_ros2.writer")
+    with path.open("wb") as stream:
+        writer = writer_of.Writer(stream)
+        schema = writer.register_msgdef("sensor_msgs/msg/JointState", JOINT_STATE)
+        other = writer.register_msgdef("std_msgs/msg/Float64", "float64 data\n")
+        for row in range(ROWS):
+            at = START_NS + round(1e9 * T[row])
+            stamp = {"sec": at // 10**9, "nanosec": at % 10**9}
+            values = {"position": [0.0, POSITION[row]], "velocity": [], "effort": [0.0, TORQUE[row]]}
+            message = {"header": {"stamp": stamp, "frame_id": ""}, "name": list(names), **values}
+            for topic in topics:
+                writer.write_message(topic, schema, message, log_time=at + 5_000_000, publish_time=at)
+            writer.write_message("/temperature", other, {"data": 20.0}, log_time=at, publish_time=at)
+        writer.finish()
+
+
+def test_joint_states_of_ros_2_become_a_run(folder: Path):
+    ros2(folder / "swing.mcap")
+    content, said = made(folder, "--free", "1")
+    assert [(run["file"], run["free_joints"]) for run in content["runs"]] == [("swing.csv", [1])]
+    assert "swing.csv: topic /joint_states, joints 0 waist, 1 elbow" in said
+    run = read_campaign(folder.parent / "made").runs[0]
+    np.testing.assert_allclose(run.t, T, atol=1e-9)
+    np.testing.assert_array_equal(run.y[:, 0], POSITION)
+    np.testing.assert_array_equal(run.u[:, 0], TORQUE)
+
+
+def test_every_topic_of_joint_states_is_a_run(folder: Path):
+    ros2(folder / "a.mcap", ("/left/joint_states", "/right/joint_states"))
+    names = [one.table.file_name for one in recordings_in(folder)]
+    assert names == ["a_left_joint_states.csv", "a_right_joint_states.csv"]
+
+
+def test_messages_in_json(folder: Path):
+    mcap_writer = pytest.importorskip("mcap.writer")
+    with (folder / "a.mcap").open("wb") as stream:
+        writer = mcap_writer.Writer(stream)
+        writer.start()
+        schema = writer.register_schema("JointState", "jsonschema", b"{}")
+        channel = writer.register_channel("/arm", "json", schema)
+        for row in range(ROWS):
+            data = json.dumps({"name": ["a"], "position": [POSITION[row]], "effort": [TORQUE[row]]}).encode()
+            at = START_NS + round(1e9 * T[row])
+            writer.add_message(channel, log_time=at, publish_time=at, data=data)
+        writer.finish()
+    (one,) = recordings_in(folder)
+    np.testing.assert_allclose(one.table.time(), T, atol=1e-9)
+    np.testing.assert_array_equal(one.table.numbers("torque_0_Nm"), TORQUE)
+
+
+def test_damaged_mcap_files_are_refused_in_one_line(folder: Path):
+    path = folder / "a.mcap"
+    ros2(path)
+    whole = path.read_bytes()
+    flipped = bytearray(whole)
+    flipped[len(whole) // 3] ^= 0xFF
+    for content in (b"", b"hello", whole[:30], whole[: len(whole) // 2], whole[:-20], bytes(flipped)):
+        path.write_bytes(content)
+        assert "expected a recording in MCAP, got a damaged file" in refusal(lambda: mcap_file.read_mcap(path))
+
+
+def test_a_damaged_schema_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]):
+    path = folder / "a.mcap"
+    mcap_writer = pytest.importorskip("mcap.writer")
+    with path.open("wb") as stream:
+        writer = mcap_writer.Writer(stream)
+        writer.start()
+        schema = writer.register_schema("sensor_msgs/msg/JointState", "ros2msg", b"float64[] osition__\n")
+        channel = writer.register_channel("/arm", "cdr", schema)
+        writer.add_message(channel, log_time=1, publish_time=1, data=bytes(40))
+        writer.finish()
+    assert "got a damaged file" in refusal(lambda: mcap_file.read_mcap(path))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_an_mcap_file_without_joint_states_says_so(folder: Path):
+    ros2(folder / "a.mcap", topics=())
+    assert "expected messages JointState, got none" in refusal(lambda: recordings_in(folder))
+
+
+def test_joints_that_change_on_the_way_are_refused(folder: Path):
+    path = folder / "a.mcap"
+    pytest.importorskip("mcap")
+    first = {"name": ["a", "b"], "position": [0.0, 1.0]}
+    messages = [(0, first)] * 9 + [(9, {"name": ["b"], "position": [1.0]})]
+    text = refusal(lambda: mcap_file._columns(f"{path}, topic /x", messages))
+    assert "message 10: expected a position of each of a, b, got 1 values of b" in text
+
+
+def test_an_mcap_file_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    def lacking(extra: str, where: str) -> None:
+        raise InputError(where, expected=f"an environment with the extra '{extra}'", got="no mcap")
+
+    monkeypatch.setattr(mcap_file, "need", lacking)
+    (folder / "a.mcap").write_bytes(b"")
+    assert "expected an environment with the extra 'mcap', got no mcap" in refusal(lambda: recordings_in(folder))
+
+
+# Folders
+
+
+def test_tables_come_before_recordings(folder: Path):
+    savemat(folder / "a.mat", {"t": T, "q": POSITION})
+    (folder / "notes.json").write_text("{}")
+    table = pd.DataFrame({"time_s": T, "torque_0_Nm": TORQUE, "position_0_rad": POSITION})
+    table.to_csv(folder / "b.csv", index=False)
+    content, _ = made(folder)
+    assert [run["file"] for run in content["runs"]] == ["b.csv"]
+
+
+def test_two_recordings_of_one_name_are_refused(folder: Path):
+    savemat(folder / "a.mat", {"time_s": T, "torque_Nm": TORQUE, "q_rad": POSITION})
+    (folder / "a.json").write_text(json.dumps(bam()))
+    done = CliRunner().invoke(main, [str(folder), "--out", str(folder.parent / "made"), "--synthetic"])
+    assert done.exit_code == 2
+    assert "expected one run a.csv, got several" in done.output
