@@ -5,7 +5,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from haptid.measurement.format.reading import embedded_campaign, read_campaign
+from haptid.measurement.format.embedded import embedded_campaign
+from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.support.errors import InputError
 

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from haptid.identification.run import main as identify
 from haptid.measurement.check import main as check
-from haptid.measurement.format.reading import embedded_campaign
+from haptid.measurement.format.embedded import embedded_campaign
 
 
 def stated(folder: Path, name: str) -> Path:

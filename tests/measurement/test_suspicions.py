@@ -9,7 +9,8 @@ from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import Limits
 from haptid.measurement.checks.summary import summarise
 from haptid.measurement.checks.suspicions import suspicions
-from haptid.measurement.format.reading import embedded_campaign, read_campaign
+from haptid.measurement.format.embedded import embedded_campaign
+from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.signals.noise import contrasts, with_noise
 from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.values.run import Array, Run
