@@ -30,6 +30,7 @@ from haptid.identification.sequence.configurations import Configuration, configu
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.format.devices import device_of
+from haptid.measurement.format.embedded import name_of
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.units import unit_for
 from haptid.measurement.values.warning import warn
@@ -522,8 +523,12 @@ def complete(identified: Identified, *, report: bool, fmus: bool) -> list[Path]:
     exported = export_models(made, values, device_of(values), folder) if fmus else []
     if report:
         traces = [traces_of(step, made.build) for step in made.steps]
-        predictions = [predict_unseen(step.compared) for step in made.steps]
-        page = identification_page(values.title, made.steps, traces, predictions, made.data, made.verification)
+        # One posture of a joint shows how both models predict it; the tables of the others say the rest.
+        first = [step.compared if step.configuration.number == 1 else None for step in made.steps]
+        predictions = [predict_unseen(compared) for compared in first]
+        page = identification_page(
+            values.title, made.steps, traces, predictions, made.data, made.verification, name_of(values.folder)
+        )
         write_page(folder / "report.html", page)
     made.finish(folder)
     return exported

@@ -32,7 +32,8 @@ from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
 from haptid.report.identification.campaign_comparison import STORED, worst_by_joint
 from haptid.support.command import progress
 from haptid.support.files.files import write_json, write_text
-from haptid.virtual_device.make_campaign import PLAN, main as make_campaign
+from haptid.virtual_device.make_campaign import PLAN
+from haptid.virtual_device.make_campaign import main as make_campaign
 from studies.ledger.version import git_version, tell_version
 
 OUT = Path(__file__).parent.parent / "docs" / "results" / "whole_model.json"
@@ -108,7 +109,7 @@ def name_of(machine: Mapping[str, Any]) -> str:
 
 
 def _table(machines: Sequence[Mapping[str, Any]], mode: str) -> list[str]:
-    lines = ["| machine | campaign | joint 0 | 1 | 2 | 3 | 4 | 5 |", "| --- | --- | --- | --- | --- | --- | --- | --- |"]
+    lines = ["| machine | campaign | joint 0 | 1 | 2 | 3 | 4 | 5 |", f"|{' --- |' * 8}"]
     for machine in machines:
         for name, label in LABELS.items():
             worst = worst_by_joint(machine["campaigns"][name]["runs"], mode)

@@ -91,7 +91,7 @@ def search_campaign(  # one argument an option
         tell_remarks(read, listener)
         if len(read.runs) < len(whole.runs):
             left = len(whole.runs) - len(read.runs)
-            listener.note(f"note: {left} runs are not searched: their joints are locked in other postures than at first")
+            listener.note(f"note: {left} runs are not searched: their joints are locked in a further posture")
         if choices["scheduler"]:
             listener.note("note: --scheduler is not used, the search runs here on --workers threads")
         # All are prepared before the first search begins, so that input is refused before any long work.

@@ -50,6 +50,50 @@ def embedded_campaign(name: str = DEFAULT) -> Path:
     raise InputError(OPTION, expected=expected, got=repr(name), todo=did_you_mean(name, tuple(FOLDERS)))
 
 
+def name_of(folder: Path) -> Embedded | None:
+    """Return the name of an embedded campaign.
+
+    Parameters
+    ----------
+    folder
+        Folder of any campaign.
+
+    Returns
+    -------
+    str or None
+        None for a campaign that does not come with the package.
+    """
+    return next((name for name in FOLDERS if embedded_campaign(name).resolve() == folder.resolve()), None)
+
+
+def choose_campaign(folder: Path | str | None, embedded: str | None) -> Path | str | None:
+    """Return the campaign that a user asks for by its folder or, where it is embedded, by its name.
+
+    Parameters
+    ----------
+    folder
+        Folder of any campaign; None for an embedded one.
+    embedded
+        Name of an embedded campaign; None where ``folder`` says which, or for the default.
+
+    Returns
+    -------
+    Path or str or None
+        Folder; None where neither is given.
+
+    Raises
+    ------
+    InputError
+        Where both are given, or there is no such embedded campaign.
+    """
+    if embedded is None:
+        return folder
+    if folder is not None:
+        got, todo = repr(str(folder)), "leave one of them out"
+        raise InputError(OPTION, expected="no CAMPAIGN beside it", got=got, todo=todo)
+    return embedded_campaign(embedded)
+
+
 def embedded_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Add the option ``--campaign`` to a click command with an optional argument CAMPAIGN.
 
@@ -66,11 +110,7 @@ def embedded_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
     @functools.wraps(command)
     def wrapped(*args: Any, campaign: Path | str | None, embedded: Embedded | None, **kwargs: Any) -> Any:
-        if embedded is not None and campaign is not None:
-            todo = "leave one of them out"
-            raise InputError(OPTION, expected="no CAMPAIGN beside it", got=repr(str(campaign)), todo=todo)
-        chosen = campaign if embedded is None else embedded_campaign(embedded)
-        return command(*args, campaign=chosen, **kwargs)
+        return command(*args, campaign=choose_campaign(campaign, embedded), **kwargs)
 
     words = f"Embedded campaign to take where CAMPAIGN is left out. [default: {DEFAULT}]"
     return click.option(OPTION, "embedded", type=click.Choice([*FOLDERS]), default=None, help=words)(wrapped)

@@ -20,6 +20,7 @@ from haptid.identification.verification.result import Verification
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
+from haptid.report.identification.campaign_comparison import comparison_table
 from haptid.report.identification.figures import run_picture, whole_picture
 from haptid.report.identification.plain_section import plain_section
 
@@ -41,6 +42,7 @@ def identification_page(
     predictions: Sequence[Prediction | None],
     data: Mapping[str, Any],
     verification: Verification,
+    embedded: str | None = None,
 ) -> Page:
     """Render the page of an identification.
 
@@ -58,6 +60,9 @@ def identification_page(
         Content of identification.json: remarks, links, command, software, measured.
     verification
         Check of the whole model on runs with all joints free; its section is left out where there are none.
+    embedded
+        Name of the embedded campaign that was identified, whose whole model is shown beside that of the other; None for
+        any other campaign.
 
     Returns
     -------
@@ -70,7 +75,7 @@ def identification_page(
         if step.compared is not None and step.compared.baseline is not None:
             sections.append(plain_section(step, step.compared.baseline, step.compared, prediction))
     if verification.runs:
-        sections.append(_whole(verification))
+        sections.append(_whole(verification, embedded))
     if data["links"]:
         sections.append(_links(data["links"]))
     sections.append(_consistency(steps))
@@ -227,7 +232,7 @@ def _basins(step: Step) -> Table:
     return Table(header=header, rows=rows, caption="Minima that the starts reached")
 
 
-def _whole(verification: Verification) -> Section:
+def _whole(verification: Verification, embedded: str | None) -> Section:
     rows = [
         (
             run.file,
@@ -247,12 +252,13 @@ def _whole(verification: Verification) -> Section:
     closed = [run for run in verification.runs if run.mode == "closed_loop"] or list(verification.runs)
     text = [f"Controller: {verification.law}."] if verification.law else []
     text.append("Expected is √(noise² + parameter spread²).")
+    beside = () if embedded is None else (comparison_table(verification, embedded),)
     return Section(
         title="Whole model",
         anchor="whole",
         paragraphs=tuple(text),
         pictures=tuple(whole_picture(run) for run in closed),
-        tables=(Table(header=header, rows=rows),),
+        tables=(*beside, Table(header=header, rows=rows)),
     )
 
 
