@@ -84,6 +84,7 @@ def identify(campaign: Campaign, workers: int) -> dict[str, Any]:
     return {
         "title": campaign.values.title,
         "runs": runs,
+        "values": made.data["whole"],
         "configurations": len(made.data["configurations"]),
         "worst_locked_over_noise": max(locked),
         "wall_s": time.perf_counter() - begun,

@@ -30,7 +30,7 @@ EMBEDDED = Path(__file__).parent.parent / "measurement" / "campaigns" / "freedom
 PLANNED = EMBEDDED.parent / "freedom6s_planned"
 """The embedded campaign with tests in planned lock postures."""
 PLAN = PLANNED / "locking_plan.json"
-"""The postures of that campaign, as ``python -m model.plan --tests 6`` proposes them."""
+"""The postures of that campaign, as ``python -m model.plan --tests 10`` proposes them."""
 TITLE = (
     "Freedom 6S, synthetic: locked-joint tests after Table III of Tam, Kubica and Wang (2005), from a virtual device"
 )
