@@ -20,8 +20,8 @@ from haptid.identification.problem.options import FitOptions
 from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.checks.summary import summarise
 from haptid.measurement.format.devices import SINGLE_JOINT
-from haptid.measurement.format.places import outside_allowed
 from haptid.measurement.format.embedded import Embedded, choose_campaign
+from haptid.measurement.format.places import outside_allowed
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
 from haptid.measurement.making.frames import campaign_from_frames

@@ -17,8 +17,8 @@ from haptid.model.kernel.compiler import compile_shared
 
 ROOT = Path(__file__).parents[2]
 COMMAND = [
-    sys.executable, "-m", "identification.run", "--campaign", "paper", "--joints", "4", "--starts", "1", "--workers", "1",
-    "--quiet",
+    sys.executable, "-m", "identification.run", "--campaign", "paper", "--joints", "4", "--starts", "1",
+    "--workers", "1", "--quiet",
 ]  # fmt: skip
 ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 

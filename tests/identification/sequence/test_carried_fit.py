@@ -24,8 +24,8 @@ from haptid.measurement.format.embedded import embedded_campaign
 def identified(tmp_path_factory):
     """Results of the identification of joint 4 of an embedded campaign, and the campaign."""
     out = tmp_path_factory.mktemp("identified")
-    options = ["--campaign", "paper", "--joints", "4", "--fmu", "none", "--workers", "1", "--no-export", "--quiet", "--out", str(out)]
-    result = CliRunner().invoke(main, options)
+    options = ["--campaign", "paper", "--joints", "4", "--fmu", "none", "--workers", "1", "--no-export", "--quiet"]
+    result = CliRunner().invoke(main, [*options, "--out", str(out)])
     assert result.exit_code == 0, result.output
     return out, campaign_for_command(embedded_campaign("paper"))
 
