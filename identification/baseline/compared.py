@@ -157,7 +157,9 @@ def compare(
         return {name: figures_of(model, used[k], motions[k], errors[name][k]) for name, model in models.items()}
 
     found = map_threads(figures_on, range(len(used)), threads=threads)
-    figures = {(run.file, run.use): both for run, both in zip(used, found, strict=True)}
+    figures: dict[tuple[str, str], dict[str, Figures]] = {
+        (run.file, run.use): both for run, both in zip(used, found, strict=True)
+    }
     size = {name: sum(float(np.sum(both[name].torque_rmse ** 2)) for both in figures.values()) for name in models}
     floor = _floor(errors[min(size, key=lambda name: size[name])], motions)
     return Compared(baseline=baseline, figures=figures, models=models, floor=floor, runs=tuple(used))
