@@ -109,21 +109,29 @@ def _lead(steps: Sequence[Step], verification: Verification) -> str:
     if poor:
         words.append(f"The residual stays above the noise: {'; '.join(poor)}.")
     if verification.runs:
-        words.append(_whole_sentence(verification))
+        planned = any(step.configuration.locked for step in steps)
+        words.append(_whole_sentence(verification, planned=planned))
     return " ".join(words)
 
 
-def _whole_sentence(verification: Verification) -> str:
-    """Say how large the whole model's residual is, and whether the uncertainty of the parameters explains it."""
+def _whole_sentence(verification: Verification, *, planned: bool) -> str:
+    """Say how large the whole model's residual is, and whether the uncertainty of the parameters explains it.
+
+    ``planned`` says whether joints were locked anywhere but at home.
+    """
     joints = [j for run in verification.runs for j in run.joints]
     worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
+    closed = [j.rmse_over_noise for run in verification.runs if run.mode == "closed_loop" for j in run.joints]
     said = f"The whole model predicts runs with all joints free within {worst:.3g} × noise on the worst joint"
+    if closed and max(closed) < worst:
+        said += f", through the stated controller within {max(closed):.3g} × noise"
     if worst <= THRESHOLDS.largest_residual_as_noise:
         return f"{said}."
     if not excess > LARGEST_RESIDUAL_OVER_EXPECTED:
+        which = "more tests in" if planned else "tests in the"
         return (
-            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): tests in the "
-            "lock postures that haptid plan (python -m model.plan in a clone) proposes would close it."
+            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): {which} lock "
+            "postures that haptid plan (python -m model.plan in a clone) proposes would close it."
         )
     return f"{said}, {excess:.3g} × what noise and the spread of the parameters explain: something is missing in it."
 
