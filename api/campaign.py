@@ -20,6 +20,7 @@ from haptid.identification.problem.options import FitOptions
 from haptid.measurement.checks.preparation import ready_for_fits
 from haptid.measurement.checks.summary import summarise
 from haptid.measurement.format.devices import SINGLE_JOINT
+from haptid.measurement.format.embedded import Embedded, choose_campaign
 from haptid.measurement.format.places import outside_allowed
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
@@ -58,13 +59,18 @@ class Campaign:
     values: Values
 
     @classmethod
-    def read(cls, folder: Path | str | None = None, *, allow_outside: bool = False) -> Campaign:
+    def read(
+        cls, folder: Path | str | None = None, *, embedded: Embedded | None = None, allow_outside: bool = False
+    ) -> Campaign:
         """Read a campaign from a folder with ``campaign.toml``.
 
         Parameters
         ----------
         folder
-            The folder; None for the synthetic Freedom 6S campaign that comes with haptid.
+            The folder; None for a synthetic Freedom 6S campaign that comes with haptid.
+        embedded
+            Which one: ``planned`` (None as well), with tests in planned lock postures, or ``paper``, the paper's
+            protocol alone.
         allow_outside
             Whether the campaign may name files outside its folder.
 
@@ -85,7 +91,7 @@ class Campaign:
             For what is odd and still usable, as unknown columns.
         """
         with errors_name_arguments(), outside_allowed(allow_outside):
-            return cls(ready_for_fits(read_campaign(folder)))
+            return cls(ready_for_fits(read_campaign(choose_campaign(folder, embedded))))
 
     @classmethod
     def from_frames(  # noqa: PLR0913 # each says one thing of the tables

@@ -30,6 +30,7 @@ from haptid.identification.sequence.configurations import Configuration, configu
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.format.devices import device_of
+from haptid.measurement.format.embedded import name_of
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.units import unit_for
 from haptid.measurement.values.warning import warn
@@ -37,7 +38,7 @@ from haptid.model.equations.joint_parameters import sliding
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
 from haptid.report.identification.figures import draw_residual, draw_signal, title_of
-from haptid.report.identification.page import identification_page
+from haptid.report.identification.page import Beside, identification_page
 from haptid.support.errors import InputError
 from haptid.support.installing.extras import need
 from haptid.support.listener import Listener
@@ -522,9 +523,12 @@ def complete(identified: Identified, *, report: bool, fmus: bool) -> list[Path]:
     exported = export_models(made, values, device_of(values), folder) if fmus else []
     if report:
         traces = [traces_of(step, made.build) for step in made.steps]
-        predictions = [predict_unseen(step.compared) for step in made.steps]
-        files = [path.relative_to(folder).as_posix() for path in exported]
-        page = identification_page(values.title, made.steps, traces, predictions, made.data, made.verification, files)
+        # One posture of a joint shows how both models predict it; the tables of the others say the rest.
+        first = [step.compared if step.configuration.number == 1 else None for step in made.steps]
+        predictions = [predict_unseen(compared) for compared in first]
+        files = tuple(path.relative_to(folder).as_posix() for path in exported)
+        beside = Beside(files=files, embedded=name_of(values.folder))
+        page = identification_page(values.title, made.steps, traces, predictions, made.data, made.verification, beside)
         write_page(folder / "report.html", page)
     made.finish(folder)
     return exported

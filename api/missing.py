@@ -22,6 +22,7 @@ from haptid.discrepancy.job.job import MOST_EFFORT, MOST_STARTS, Job, entries_wi
 from haptid.discrepancy.job.search import AnyFinding, Prepared, SearchByPosition, prepare_alone, prepare_together
 from haptid.discrepancy.job.told import finding_json, tell_finding
 from haptid.fmu_build.building.packaging import Kind
+from haptid.measurement.checks.motion import in_first_postures
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.page import Page
@@ -352,6 +353,7 @@ def find_values(  # noqa: PLR0913 # one argument a choice
     InputError, NumericalError
         As `Campaign.find_missing`.
     """
+    values = in_first_postures(values)
     job = Job(
         campaign=values, entries=entries_without(without, own_effects), out=place.path, kind=kind, seed=seed,
         starts=starts, effort=effort, threads=workers,

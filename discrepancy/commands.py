@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
+from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
 from haptid.support.declaration import call, command, json_option
@@ -48,6 +49,7 @@ WRITES = {
 @click.option("--fmu", "kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
 @allow_outside_option
 @exit_codes
+@embedded_option
 @json_option
 def missing(**settings: Any) -> Any:
     """Find what is missing in a joint's model, name it, add it and show the gap shrink.

@@ -23,6 +23,7 @@ from haptid.discrepancy.job.search import (
 )
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.identification.sequence.carried_fit import FILE
+from haptid.measurement.checks.motion import in_first_postures
 from haptid.measurement.checks.preparation import campaign_for_command, tell_remarks
 from haptid.report.discrepancy.stage_pictures import save, stage_figure
 from haptid.support.command import listening, parse_joints
@@ -35,7 +36,7 @@ Findings = dict[str, dict[str, Any]]
 
 
 def search_campaign(  # one argument an option
-    campaign: str | None,
+    campaign: Path | str | None,
     out: Path,
     joints: str | None,
     *,
@@ -72,7 +73,8 @@ def search_campaign(  # one argument an option
         The finding of ``joint``; where another choice was made, the findings by the name of their file.
     """
     entries = entries_without({part for part in without.split(",") if part}, effects)
-    read = campaign_for_command(campaign)
+    whole = campaign_for_command(campaign)
+    read = in_first_postures(whole)
     together = parse_joints(free, "--free")
     chosen = ((joint,) if joint is not None else parse_joints(joints)) or ()
     several: tuple[tuple[int, ...], ...] = (tuple(sorted(together)),) if together else ()
@@ -87,6 +89,9 @@ def search_campaign(  # one argument an option
     findings: Findings = {}
     with listening(quiet=choices["quiet"]) as listener:
         tell_remarks(read, listener)
+        if len(read.runs) < len(whole.runs):
+            left = len(whole.runs) - len(read.runs)
+            listener.note(f"note: {left} runs are not searched: their joints are locked in a further posture")
         if choices["scheduler"]:
             listener.note("note: --scheduler is not used, the search runs here on --workers threads")
         # All are prepared before the first search begins, so that input is refused before any long work.

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from haptid.identification.foreign.options import limit_option, model_option
+from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
 from haptid.support.declaration import call, command, json_option
@@ -49,6 +50,7 @@ WRITES = {
 @limit_option
 @allow_outside_option
 @exit_codes
+@embedded_option
 @json_option
 def identify(**settings: Any) -> Any:
     """Identify a device from CAMPAIGN, a folder with campaign.toml; the embedded Freedom 6S one where left out.

@@ -30,7 +30,7 @@ from haptid.support.files.files import write_json
 
 
 def identify_campaign(  # noqa: PLR0913 # one argument an option
-    campaign: str | None,
+    campaign: Path | str | None,
     out: Path,
     joints: str | None,
     scheduler: str | None,
@@ -94,7 +94,7 @@ def identify_campaign(  # noqa: PLR0913 # one argument an option
 
 
 def _calibrate(
-    campaign: str | None, model: Path | None, out: Path, options: FitOptions, limit_s: float
+    campaign: Path | str | None, model: Path | None, out: Path, options: FitOptions, limit_s: float
 ) -> dict[str, Any]:
     """Calibrate an FMU, write its results, and return the content of identification.json."""
     if campaign is None:

@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from haptid.identification.foreign.options import limit_option, model_option
+from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import exit_codes
 from haptid.support.declaration import call, command, json_option
@@ -36,6 +37,7 @@ WRITES = {
 @model_option("FMU that CAMPAIGN is about.")
 @limit_option
 @exit_codes
+@embedded_option
 @json_option
 def check(**settings: Any) -> Any:
     """Check a measurement CAMPAIGN (a folder with campaign.toml; the embedded Freedom 6S campaign without it).

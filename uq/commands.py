@@ -8,6 +8,7 @@ from typing import Any
 import click
 
 from haptid.identification.foreign.options import limit_option
+from haptid.measurement.format.embedded import embedded_option
 from haptid.measurement.format.places import allow_outside_option
 from haptid.support.command import common_options, exit_codes
 from haptid.support.declaration import call, command, json_option
@@ -41,6 +42,7 @@ WRITES = {
 @limit_option
 @allow_outside_option
 @exit_codes
+@embedded_option
 @json_option
 def posterior(**settings: Any) -> Any:
     """Sample the posterior of every joint's parameters in CAMPAIGN, which says how well each is known.

@@ -26,8 +26,17 @@ from haptid.virtual_device.recording.tables import RunTable, write_campaign
 from haptid.virtual_device.recording.whole import Controller, Reference, controlled_run, coupled_test
 
 EMBEDDED = Path(__file__).parent.parent / "measurement" / "campaigns" / "freedom6s"
+"""The embedded campaign of the paper's protocol."""
+PLANNED = EMBEDDED.parent / "freedom6s_planned"
+"""The embedded campaign with tests in planned lock postures."""
+PLAN = PLANNED / "locking_plan.json"
+"""The postures of that campaign, as ``python -m model.plan --tests 10`` proposes them."""
 TITLE = (
     "Freedom 6S, synthetic: locked-joint tests after Table III of Tam, Kubica and Wang (2005), from a virtual device"
+)
+TITLE_PLANNED = (
+    "Freedom 6S, synthetic: locked-joint tests after Table III of Tam, Kubica and Wang (2005), and in planned lock "
+    "postures, from a virtual device"
 )
 SMALL_SCATTER = 1e-4
 """Amplitude scatter of the tendon joints in the embedded campaign: about a sixth of the sensor's noise."""
@@ -134,7 +143,7 @@ def main(
     known = {"scatter": settings["scatter"], "inputs": settings["inputs"]}
     test = partial(joint_tests, arm, sensor=sensor, seed=seed, **known)
     jobs = [partial(test, joint, parse_effects(effects)) for joint in chosen or range(JOINTS)]
-    head = header(TITLE, "freedom6s", sensor)
+    head = header(TITLE_PLANNED if plan else TITLE, "freedom6s", sensor)
     if friction:
         head["joint"] = {str(joint): {"friction": law} for joint, law in friction.items()}
     if chosen is None:

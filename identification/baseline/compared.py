@@ -20,6 +20,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
 from haptid.model.equations.equations import Equations
+from haptid.support.processes.threads import map_threads
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +108,13 @@ class Compared:
 
 
 def compare(
-    equations: Equations, theta: Array, runs: Sequence[Run], device: Device | None, posture: Sequence[float]
+    equations: Equations,
+    theta: Array,
+    runs: Sequence[Run],
+    device: Device | None,
+    posture: Sequence[float],
+    *,
+    threads: int = 1,
 ) -> Compared:
     """Fit the plain model and compute the figures of both models on all runs that are not excluded.
 
@@ -123,6 +130,8 @@ def compare(
         Device of the campaign; None for a single joint.
     posture
         Positions of the locked joints [rad].
+    threads
+        Threads that simulate the runs side by side; the figures do not depend on their number.
 
     Returns
     -------
@@ -140,14 +149,17 @@ def compare(
     if baseline is not None:
         plain = plain_theta(baseline, equations, used)
         models["baseline"] = Model(simulator=simulator, inverse=inverse, theta=plain, baseline=baseline)
-    figures: dict[tuple[str, str], dict[str, Figures]] = {}
     width = common_width(used)
     motions = [filter_run(run, width) for run in used]
     errors = {name: [torque_residual(model, motion) for motion in motions] for name, model in models.items()}
-    for k, (run, motion) in enumerate(zip(used, motions, strict=True)):
-        figures[run.file, run.use] = {
-            name: figures_of(model, run, motion, errors[name][k]) for name, model in models.items()
-        }
+
+    def figures_on(k: int) -> dict[str, Figures]:
+        return {name: figures_of(model, used[k], motions[k], errors[name][k]) for name, model in models.items()}
+
+    found = map_threads(figures_on, range(len(used)), threads=threads)
+    figures: dict[tuple[str, str], dict[str, Figures]] = {
+        (run.file, run.use): both for run, both in zip(used, found, strict=True)
+    }
     size = {name: sum(float(np.sum(both[name].torque_rmse ** 2)) for both in figures.values()) for name in models}
     floor = _floor(errors[min(size, key=lambda name: size[name])], motions)
     return Compared(baseline=baseline, figures=figures, models=models, floor=floor, runs=tuple(used))

@@ -25,7 +25,13 @@ from haptid.model.joint.locked_joint import joint_equations
 
 
 def compare_driven(
-    equations: Equations, theta: Array, runs: Sequence[Run], device: Device | None, posture: Sequence[float]
+    equations: Equations,
+    theta: Array,
+    runs: Sequence[Run],
+    device: Device | None,
+    posture: Sequence[float],
+    *,
+    threads: int = 1,
 ) -> Compared:
     """Compute the figures of a driven joint's model and of the plain model.
 
@@ -41,6 +47,8 @@ def compare_driven(
         Device of the campaign; None for a single joint.
     posture
         Positions of the locked joints [rad].
+    threads
+        Threads that simulate the runs side by side.
 
     Returns
     -------
@@ -49,11 +57,12 @@ def compare_driven(
     """
     drive = equations.drive
     if drive is None:
-        return compare(equations, theta, runs, device, posture)
+        return compare(equations, theta, runs, device, posture, threads=threads)
     values = {q.id: float(value) for q, value in zip(equations.parameters, theta, strict=True)}
     rigid = without_drive(equations, drive, prismatic=bool(runs[0].prismatic[0]))
     torques = [with_torque(run, drive, values) for run in runs if run.use != "excluded"]
-    compared = compare(rigid, np.array([values[q.id] for q in rigid.parameters]), torques, device, posture)
+    rigid_theta = np.array([values[q.id] for q in rigid.parameters])
+    compared = compare(rigid, rigid_theta, torques, device, posture, threads=threads)
     if not drive.is_closed:
         return compared
     models = {"model": np.asarray(theta, dtype=np.float64)}

@@ -150,7 +150,7 @@ class TorqueAlong:
         kernel = self.friction[k]
         quantities = kernel.equations.parameters
         values = [NOT_FRICTION.get(q.id, self.value(theta, q.id, k)) for q in quantities]
-        inputs = np.column_stack([motion.q[:, k], motion.v[:, k], motion.a[:, k]])[rows]
+        inputs = np.column_stack([motion.q[rows, k], motion.v[rows, k], motion.a[rows, k]])
         start = np.zeros(len(kernel.equations.states)) if state is None else state
         y, last = kernel.simulate_through(motion.t[rows], inputs, np.array(values), start, linear=True)
         return y[:, 0] - inputs[:, 2], last

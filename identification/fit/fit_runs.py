@@ -81,6 +81,8 @@ class JointTest:
         Positions of the locked joints [rad]; may be empty without a device.
     stated
         Ids of the parameters that the user stated.
+    threads
+        Threads that simulate the runs of `compare` side by side; the result does not depend on their number.
     """
 
     equations: Equations
@@ -89,6 +91,7 @@ class JointTest:
     device: Device | None = None
     posture: tuple[float, ...] = ()
     stated: tuple[str, ...] = ()
+    threads: int = 1
 
     @property
     def own(self) -> tuple[str, ...]:
@@ -111,7 +114,7 @@ class JointTest:
             The plain model, and the figures of both models on every run.
         """
         theta = np.array([values[q.id] for q in self.equations.parameters])
-        return compare_driven(self.equations, theta, self.runs, self.device, self.posture)
+        return compare_driven(self.equations, theta, self.runs, self.device, self.posture, threads=self.threads)
 
     def with_positions(self, found: Fit) -> JointTest:
         """Return the same test with positions for readings, where the fit found encoder zeros.

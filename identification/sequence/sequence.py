@@ -148,6 +148,7 @@ class Sequence:
             device=self.device,
             posture=configuration.posture,
             stated=stated_parameters(self.campaign, configuration.free_joints),
+            threads=self.options.workers,
         )
 
 

@@ -122,7 +122,7 @@ class KernelSimulator:
         last : ndarray, shape (n_x,)
             State at the last row.
         """
-        inputs, linear = observer_inputs(run, 0.0)[rows], observer_hold(run)
+        inputs, linear = observer_inputs(run, 0.0, rows), observer_hold(run)
         return self.kernel.simulate_through(run.t[rows], inputs, theta, x, linear=linear, step=self.step)
 
     def simulate_many(self, thetas: Array, run: Run, *, x0: Array | None = None, threads: int = 1) -> Array:

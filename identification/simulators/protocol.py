@@ -127,7 +127,7 @@ def initial_state(equations: Equations, run: Run) -> Array:
     return freeze(x0)
 
 
-def observer_inputs(run: Run, gain: float) -> Array:
+def observer_inputs(run: Run, gain: float, rows: slice = slice(None)) -> Array:
     """Arrange the inputs of equations with observer.
 
     Parameters
@@ -136,13 +136,15 @@ def observer_inputs(run: Run, gain: float) -> Array:
         Run with torques u and positions y, shape (n_t, n_joints) each.
     gain
         Observer gain L [1/s].
+    rows
+        Rows that are wanted.
 
     Returns
     -------
-    ndarray, shape (n_t, n_inputs + n_joints + 1)
+    ndarray, shape (n_rows, n_inputs + n_joints + 1)
         Torques [N m] or inputs of the drive, measured positions [rad], gain [1/s].
     """
-    return np.column_stack((run.inputs, run.y, np.full(run.t.size, gain)))
+    return np.column_stack((run.inputs[rows], run.y[rows], np.full(run.t[rows].size, gain)))
 
 
 def observer_hold(run: Run) -> tuple[bool, ...]:

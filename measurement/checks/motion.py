@@ -60,6 +60,29 @@ def locked_posture(run: Run) -> tuple[float, ...]:
     return tuple(0.0 if j in run.free_joints else float(x) for j, x in enumerate(run.posture))
 
 
+def in_first_postures(campaign: Campaign) -> Campaign:
+    """Keep the runs of each set of free joints that were recorded in its first lock posture.
+
+    Coefficients differ between postures: what studies the runs of one equation takes those of one posture.
+
+    Parameters
+    ----------
+    campaign
+        Campaign whose runs may be of several postures.
+
+    Returns
+    -------
+    Campaign
+        The posture of a set is that of its first run to fit; sets without one keep all their runs.
+    """
+    first: dict[tuple[int, ...], tuple[float, ...]] = {}
+    for run in campaign.runs:
+        if run.use == "fit":
+            first.setdefault(run.free_joints, locked_posture(run))
+    kept = [run for run in campaign.runs if locked_posture(run) == first.get(run.free_joints, locked_posture(run))]
+    return campaign.but(runs=tuple(kept))
+
+
 def _travel(run: Run) -> Array:
     return np.asarray(np.ptp(run.y, axis=0))
 

@@ -9,7 +9,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from haptid.measurement.format import schema
 from haptid.measurement.format.devices import joint_count, joint_range, resolve_device
 from haptid.measurement.format.drives import StatedDrive, read_drives
+from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.joint_tables import (
     Overrides,
     friction_laws,
@@ -37,24 +37,13 @@ from haptid.support.suggestion import did_you_mean
 TABLES = ("campaign", "sensor", "joint", "runs")
 
 
-def embedded_campaign() -> Path:
-    """Find the Freedom 6S campaign that comes with the package.
-
-    Returns
-    -------
-    Path
-        Its folder.
-    """
-    return Path(str(files("haptid.measurement") / "campaigns" / "freedom6s"))
-
-
 def read_campaign(folder: Path | str | None = None) -> Campaign:
     """Read and check a campaign.
 
     Parameters
     ----------
     folder
-        The folder with ``campaign.toml``; None for the embedded Freedom 6S campaign.
+        The folder with ``campaign.toml``; None for the embedded Freedom 6S campaign, the planned one.
 
     Returns
     -------

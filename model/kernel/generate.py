@@ -9,9 +9,11 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from importlib import resources
 from itertools import combinations
+from typing import Any
 
 import sympy as sp
 
@@ -140,6 +142,28 @@ def _include_stepper(kind: str, width: str) -> str:
     return f"{before}\n{template('stepper.h')}\n{after}"
 
 
+@dataclass(frozen=True, slots=True)
+class _Formulas:
+    """Equations that compare equal where their source is the same: values and ranges of parameters are not printed.
+
+    Parameters
+    ----------
+    printed
+        Ids in the order of the arrays, and all formulas.
+    equations
+        The equations without definitions, or with a mass matrix.
+    """
+
+    printed: tuple[Any, ...]
+    equations: Equations = field(compare=False)
+
+    @classmethod
+    def of(cls, e: Equations) -> _Formulas:
+        named = tuple(tuple(x.id for x in group) for group in (e.states, e.inputs, e.parameters, e.outputs))
+        outputs = tuple(o.expression for o in e.outputs)
+        return cls((named, len(e.joints), e.definitions, e.rhs, e.rates, outputs, e.mass_matrix), e)
+
+
 def generate(equations: Equations, *, tangent: bool = True, step: float = THRESHOLDS.inner_step_s) -> Kernel:
     """Generate the C source of ``equations``.
 
@@ -159,6 +183,21 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = THRESH
     """
     e = equations if equations.mass_matrix is not None else equations.without_definitions()
     tangent = tangent and e.mass_matrix is None
+    source = _print(_Formulas.of(e), tangent)
+    return Kernel(
+        equations=e,
+        source=source,
+        digest=hashlib.sha256(f"{step!r}{source}".encode()).hexdigest()[:16],
+        columns=tangent_columns(e) if tangent else (),
+        step=step,
+    )
+
+
+# The lock postures of a joint share their formulas, and one fit asks for the same kernel several times.
+@lru_cache(maxsize=64)
+def _print(formulas: _Formulas, tangent: bool) -> str:
+    """Print the C source of explicit equations without definitions, or of implicit ones."""
+    e = formulas.equations
     rates = [sp.sympify(r) for r in e.rates]
     sizes = {"NX": len(e.states), "NU": len(e.inputs), "NP": len(e.parameters), "NY": len(e.outputs)}
     columns = tangent_columns(e) if tangent else ()
@@ -182,11 +221,4 @@ def generate(equations: Equations, *, tangent: bool = True, step: float = THRESH
         f"#ifdef HK_NC\n{_include_stepper('tangent', '1 + HK_NC')}\n#endif" if tangent else "",
         template("interface.c"),
     ]
-    source = "\n".join(parts) + "\n"
-    return Kernel(
-        equations=e,
-        source=source,
-        digest=hashlib.sha256(f"{step!r}{source}".encode()).hexdigest()[:16],
-        columns=columns,
-        step=step,
-    )
+    return "\n".join(parts) + "\n"

@@ -6,7 +6,7 @@ It shows, for each joint, measured and simulated positions, parameters with thei
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from haptid.identification.baseline.friction_loop import friction_loop
@@ -24,6 +24,7 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import in_thousandths, with_error
 from haptid.report.common.page import Cell, Page, Picture, Section, Table, word_cell
+from haptid.report.identification.campaign_comparison import comparison_table
 from haptid.report.identification.figures import run_picture, whole_picture
 from haptid.report.identification.friction_figures import friction_picture
 from haptid.report.identification.glance import (
@@ -52,6 +53,23 @@ LARGEST_P_OF_SCATTER = 1e-3
 """Largest p-value at which amplitudes of cycles are drawn: one run in a thousand scatters as much by chance."""
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Beside:
+    """What lies beside the page of an identification.
+
+    Parameters
+    ----------
+    files
+        FMUs and parameter sets that were written, relative to the page.
+    embedded
+        Name of the embedded campaign that was identified, whose whole model is shown beside that of the other; None for
+        any other campaign.
+    """
+
+    files: tuple[str, ...] = ()
+    embedded: str | None = None
+
+
 def identification_page(
     title: str,
     steps: Sequence[Step],
@@ -59,7 +77,7 @@ def identification_page(
     predictions: Sequence[Prediction | None],
     data: Mapping[str, Any],
     verification: Verification,
-    files: Sequence[str] = (),
+    beside: Beside,
 ) -> Page:
     """Render the page of an identification.
 
@@ -77,8 +95,8 @@ def identification_page(
         Content of identification.json: remarks, links, command, software, measured.
     verification
         Check of the whole model on runs with all joints free; its section is left out where there are none.
-    files
-        FMUs and parameter sets that were written, relative to the page.
+    beside
+        What lies beside the page.
 
     Returns
     -------
@@ -92,7 +110,7 @@ def identification_page(
             parts.append(plain_section(step, step.compared.baseline, step.compared, prediction))
         sections += [replace(one, folded=one.folded or len(steps) > MOST_UNFOLDED) for one in parts]
     if verification.runs:
-        sections.append(_whole(verification))
+        sections.append(_whole(verification, beside.embedded))
     if data["links"]:
         sections.append(_links(data["links"]))
     sections.append(_consistency(steps))
@@ -106,7 +124,7 @@ def identification_page(
         sections=sections,
         synthetic=not data["measured"],
         footer=footer,
-        glance=glance_table(steps, verification, files),
+        glance=glance_table(steps, verification, beside.files),
     )
 
 
@@ -127,12 +145,16 @@ def _lead(steps: Sequence[Step], verification: Verification) -> str:
     if poor:
         words.append(f"The residual stays above the noise: {'; '.join(poor)}.")
     if verification.runs:
-        words.append(_whole_sentence(verification))
+        planned = any(step.configuration.locked for step in steps)
+        words.append(_whole_sentence(verification, planned=planned))
     return " ".join(words)
 
 
-def _whole_sentence(verification: Verification) -> str:
-    """Say how large the whole model's residual is, and whether the uncertainty of the parameters explains it."""
+def _whole_sentence(verification: Verification, *, planned: bool) -> str:
+    """Say how large the whole model's residual is, and whether the uncertainty of the parameters explains it.
+
+    ``planned`` says whether joints were locked anywhere but at home.
+    """
     joints = [j for run in verification.runs for j in run.joints]
     worst, excess = (max(getattr(j, of) for j in joints) for of in ("rmse_over_noise", "over_expected"))
     _, one = worst_joint(verification)
@@ -141,12 +163,16 @@ def _whole_sentence(verification: Verification) -> str:
         f"The whole model predicts runs with all joints free to {size} (joint {one.joint}), within {worst:.3g} × noise "
         "on the worst joint"
     )
+    closed = [j.rmse_over_noise for run in verification.runs if run.mode == "closed_loop" for j in run.joints]
+    if closed and max(closed) < worst:
+        said += f", through the stated controller within {max(closed):.3g} × noise"
     if worst <= THRESHOLDS.largest_residual_as_noise:
         return f"{said}."
     if not excess > LARGEST_RESIDUAL_OVER_EXPECTED:
+        which = "more tests in" if planned else "tests in the"
         return (
-            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): tests in the "
-            "lock postures that haptid plan (python -m model.plan in a clone) proposes would close it."
+            f"{said}; what these tests leave open explains it (RMS over expected at most {excess:.2f}): {which} lock "
+            "postures that haptid plan (python -m model.plan in a clone) proposes would close it."
         )
     return f"{said}, {excess:.3g} × what noise and the spread of the parameters explain: something is missing in it."
 
@@ -302,7 +328,7 @@ def _basins(step: Step) -> Table:
     return Table(header=header, rows=rows, caption="Minima that the starts reached")
 
 
-def _whole(verification: Verification) -> Section:
+def _whole(verification: Verification, embedded: str | None) -> Section:
     rows = [
         (
             run.file,
@@ -322,12 +348,13 @@ def _whole(verification: Verification) -> Section:
     closed = [run for run in verification.runs if run.mode == "closed_loop"] or list(verification.runs)
     text = [f"Controller: {verification.law}."] if verification.law else []
     text.append("Expected is √(noise² + parameter spread²).")
+    beside = () if embedded is None else (comparison_table(verification, embedded),)
     return Section(
         title="Whole model",
         anchor="whole",
         paragraphs=tuple(text),
         pictures=tuple(whole_picture(run) for run in closed),
-        tables=(Table(header=header, rows=rows),),
+        tables=(*beside, Table(header=header, rows=rows)),
     )
 
 

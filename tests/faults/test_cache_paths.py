@@ -16,7 +16,10 @@ import pytest
 from haptid.model.kernel.compiler import compile_shared
 
 ROOT = Path(__file__).parents[2]
-COMMAND = [sys.executable, "-m", "identification.run", "--joints", "4", "--starts", "1", "--workers", "1", "--quiet"]
+COMMAND = [
+    sys.executable, "-m", "identification.run", "--campaign", "paper", "--joints", "4", "--starts", "1",
+    "--workers", "1", "--quiet",
+]  # fmt: skip
 ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 

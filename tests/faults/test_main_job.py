@@ -1,6 +1,6 @@
 """What the main job does when something breaks: one line, the right exit code, and no file that looks whole and is not.
 
-The commands are real processes on the embedded campaign's first joints. HAPTID_KILLS sets how many moments are tried.
+The commands are real processes on an embedded campaign's first joints. HAPTID_KILLS sets how many moments are tried.
 """
 
 from __future__ import annotations
@@ -22,7 +22,10 @@ from haptid.support.files.folder_lock import lock_folder
 
 ROOT = Path(__file__).parents[2]
 KILLS = int(os.environ.get("HAPTID_KILLS", "1"))
-COMMAND = [sys.executable, "-m", "identification.run", "--joints", "4,5", "--fmu", "none", "--starts", "1", "--quiet"]
+COMMAND = [
+    sys.executable, "-m", "identification.run", "--campaign", "paper", "--joints", "4,5", "--fmu", "none",
+    "--starts", "1", "--quiet",
+]  # fmt: skip
 LEFT_OUT = ("wall_s", "command")
 
 

@@ -12,7 +12,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
-JOB = ["-m", "identification.run", "--joints", "4", "--starts", "1", "--workers", "1", "--quiet"]
+JOB = [
+    "-m", "identification.run", "--campaign", "paper", "--joints", "4", "--starts", "1", "--workers", "1", "--quiet",
+]  # fmt: skip
 Mount = Callable[[str], Path]
 
 

@@ -5,7 +5,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from haptid.measurement.format.reading import embedded_campaign, read_campaign
+from haptid.measurement.format.embedded import embedded_campaign
+from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.support.errors import InputError
 
@@ -165,9 +166,8 @@ def test_real_measurements(shared, name):
 
 
 def test_embedded_campaign():
-    if not (embedded_campaign() / "campaign.toml").is_file():
-        pytest.skip("the embedded campaign has not been generated yet")
     campaign = read_campaign()
+    assert campaign.folder == embedded_campaign("planned")
     assert campaign.device == "freedom6s"
     assert not campaign.measured
     assert campaign.joints == (0, 1, 2, 3, 4, 5)

@@ -10,12 +10,12 @@ from click.testing import CliRunner
 
 from haptid.identification.run import main as identify
 from haptid.measurement.check import main as check
-from haptid.measurement.format.reading import embedded_campaign
+from haptid.measurement.format.embedded import embedded_campaign
 
 
 def stated(folder: Path, name: str) -> Path:
     """Copy the embedded campaign, whose joint 0 turns about the vertical, with one more parameter of joint 0."""
-    shutil.copytree(embedded_campaign(), folder)
+    shutil.copytree(embedded_campaign("paper"), folder)
     path = folder / "campaign.toml"
     text = path.read_text(encoding="utf-8")
     path.write_text(f"{text}\n[joint.0.parameters]\n{name} = {{ initial = 0.1 }}\n", encoding="utf-8")

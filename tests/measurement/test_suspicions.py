@@ -9,7 +9,8 @@ from haptid.measurement.checks.between_runs import find_misnamed, twins
 from haptid.measurement.checks.limits import Limits
 from haptid.measurement.checks.summary import summarise
 from haptid.measurement.checks.suspicions import suspicions
-from haptid.measurement.format.reading import embedded_campaign, read_campaign
+from haptid.measurement.format.embedded import FOLDERS, embedded_campaign
+from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.signals.noise import contrasts, with_noise
 from haptid.measurement.tables.misnamed import advice
 from haptid.measurement.values.run import Array, Run
@@ -99,8 +100,9 @@ def test_a_run_to_validate_with_the_rows_of_a_run_to_fit():
     assert "same rows as a.csv: they count twice" in found["c.csv"]
 
 
-def test_nothing_is_suspected_of_the_embedded_campaign():
-    rows = summarise(read_campaign(embedded_campaign()))
+@pytest.mark.parametrize("name", FOLDERS)
+def test_nothing_is_suspected_of_the_embedded_campaigns(name: str):
+    rows = summarise(read_campaign(embedded_campaign(name)))
     assert not [remark for row in rows for remark in row.remarks if any(word in remark for word in WORDS)]
 
 

@@ -152,6 +152,20 @@ def test_the_lead_has_the_worst_unseen_run_and_the_worst_joint(page):
     assert "within 26 × noise on the worst joint, 15.6 × what noise and the spread of the parameters explain" in lead
 
 
+@pytest.mark.parametrize(("home", "which"), [(True, "tests in the lock"), (False, "more tests in lock")])
+def test_the_lead_tells_the_closed_loop_apart_and_which_tests_would_help(home, which):
+    (closed,) = VERIFICATION.runs
+    quiet = tuple(replace(one, rmse_over_noise=1.27, rmse_rad=1e-3, spread_rad=1.0) for one in closed.joints)
+    open_loop = tuple(replace(one, rmse_over_noise=2.48) for one in quiet)
+    runs = (replace(closed, joints=quiet), replace(closed, joints=open_loop, mode="open_loop"))
+    posture = (0.0,) * 5 if home else STEP.configuration.posture
+    step = replace(STEP, configuration=replace(STEP.configuration, posture=posture))
+    seen = render(identification_page, "An arm", (step,), [[]], (None,), DATA, replace(VERIFICATION, runs=runs))
+    said = "within 2.48 × noise on the worst joint, through the stated controller within 1.27 × noise; what these tests"
+    assert said in seen.paragraphs[0]
+    assert which in seen.paragraphs[0]
+
+
 def test_the_overview_has_fit_and_validation(page):
     table = page.table("Overview", heading="outcome")
     assert table.header[1:6] == ["fit/noise", "validate/noise", "starts", "best basin", "seconds"]

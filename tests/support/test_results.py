@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks import identification_devices
+from benchmarks import identification_devices, whole_model
 from benchmarks.house import page_of as house_page
 from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
@@ -35,6 +35,7 @@ WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "real_machines": machines_page,
     "thresholds": thresholds.page,
     "time_to_truth": page_of_time_to_truth,
+    "whole_model": whole_model.page,
 }
 TYPED = ("change_exercises", "coupled_missing", "lookalikes", "posterior_sampling", "search_growth")
 """Pages whose numbers no file holds."""

@@ -10,9 +10,13 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 
-from haptid.virtual_device.make_campaign import EMBEDDED, main
+from haptid.model.device.reader import load_device
+from haptid.model.planning.lock_postures import plan_postures
+from haptid.model.planning.locking_order import locking_order
+from haptid.virtual_device.make_campaign import EMBEDDED, PLAN, PLANNED, main
 from haptid.virtual_device.recording.campaign import make_joint_campaign
 from haptid.virtual_device.recording.inputs import AMPLITUDE, rich, table3
+from haptid.virtual_device.recording.planned import RUNS, read_planned
 
 JOINT = {
     "inertia": 1.2e-4, "Ks": 0.02, "epos": -0.05,
@@ -26,8 +30,9 @@ def made(*arguments: str) -> str:
     return result.output
 
 
-def test_embedded_campaign_has_the_runs_that_every_stage_needs() -> None:
-    content = tomllib.loads((EMBEDDED / "campaign.toml").read_text())
+@pytest.mark.parametrize("folder", [EMBEDDED, PLANNED])
+def test_embedded_campaign_has_the_runs_that_every_stage_needs(folder: Path) -> None:
+    content = tomllib.loads((folder / "campaign.toml").read_text())
     assert content["campaign"]["measured"] is False
     assert "synthetic" in content["campaign"]["title"]
     uses = Counter((tuple(run["free_joints"]), run["use"]) for run in content["runs"])
@@ -37,9 +42,20 @@ def test_embedded_campaign_has_the_runs_that_every_stage_needs() -> None:
     assert uses[(0, 1), "fit"] >= 2
     assert uses[(0, 1), "validate"] >= 1
     assert uses[tuple(range(6)), "validate"] >= 1
-    assert {run["file"] for run in content["runs"]} == {path.name for path in EMBEDDED.glob("*.csv.gz")}
-    assert sum(path.stat().st_size for path in EMBEDDED.iterdir()) < 5e6
+    assert {run["file"] for run in content["runs"]} == {path.name for path in folder.glob("*.csv.gz")}
+    assert sum(path.stat().st_size for path in folder.iterdir()) < 5e6
     assert all(run["reason"] for run in content["runs"] if run["use"] == "excluded")
+
+
+def test_the_planned_campaign_has_the_postures_that_the_plan_proposes() -> None:
+    device, tests = load_device("freedom6s"), read_planned(PLAN)
+    proposed = plan_postures(device, [stage.free for stage in locking_order(device).stages], extra=len(tests))
+    expected = [(test.dynamics.joints, pytest.approx(test.dynamics.posture, abs=1e-9)) for test in proposed.chosen]
+    assert [(test.free_joints, test.posture) for test in tests] == expected
+    content = tomllib.loads((PLANNED / "campaign.toml").read_text())
+    planned = [run for run in content["runs"] if any(run["locked_positions_rad"])]
+    told = [(tuple(run["free_joints"]), tuple(run["locked_positions_rad"])) for run in planned]
+    assert told == [(test.free_joints, test.posture) for test in tests for _ in RUNS]
 
 
 def test_embedded_campaign_is_what_its_command_makes(tmp_path: Path) -> None:

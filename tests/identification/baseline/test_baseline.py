@@ -67,6 +67,16 @@ def test_figures_of_the_plain_model_are_small_on_an_unseen_run(runs):
     assert set(figures.as_json()) == {"free_rmse", "torque_rmse", "torque_error", "horizon_rmse"}
 
 
+def test_figures_do_not_depend_on_the_number_of_threads(runs):
+    equations = guess(joint_equations(0), runs, given={})
+    theta = np.array([q.initial for q in equations.parameters])
+    alone, together = (compare(equations, theta, runs, None, (), threads=threads) for threads in (1, 3))
+    assert list(together.figures) == [(run.file, run.use) for run in runs]
+    assert {key: [one.as_json() for one in both.values()] for key, both in alone.figures.items()} == {
+        key: [one.as_json() for one in both.values()] for key, both in together.figures.items()
+    }
+
+
 def test_a_run_shorter_than_a_horizon_leaves_it_out(runs):
     equations = joint_equations(0)
     theta = np.array([q.initial for q in equations.parameters])

@@ -12,6 +12,7 @@ from haptid.identification.simulators.error_growth import growth
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.observer import Observed
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.values.run import Array, Run
 from haptid.model.device.reader import load_device
@@ -131,7 +132,7 @@ def test_fit_of_a_small_swing_is_free() -> None:
 
 
 def test_embedded_campaign_is_simulated_freely_but_for_the_controlled_runs() -> None:
-    campaign = campaign_for_command(None)
+    campaign = campaign_for_command(embedded_campaign("paper"))
     device = load_device("freedom6s")
     for joints in ((1,), (4,), (0, 1)):
         simulator = KernelSimulator.of(configuration_equations(device, joints))

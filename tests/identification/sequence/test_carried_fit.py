@@ -17,16 +17,17 @@ from haptid.identification.sequence.configurations import configurations_of
 from haptid.identification.sequence.equations_for import equations_for
 from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.devices import device_of
+from haptid.measurement.format.embedded import embedded_campaign
 
 
 @pytest.fixture(scope="module")
 def identified(tmp_path_factory):
-    """Results of the identification of joint 4 of the embedded campaign, and the campaign."""
+    """Results of the identification of joint 4 of an embedded campaign, and the campaign."""
     out = tmp_path_factory.mktemp("identified")
-    options = ["--joints", "4", "--fmu", "none", "--workers", "1", "--no-export", "--quiet", "--out", str(out)]
-    result = CliRunner().invoke(main, options)
+    options = ["--campaign", "paper", "--joints", "4", "--fmu", "none", "--workers", "1", "--no-export", "--quiet"]
+    result = CliRunner().invoke(main, [*options, "--out", str(out)])
     assert result.exit_code == 0, result.output
-    return out, campaign_for_command(None)
+    return out, campaign_for_command(embedded_campaign("paper"))
 
 
 def carried(campaign, out):

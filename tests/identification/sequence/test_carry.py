@@ -13,6 +13,7 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.carry_over import carry_over, measurement_of
 from haptid.identification.sequence.configurations import configurations_of, order_of
 from haptid.identification.thresholds import THRESHOLDS
+from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
 from haptid.model.device.reader import load_device
 from haptid.model.joint.coupled_joints import configuration_equations
@@ -115,7 +116,7 @@ def test_pooled_value_weighs_by_precision():
 
 
 def test_order_is_the_locking_order():
-    campaign = read_campaign()
+    campaign = read_campaign(embedded_campaign("paper"))
     assert order_of(campaign, DEVICE) == ((4,), (5,), (3,), (2,), (1,), (0,), (0, 1))
     chosen = configurations_of(campaign, DEVICE, (0, 1, 4))
     assert [c.free_joints for c in chosen] == [(4,), (1,), (0,), (0, 1)]
@@ -124,7 +125,7 @@ def test_order_is_the_locking_order():
 
 
 def test_postures_are_configurations_of_their_own():
-    campaign = read_campaign()
+    campaign = read_campaign(embedded_campaign("paper"))
     runs = list(campaign.runs)
     k = next(i for i, run in enumerate(runs) if run.free_joints == (4,) and run.use == "fit")
     runs[k] = runs[k].but(posture=np.array([0.0, 0.2, 0.0, 0.0, 0.0, 0.0]))

@@ -13,6 +13,7 @@ from haptid.fmu_build.native.platforms import this_platform
 from haptid.identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
 from haptid.identification.simulators.controller_equations import controller_equations
 from haptid.identification.verification.closed_loop_fmu import Pair, build_controller, simulate_pair
+from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
@@ -24,14 +25,14 @@ ROWS = 301
 
 @pytest.fixture(scope="module")
 def run() -> Run:
-    whole = read_campaign(None).runs_of((0, 1, 2, 3, 4, 5))[0]
+    whole = read_campaign(embedded_campaign("paper")).runs_of((0, 1, 2, 3, 4, 5))[0]
     extra = {name: column[:ROWS] for name, column in whole.extra.items()}
     return whole.but(t=whole.t[:ROWS], u=whole.u[:ROWS], y=whole.y[:ROWS], extra=extra)
 
 
 @pytest.fixture(scope="module")
 def controller() -> Controller:
-    return Controller.from_table(read_campaign(None).extra["controller"], 6)
+    return Controller.from_table(read_campaign(embedded_campaign("paper")).extra["controller"], 6)
 
 
 def test_equations_give_the_recorded_torques(run: Run, controller: Controller) -> None:

@@ -10,6 +10,7 @@ import pytest
 from haptid.identification.simulators.closed_loop import Controller, reference_of, simulate_closed_loop
 from haptid.identification.verification.verify import verify
 from haptid.measurement.checks.preparation import campaign_for_command
+from haptid.measurement.format.embedded import embedded_campaign
 from haptid.measurement.values.campaign import Campaign
 from haptid.measurement.values.run import Run
 from haptid.model.device.reader import load_device
@@ -23,7 +24,7 @@ STANDARD = ("m", "x", "y", "z", "I11", "I22", "I33", "I12", "I13", "I23")
 
 @pytest.fixture(scope="module")
 def campaign() -> Campaign:
-    return campaign_for_command(None)
+    return campaign_for_command(embedded_campaign("paper"))
 
 
 def true_values(true: Truth | None = None) -> dict[str, float]:
