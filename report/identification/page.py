@@ -141,7 +141,9 @@ def _lead(steps: Sequence[Step], verification: Verification) -> str:
             poor.append(f"{step.configuration.name} ({worst.over_noise:.3g} × noise){size}")
     words = []
     if good:
-        words.append(f"On runs that no fit saw, what is left is the sensor's noise: {'; '.join(good)}.")
+        all_of_many = len(good) == len(steps) > MOST_UNFOLDED
+        where = f"in all {len(good)} configurations" if all_of_many else "; ".join(good)
+        words.append(f"On runs that no fit saw, what is left is the sensor's noise: {where}.")
     if poor:
         words.append(f"The residual stays above the noise: {'; '.join(poor)}.")
     if verification.runs:
