@@ -110,6 +110,7 @@ def test_the_interval_is_that_of_95_per_cent(page):
 
 def test_every_level_has_its_own_column(page):
     table = page.table("Joint 4: priors, diagnostics, corner and rank plots", heading="50 % interval")
+    assert table.header[2:5] == ["50 % interval", "80 % interval", "95 % interval"]
     assert table.row("inertia") == {
         "parameter": "inertia", "median": "0.0001234", "50 % interval": "0.0001212 … 0.0001257",
         "80 % interval": "0.0001193 … 0.0001276", "95 % interval": "0.0001171 … 0.0001299", "unit": "kg m²",
