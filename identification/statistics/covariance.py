@@ -10,17 +10,23 @@ stated noise give the classical covariance of weighted least squares.
 2. Remove the time weights from the residuals and estimate c(l) from all runs and joints.
 3. Form B from c(l) and the weighted Jacobians, and make B positive semidefinite.
 4. Add the information of uniform distributions between the bounds, and form the sandwich.
+
+A spring that pulls from far outside the travel is a constant torque: Ks is then known as well as that torque divided by
+the distance, which says nothing of a spring within the travel. Where Ks is not told from 0 by a spring whose
+equilibrium lies amid the travel, the Jacobians are taken there.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from haptid.identification.problem.residuals import Blocks, Problem
+from haptid.identification.problem.valleys import Valleys
+from haptid.identification.simulators.inverse_dynamics import TorqueSimulator
 from haptid.identification.thresholds import THRESHOLDS
-from haptid.measurement.values.run import Array
+from haptid.measurement.values.run import Array, Run
 from haptid.support.linear_algebra import sandwich
 
 
@@ -63,6 +69,42 @@ def curvature(problem: Problem, x: Array) -> Curvature:
         bounds.
     """
     blocks = problem.blocks(x)
+    found = _curvature(problem, blocks)
+    amid = _springs_amid_travel(problem, x)
+    if np.array_equal(amid, x):
+        return found
+    there = problem.blocks(amid)
+    if not all(np.isfinite(J).all() for J in there.jacobians or ()):
+        return found
+    # The residuals stay those of the minimum, which an equilibrium elsewhere need not be.
+    other = _curvature(problem, replace(blocks, jacobians=there.jacobians))
+    reach = THRESHOLDS.standard_errors_of_interval * np.sqrt(np.maximum(np.diag(other.covariance), 0.0))
+    springs = Valleys.of(problem.parametrisation).springs
+    seen = [abs(float(spring.physical(x)[0])) > reach[spring.stiffness] * spring.stiffness_unit for spring in springs]
+    return found if any(seen) else other
+
+
+def _springs_amid_travel(problem: Problem, x: Array) -> Array:
+    """Return x with each equilibrium that lies outside the travel of the runs moved to the middle of their readings."""
+    joints, moved = problem.simulator.equations.joints, x.copy()
+    for spring in Valleys.of(problem.parametrisation).springs:
+        if spring.log:
+            continue
+        tail = problem.parametrisation.ids[spring.stiffness].rpartition("_")[2]
+        column = joints.index(int(tail)) if tail.isdigit() and int(tail) in joints else 0
+        q = np.concatenate([_positions(problem, run)[:, column] for run in problem.runs])
+        equilibrium = float(spring.physical(x)[1])
+        if not q.min() <= equilibrium <= q.max():
+            moved[spring.position] = (float(np.mean(q)) - spring.position_centre) / spring.position_unit
+    return moved
+
+
+def _positions(problem: Problem, run: Run) -> Array:
+    """Return the measured positions of a run, which drive the equations where their torque is fitted."""
+    return run.u if isinstance(problem.simulator, TorqueSimulator) else run.y
+
+
+def _curvature(problem: Problem, blocks: Blocks) -> Curvature:
     n = problem.size
     data = sum((J.reshape(-1, n).T @ J.reshape(-1, n) for J in blocks.jacobians or ()), np.zeros((n, n)))
     prior = blocks.prior_jacobian.T @ blocks.prior_jacobian

@@ -13,9 +13,11 @@ from haptid.identification.fit.initial_guess import guess
 from haptid.identification.fit.own_bounds import wider_ranges
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.parametrisation import Parametrisation
+from haptid.identification.problem.residuals import Problem
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.statistics.absent import with_absent_terms
+from haptid.identification.statistics.covariance import curvature
 from haptid.identification.statistics.identifiability import felt_sizes, statuses
 from haptid.measurement.values.run import Run
 from haptid.model.joint.locked_joint import joint_equations
@@ -94,6 +96,17 @@ def test_spring_and_stiction_that_the_joint_lacks_are_told_as_absent(fitted: Fit
     assert "no spring is seen: |Ks| < " in said
     assert "no stiction is seen: Fs - Fc < " in said
     assert "gravity" not in said
+
+
+def test_limit_of_a_spring_that_is_not_there_does_not_hang_on_where_its_equilibrium_ended(fitted: Fitted) -> None:
+    fit = fitted.fit
+    problem = Problem.of(KernelSimulator.of(fit.equations), runs()[:3], FitOptions(method="gauss_newton"))
+    place, limits = fit.free.index("Ks"), {}
+    for equilibrium in (0.0, 40.0):
+        theta = fit.theta.copy()
+        theta[fit.index("Ks")], theta[fit.index("epos")] = 0.0, equilibrium
+        limits[equilibrium] = float(np.sqrt(curvature(problem, problem.first(theta)).covariance[place, place]))
+    assert limits[40.0] == pytest.approx(limits[0.0], rel=0.3)
 
 
 def test_bound_that_the_user_stated_is_not_widened() -> None:
