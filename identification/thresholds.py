@@ -73,6 +73,8 @@ class Thresholds:
     """Longest horizon by which models are compared [s]: longer ones show drift alone."""
     most_simulations_of_horizon: int = 200
     """Largest number of simulations for one horizon [1]; they are spread over the run."""
+    postures_of_mass_check: int = 200
+    """Largest number of rows of a run at which the plain model's mass matrix has to be positive definite [1]."""
 
     # Starts: first guesses, their bounds and initial states.
     least_travel_for_gravity_rad: float = 1.2

@@ -9,7 +9,7 @@ regressor of the locked motion. No other fit is to do worse than this one of sec
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -84,6 +84,32 @@ class Baseline:
             Recorded torque [N m], without the gain.
         """
         return np.asarray(self.regressor.columns(motion) @ self.estimate.theta / self.gain)
+
+    def has_positive_masses(self, motion: FilteredMotion) -> bool:
+        """Say whether the mass matrix is positive definite along a motion: else no torque moves the model that way.
+
+        Parameters
+        ----------
+        motion
+            Filtered motion of the free joints.
+
+        Returns
+        -------
+        bool
+            False also where a rounded eigenvalue is 0. Least squares know of no sign: what the plain model lacks, as a
+            spring, may come out as a negative mass.
+        """
+        places = np.linspace(0, motion.t.size - 1, min(motion.t.size, THRESHOLDS.postures_of_mass_check)).astype(int)
+        q, joints = motion.q[places], range(motion.q.shape[1])
+
+        def inertial(a: Array) -> Array:
+            at = replace(motion, t=motion.t[places], q=q, v=np.zeros_like(q), a=a, torque=np.zeros_like(q))
+            return np.asarray(self.regressor.columns(at) @ self.estimate.theta)
+
+        rest = inertial(np.zeros_like(q))
+        columns = [inertial(np.broadcast_to(np.eye(len(joints))[j], q.shape)) - rest for j in joints]
+        mass = np.stack(columns, axis=-1)
+        return bool(np.linalg.eigvalsh((mass + np.swapaxes(mass, -1, -2)) / 2).min() > 0.0)
 
     def as_json(self) -> dict[str, Any]:
         """Return ``baseline`` of identification.json; the std of what the rows do not determine is None.

@@ -72,7 +72,7 @@ class Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Figures:
-    """Figures of one model on one run; NaN where a simulation did not stay finite.
+    """Figures of one model on one run; NaN where a simulation did not stay finite, or a mass is negative.
 
     Parameters
     ----------
@@ -152,12 +152,14 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion, error: Array) -> 
     torque_rmse = np.sqrt(np.mean(error**2, axis=0))
     driven = run.but(u=run.u - model.offset)
     length = run.t[-1] - run.t[run.score_from]
-    horizons = {f"{h:g}": _horizon(model, driven, motion, h) for h in HORIZONS_S if length > h}
+    moves = model.baseline is None or model.baseline.has_positive_masses(motion)
+    nothing = np.full(run.y.shape[1], np.nan)
+    lengths = [h for h in HORIZONS_S if length > h]
     return Figures(
-        free_rmse=_rms(run.y[run.score_from :] - simulate_freely(model, run, motion)),
+        free_rmse=_rms(run.y[run.score_from :] - simulate_freely(model, run, motion)) if moves else nothing,
         torque_rmse=torque_rmse,
         torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
-        horizon_rmse=horizons,
+        horizon_rmse={f"{h:g}": _horizon(model, driven, motion, h) if moves else nothing for h in lengths},
     )
 
 

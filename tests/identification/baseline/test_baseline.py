@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from haptid.identification.baseline.baseline import fit_baseline
+from haptid.identification.baseline.baseline import Baseline, fit_baseline
 from haptid.identification.baseline.compared import compare
-from haptid.identification.baseline.least_squares import weighted_least_squares
+from haptid.identification.baseline.figures import figures_of, torque_residual
+from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
 from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.initial_guess import guess
@@ -23,7 +24,7 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.step import Step
 from haptid.identification.simulators.kernel import KernelSimulator
-from haptid.measurement.signals.filtered_motion import common_width, filter_run
+from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
 from haptid.measurement.values.run import Run
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.support.numbers import plain
@@ -65,6 +66,40 @@ def test_figures_of_the_plain_model_are_small_on_an_unseen_run(runs):
     assert figures.free_rmse[0] < 0.05 * np.std(runs[2].y)
     assert figures.horizon_rmse["0.1"][0] < figures.horizon_rmse["10"][0] < 0.05 * np.std(runs[2].y)
     assert set(figures.as_json()) == {"free_rmse", "torque_rmse", "torque_error", "horizon_rmse"}
+
+
+def test_a_plain_model_with_a_negative_mass_is_not_simulated(runs):
+    found, motion = fit_baseline(runs, None, (), [1.0]), filter_run(runs[2])
+    assert found.has_positive_masses(motion)
+    theta = found.estimate.theta.copy()
+    theta[found.regressor.ids.index("inertia")] *= -1.0
+    negative = replace(found, estimate=replace(found.estimate, theta=theta))
+    assert not negative.has_positive_masses(motion)
+    equations = guess(joint_equations(0), runs, given={})
+    compared = compare(equations, np.array([q.initial for q in equations.parameters]), runs, None, ())
+    model = replace(compared.models["baseline"], baseline=negative)
+    figures = figures_of(model, runs[2], motion, torque_residual(model, motion)).as_json()
+    assert figures["free_rmse"] is None
+    assert set(figures["horizon_rmse"].values()) == {None}
+    assert figures["torque_rmse"] > 0.0
+
+
+@pytest.mark.parametrize(("coupling", "positive"), [(1.0, True), (3.0, False)])
+def test_masses_of_coupled_joints_are_positive_together(coupling, positive):
+    mass = np.array([[2.0, coupling], [coupling, 2.0]])
+
+    class Masses:
+        """A regressor of one parameter, the factor of a mass matrix."""
+
+        def columns(self, motion: FilteredMotion) -> np.ndarray:
+            return (motion.a @ mass.T)[:, :, None]
+
+    t, still = np.arange(40) * 0.005, np.zeros((40, 2))
+    motion = FilteredMotion(
+        t=t, q=still, v=still, a=still, torque=still, width=0.01, edge=4, interior=slice(4, -4)
+    )  # fmt: skip
+    estimate = LeastSquares(theta=np.ones(1), covariance=np.eye(1))
+    assert Baseline(regressor=Masses(), estimate=estimate, gain=np.ones(2)).has_positive_masses(motion) is positive
 
 
 def test_figures_do_not_depend_on_the_number_of_threads(runs):
