@@ -70,6 +70,10 @@ class Beside:
     embedded: str | None = None
 
 
+ALONE = Beside()
+"""A page with nothing beside it."""
+
+
 def identification_page(
     title: str,
     steps: Sequence[Step],
@@ -77,7 +81,7 @@ def identification_page(
     predictions: Sequence[Prediction | None],
     data: Mapping[str, Any],
     verification: Verification,
-    beside: Beside,
+    beside: Beside = ALONE,
 ) -> Page:
     """Render the page of an identification.
 

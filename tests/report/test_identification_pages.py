@@ -22,7 +22,7 @@ from haptid.identification.sequence.step import Step
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.report.identification.foreign_page import calibration_page
 from haptid.report.identification.friction_figures import friction_figure
-from haptid.report.identification.page import identification_page
+from haptid.report.identification.page import Beside, identification_page
 from tests.report.known import T, known_equations, known_run
 from tests.report.reading import Seen, ends_of_band, heights, render
 
@@ -310,7 +310,9 @@ def test_the_first_screen_has_a_line_for_each_joint(page):
 def test_each_joint_links_to_its_own_files_and_the_rest_to_the_device():
     files = ("joint4.fmu", "joint4_native.fmu", "arm.fmu", "parameters.ssv")
     data = {**DATA, "links": {}}
-    page = render(identification_page, "An arm", (STEP,), [[]], (None,), data, Verification(runs=()), files)
+    page = render(
+        identification_page, "An arm", (STEP,), [[]], (None,), data, Verification(runs=()), Beside(files=tuple(files))
+    )
     (table,) = [grid for grid in page.tables if grid.section == ""]
     assert table.column("files") == [
         "joint4.fmu joint4_native.fmu identification.json", "arm.fmu parameters.ssv identification.json",
