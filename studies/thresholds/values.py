@@ -20,7 +20,7 @@ SHARES = ("share", "p_value", "probability", "power", "coverage", "least_p_of")
 """Parts of the names of thresholds that are shares or probabilities, where their value is one."""
 DISCREPANCY = ("study", "fit", "detect", "torque", "candidate", "search", "unnamed", "verdict", "finding")
 ROOMS = (
-    *("measurement", "noise", "identification", "uq"),
+    *("model", "measurement", "fmu_build", "noise", "identification", "uq"),
     *(f"discrepancy.{room}" for room in DISCREPANCY),
 )
 """Rooms that have thresholds, in the order in which their modules may be loaded."""

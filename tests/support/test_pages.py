@@ -28,7 +28,7 @@ def text_of(page: Path) -> str:
 def test_the_architecture_is_that_of_the_contracts():
     page = text_of(architecture.PAGE)
     assert page == architecture.with_tables(page), "run python -m docs.generate"
-    assert "| 1 | `equations/` |" in page
+    assert "| 2 | `equations/` |" in page
 
 
 def test_the_figure_of_the_data_flow_is_that_of_the_script():
