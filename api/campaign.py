@@ -29,6 +29,7 @@ from haptid.measurement.making.mapping import parse_map
 from haptid.measurement.values.campaign import Campaign as Values
 from haptid.measurement.values.run import Hold, Run
 from haptid.model.device.device import Device
+from haptid.report.identification.drawings import Drawings
 from haptid.support.installing.extras import need
 from haptid.support.listener import Listener
 
@@ -253,13 +254,17 @@ class Campaign:
         NumericalError
             Where a fit fails.
         """
-        with errors_name_arguments(), locked(folder), listener_of(progress) as listener:
+        options = options or FitOptions()
+        # Nobody sees the report of a temporary folder.
+        drawings = Drawings(options.workers if folder is not None else 1)
+        with errors_name_arguments(), locked(folder), listener_of(progress) as listener, drawings:
             made = identify_values(
-                self.values, Place.of(folder), listener, joints=None if joints is None else tuple(joints), kind=kind,
-                options=options or FitOptions(), scheduler=scheduler, made_by=f"{CALL}identify",
+                self.values, Place.of(folder), listener, drawings,
+                joints=None if joints is None else tuple(joints), kind=kind, options=options,
+                scheduler=scheduler, made_by=f"{CALL}identify",
             )  # fmt: skip
             kept = not made.place.temporary
-            complete(made, report=kept, fmus=fmus and kept)
+            complete(made, listener, drawings, report=kept, fmus=fmus and kept)
             return made
 
     def posterior(  # noqa: PLR0913 # one argument a choice

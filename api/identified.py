@@ -17,7 +17,6 @@ from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.fmu_build.export import package_result
-from haptid.identification.baseline.prediction import predict_unseen
 from haptid.identification.job.export import export_models
 from haptid.identification.job.identify import identify
 from haptid.identification.job.job import Identification, Job
@@ -37,6 +36,7 @@ from haptid.measurement.values.warning import warn
 from haptid.model.equations.joint_parameters import sliding
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
+from haptid.report.identification.drawings import Drawings
 from haptid.report.identification.figures import draw_residual, draw_signal, title_of
 from haptid.report.identification.page import Beside, identification_page
 from haptid.support.errors import InputError
@@ -48,6 +48,8 @@ if TYPE_CHECKING:
 
 PARAMETER = ("value", "std", "unit", "status", "description")
 """Keys of a parameter in ``identification.json`` that a table shows."""
+MOST_DRAWN_AT_THE_END = 2
+"""Most configurations that are drawn in this process at the end: another one starts as slowly as it draws two."""
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
@@ -381,7 +383,7 @@ class Identified:
         with errors_name_arguments(), locked(folder):
             saved = replace(self, place=self.place.copy_to(folder))
             if self.made is not None:
-                complete(saved, report=True, fmus=fmus)
+                complete(saved, Listener(), Drawings(), report=True, fmus=fmus)
             return saved
 
     def __str__(self) -> str:
@@ -446,6 +448,7 @@ def identify_values(  # noqa: PLR0913 # one argument a choice
     values: Values,
     place: Place,
     listener: Listener,
+    drawings: Drawings,
     *,
     joints: tuple[int, ...] | None,
     kind: Kind | None,
@@ -463,6 +466,8 @@ def identify_values(  # noqa: PLR0913 # one argument a choice
         Folder of the results.
     listener
         Told of remarks and of each configuration.
+    drawings
+        Where the report's drawings of finished configurations begin.
     joints, kind, options, scheduler
         As `Campaign.identify` takes them.
     made_by
@@ -488,17 +493,27 @@ def identify_values(  # noqa: PLR0913 # one argument a choice
         scheduler=scheduler,
         made_by=made_by,
     )
-    made = identify(job, listener)
+    many = len(job.configurations) > MOST_DRAWN_AT_THE_END
+
+    def finished(step: Step) -> None:
+        if many:
+            drawings.begin(step, job.build)
+
+    made = identify(job, listener, finished)
     return Identified(data=made.data, place=place, values=values, steps=made.steps, made=made)
 
 
-def complete(identified: Identified, *, report: bool, fmus: bool) -> list[Path]:
+def complete(identified: Identified, listener: Listener, drawings: Drawings, *, report: bool, fmus: bool) -> list[Path]:
     """Write report, FMUs and parameter set of a new identification into its folder, and mark it as complete.
 
     Parameters
     ----------
     identified
         Result that was just made.
+    listener
+        Told of each part.
+    drawings
+        What is drawn of the configurations so far.
     report
         Whether ``report.html`` is written.
     fmus
@@ -520,15 +535,14 @@ def complete(identified: Identified, *, report: bool, fmus: bool) -> list[Path]:
     if made is None or values is None:
         msg = "stored results have their files already"
         raise ValueError(msg)
+    if fmus:
+        listener.progress("FMUs", 0, 1)
     exported = export_models(made, values, device_of(values), folder) if fmus else []
     if report:
-        traces = [traces_of(step, made.build) for step in made.steps]
-        # One posture of a joint shows how both models predict it; the tables of the others say the rest.
-        first = [step.compared if step.configuration.number == 1 else None for step in made.steps]
-        predictions = [predict_unseen(compared) for compared in first]
+        drawn = drawings.sections(made.steps, made.build, listener)
         files = tuple(path.relative_to(folder).as_posix() for path in exported)
         beside = Beside(files=files, embedded=name_of(values.folder))
-        page = identification_page(values.title, made.steps, traces, predictions, made.data, made.verification, beside)
+        page = identification_page(values.title, made.steps, drawn, made.data, made.verification, beside)
         write_page(folder / "report.html", page)
     made.finish(folder)
     return exported

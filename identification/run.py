@@ -23,6 +23,7 @@ from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.format.reading import is_foreign
 from haptid.measurement.values.warning import warnings_on_stderr
 from haptid.report.common.stored_page import write_page
+from haptid.report.identification.drawings import Drawings
 from haptid.report.identification.foreign_page import calibration_page
 from haptid.support.command import listening, parse_joints
 from haptid.support.errors import InputError
@@ -76,18 +77,19 @@ def identify_campaign(  # noqa: PLR0913 # one argument an option
                 raise InputError(name, expected="no such option for an FMU", got=repr(value), todo="leave it out")
         return _calibrate(campaign, model, out, options, limit_s)
     read = campaign_for_command(campaign)
-    with listening(quiet=options.quiet) as listener:
+    with listening(quiet=options.quiet) as listener, Drawings(options.workers) as drawings:
         identified = identify_values(
             read,
             Place(out),
             listener,
+            drawings,
             joints=parse_joints(joints),
             kind=None if kind == "none" else kind,  # type: ignore[arg-type] # click has checked the choice
             options=options,
             scheduler=scheduler,
             made_by=word_this_command(),
         )
-    exported = complete(identified, report=True, fmus=not no_export)
+        exported = complete(identified, listener, drawings, report=True, fmus=not no_export)
     click.echo(str(identified))
     click.echo(f"written below {out}: identification.json, report.html" + "".join(f", {p.name}" for p in exported))
     return identified.data

@@ -126,6 +126,10 @@ class Thresholds:
     """Relative decrease of the cost [1] below which a level of the homotopy before the last ends."""
     tolerance_of_last_level: float = 1e-5
     """The same for the last level [1]."""
+    largest_residual_near_the_data: float = 3.0
+    """Largest residual over the noise [1] from which the last level of the homotopy begins without those before it."""
+    largest_residual_near_the_data_over_motion: float = 0.1
+    """The same over the RMS of the motion [1]: where the noise is large, a joint at rest is within three of it."""
     tolerance_of_polish: float = 1e-8
     """The same for the polish [1]."""
     tolerance_of_polish_far: float = 1e-6
@@ -224,6 +228,8 @@ class Thresholds:
     steps_between_physical_draws: int = 300
     """Number of steps between draws of physical links [1]: several times the number of directions that the data do not
     identify."""
+    chains_of_physical_draws: int = 20
+    """Number of chains that draw physical links side by side [1]; each begins at the estimate."""
     least_information_over_prior: float = 1e-6
     """Smallest information of a measured coefficient, as a share of its prior's information [1]."""
     carried_std_over_belief_std: float = 3.0

@@ -296,7 +296,7 @@ class _Bar:
         self._bar: Any = None
 
     def show(self, title: str, done: int = 0, total: int | None = None, figures: str = "") -> None:
-        if self._bar is None or self._bar.total != total:
+        if self._bar is None or self._bar.total != total or self._bar.n > done:
             self.close()
             self._bar = progress(total=total, title=title, quiet=self._quiet)
         self._bar.n = done

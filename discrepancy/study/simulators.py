@@ -19,6 +19,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.equations.output_injection import with_observer
 from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
+from haptid.model.thresholds import THRESHOLDS as KERNELS
 
 _compiled: dict[tuple[str, bool, bool], CompiledKernel] = {}
 
@@ -47,7 +48,9 @@ def compile_kernel(equations: Equations, *, many: bool = False, tangent: bool = 
     """
     key = (equations.digest, many, tangent)
     if key not in _compiled:
-        _compiled[key] = cached_kernel(with_observer(equations), many=many, tangent=tangent)
+        _compiled[key] = cached_kernel(
+            with_observer(equations), many=many, tangent=tangent, substeps=KERNELS.most_substeps_of_inner_step
+        )
     return _compiled[key]
 
 

@@ -35,6 +35,7 @@ from haptid.model.equations.equations import Equations
 from haptid.model.friction.registry import law_named
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.kernel.cache import cached_kernel
+from haptid.model.thresholds import THRESHOLDS as KERNELS
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,7 +180,7 @@ class TorqueStudy:
             equations = torque_equations(self.equations(effects), prompt)
         else:
             equations = torque_equations(with_measured_load(self.equations(effects)))
-        made = cached_kernel(equations, many=many, tangent=not many)
+        made = cached_kernel(equations, many=many, tangent=not many, substeps=KERNELS.most_substeps_of_inner_step)
         step = THRESHOLDS.torque.inner_step_s
         return TorqueSimulator(equations, replace(made, kernel=replace(made.kernel, step=step)))
 

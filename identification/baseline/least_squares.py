@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import qr
 from scipy.optimize import lsq_linear
 
+from haptid.identification.problem.bounded_lsq import triangle
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 
@@ -78,13 +78,13 @@ def weighted_least_squares(columns: Sequence[Array], torques: Sequence[Array], n
 def _solve(A: Array, b: Array, nonnegative: Array) -> Array:
     """Return the least-squares solution within its bounds, by the triangular factor of A with columns of unit size."""
     size = np.linalg.norm(A, axis=0)
-    Q, R = np.linalg.qr(A / size)
+    R, c = triangle(A / size, -b)
     lower = np.where(nonnegative, 0.0, -np.inf)
-    bounded = lsq_linear(R, Q.T @ b, bounds=(lower, np.inf), method="bvls")
+    bounded = lsq_linear(R, c, bounds=(lower, np.inf), method="bvls")
     # BVLS ends at a tolerance; with its active bounds known, the others follow exactly.
     free = bounded.active_mask == 0
     theta = np.zeros(size.size)
-    theta[free] = np.linalg.lstsq(R[:, free], Q.T @ b, rcond=None)[0]
+    theta[free] = np.linalg.lstsq(R[:, free], c, rcond=None)[0]
     return np.asarray(np.where(nonnegative, np.maximum(theta, 0.0), theta) / size)
 
 
@@ -95,7 +95,7 @@ def _rms(values: Array) -> float:
 def _independent(A: Array) -> Array:
     """Say which columns the earlier ones do not explain, shape (n,)."""
     size = np.linalg.norm(A, axis=0)
-    R = qr(A / np.where(size > 0, size, 1.0), mode="r")[0]
+    R = np.linalg.qr(A / np.where(size > 0, size, 1.0), mode="r")
     return np.asarray((np.abs(np.diag(R)) > THRESHOLDS.least_new_part_of_column) & (size > 0))
 
 

@@ -9,8 +9,10 @@ For every free joint, τ = W·θ with
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any, cast
 
 import numpy as np
 import sympy as sp
@@ -33,6 +35,8 @@ UNITS = {
     "offset": "N m",
 }
 """Units for revolute joints."""
+REGRESSORS_KEPT = 16
+"""Regressors whose compiled columns are kept."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -110,16 +114,11 @@ class Regressor:
         ndarray, shape (n, n_joints, n_rigid)
             Torque [N m] ([N]) for a unit of each parameter.
         """
-        symbols = [
-            *(position_symbol(j) for j in self.joints),
-            *(velocity_symbol(j) for j in self.joints),
-            *(acceleration_symbol(j) for j in self.joints),
-        ]
         values = [*motion.q.T, *motion.v.T, *motion.a.T]
         W = np.zeros((motion.t.size, len(self.joints), self.n_rigid))
-        for column, torques in enumerate(self.rigid):
+        for column, torques in enumerate(_functions(self.joints, self.rigid)(*values)):
             for k, torque in enumerate(torques):
-                W[:, k, column] = sp.lambdify(symbols, torque, "numpy")(*values)
+                W[:, k, column] = torque
         return W
 
     def columns(self, motion: FilteredMotion) -> Array:
@@ -143,6 +142,13 @@ class Regressor:
             first = self.n_rigid + len(FRICTION) * k
             W[:, k, first : first + len(FRICTION)] = np.column_stack([motion.v[:, k], sign[:, k], np.ones(n)])
         return W
+
+
+@lru_cache(maxsize=REGRESSORS_KEPT)
+def _functions(joints: tuple[int, ...], rigid: tuple[tuple[sp.Expr, ...], ...]) -> Callable[..., Any]:
+    """Compile the rigid-body columns: SymPy takes longer for that than NumPy for a run."""
+    symbols = [symbol(j) for symbol in (position_symbol, velocity_symbol, acceleration_symbol) for j in joints]
+    return cast("Callable[..., Any]", sp.lambdify(symbols, rigid, "numpy"))
 
 
 def acceleration_symbol(joint: int) -> sp.Symbol:

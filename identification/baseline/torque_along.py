@@ -18,6 +18,7 @@ from haptid.measurement.signals.filtered_motion import FilteredMotion
 from haptid.measurement.values.run import Array
 from haptid.model.equations.equations import Equations
 from haptid.model.joint.locked_joint import joint_equations
+from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 
 NOT_FRICTION = {"inertia": 1.0, "gravity_cos": 0.0, "gravity_sin": 0.0, "Ks": 0.0, "epos": 0.0, "Kp": 1.0}
@@ -71,7 +72,7 @@ class TorqueAlong:
             equations=equations,
             regressor=regressor,
             prismatic=tuple(prismatic),
-            friction=tuple(CompiledKernel.of(one) for one in alone),
+            friction=tuple(cached_kernel(one) for one in alone),
         )
 
     def value(self, theta: Array, id: str, k: int) -> float:

@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from haptid.fmu_build.accuracy.draws import COUNT
@@ -27,7 +28,7 @@ from haptid.support.files.files import write_json
 from haptid.support.listener import Listener
 
 
-def identify(job: Job, listener: Listener) -> Identification:
+def identify(job: Job, listener: Listener, finished: Callable[[Step], None] = lambda _: None) -> Identification:
     """Fit, combine and verify; write ``identification.json`` and ``draws/`` below ``job.out``.
 
     Parameters
@@ -36,6 +37,8 @@ def identify(job: Job, listener: Listener) -> Identification:
         What to identify, and how.
     listener
         Told of remarks on the data and of each configuration.
+    finished
+        Called with each configuration that is fitted and on disk.
 
     Returns
     -------
@@ -49,7 +52,7 @@ def identify(job: Job, listener: Listener) -> Identification:
     InputError, WritingError
         Where the folder cannot be written, or the scheduler not be reached.
     """
-    steps, data = _fit_configurations(job, listener)
+    steps, data = _fit_configurations(job, listener, finished)
     whole, verification = _combine(job, steps)
     data |= {"links": _links_json(whole), "verification": verification.as_json()}
     data["whole"] = dict(whole.values) if whole else {}
@@ -59,7 +62,9 @@ def identify(job: Job, listener: Listener) -> Identification:
     return Identification(steps=steps, verification=verification, data=data, build=job.build)
 
 
-def _fit_configurations(job: Job, listener: Listener) -> tuple[tuple[Step, ...], dict[str, Any]]:
+def _fit_configurations(
+    job: Job, listener: Listener, finished: Callable[[Step], None]
+) -> tuple[tuple[Step, ...], dict[str, Any]]:
     """Fit every configuration; the results so far are on disk after each."""
     digest = inputs_digest(job.campaign, job.device, job.configurations, job.options, str(job.kind))
     entries = kept_entries(job.file, digest)
@@ -83,6 +88,7 @@ def _fit_configurations(job: Job, listener: Listener) -> tuple[tuple[Step, ...],
             data["configurations"].append({**step_json(step), "data": source})
             # After every configuration: an interrupted identification is continued from the finished ones.
             write_json(job.file, data)
+            finished(step)
             listener.progress(job.configurations[min(len(steps), count - 1)].name, len(steps), count)
     return tuple(steps), data
 

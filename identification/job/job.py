@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,20 +59,19 @@ class Job:
 
     @property
     def build(self) -> Build:
-        """Function from equations to the simulator that runs the fits."""
-        kind = self.kind
-
-        def simulator_of(equations: Equations) -> Simulator:
-            if kind is None:
-                return KernelSimulator.of(equations)
-            return FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
-
-        return simulator_of
+        """Function from equations to the simulator that runs the fits; picklable."""
+        return partial(_simulator_of, self.kind)
 
     @property
     def file(self) -> Path:
         """File of the results."""
         return self.out / FILE
+
+
+def _simulator_of(kind: Kind | None, equations: Equations) -> Simulator:
+    if kind is None:
+        return KernelSimulator.of(equations)
+    return FmuSimulator.of(identification_fmu(equations, kind=kind), equations)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,7 @@
 Hit-and-run (Smith 1984) in whitened coordinates: along a random direction the belief is a normal distribution, and the
 pseudo-inertia of every link stays positive definite on one interval around the present point, found from the
 generalised eigenvalues of J(point) and J(direction). The next point is drawn from the normal distribution cut to
-that interval.
+that interval. Several chains go side by side: the arrays of one are too small for compiled code to gain anything.
 """
 
 from __future__ import annotations
@@ -54,49 +54,54 @@ def physical_draws(
     kept = values > 1e-14 * values[-1]
     root = scale[:, None] * vectors[:, kept] * np.sqrt(values[kept])
     unroot = (vectors[:, kept] / np.sqrt(values[kept])).T / scale
-    centre, pi, drawn = unroot @ (start - belief.mean), start, []
-    for step in range(1, THRESHOLDS.steps_between_physical_draws * count + 1):
-        direction = rng.standard_normal(root.shape[1])
-        direction /= np.linalg.norm(direction)
-        lower, upper = _interval(device, pi, root @ direction)
-        middle = -float(direction @ centre)
-        move = middle + _cut_normal(lower - middle, upper - middle, rng.uniform())
-        centre, pi = centre + move * direction, pi + move * (root @ direction)
+    chains = min(THRESHOLDS.chains_of_physical_draws, count)
+    rounds = -(-count // chains)
+    centre = np.tile(unroot @ (start - belief.mean), (chains, 1))
+    pi, drawn = np.tile(start, (chains, 1)), []
+    for step in range(1, THRESHOLDS.steps_between_physical_draws * rounds + 1):
+        direction = rng.standard_normal(centre.shape)
+        direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+        along = direction @ root.T
+        lower, upper = _intervals(device, pi, along)
+        middle = -np.sum(direction * centre, axis=1)
+        move = middle + _cut_normal(lower - middle, upper - middle, rng.uniform(size=chains))
+        centre, pi = centre + move[:, None] * direction, pi + move[:, None] * along
         if step % THRESHOLDS.steps_between_physical_draws == 0:
-            drawn.append(pi)
-    return tuple(drawn)
+            drawn += list(pi)
+    return tuple(drawn[:count])
 
 
-def _cut_normal(lower: float, upper: float, share: float) -> float:
-    """Return the quantile of a standard normal distribution cut to an interval, accurate far out in its tails.
+def _cut_normal(lower: Array, upper: Array, share: Array) -> Array:
+    """Return quantiles of standard normal distributions cut to intervals, accurate far out in their tails.
 
     scipy.stats.truncnorm does the same arithmetic at several times the cost of all else that a step does.
     """
-    if lower > 0:
-        # The distribution function has digits to spare in the left tail alone.
-        return -_cut_normal(-upper, -lower, 1.0 - share)
-    least, most = log_ndtr(lower), log_ndtr(upper)
+    # The distribution function has digits to spare in the left tail alone.
+    turned = lower > 0
+    low, high = np.where(turned, -upper, lower), np.where(turned, -lower, upper)
+    least, most = log_ndtr(low), log_ndtr(high)
     beneath = np.exp(least - most)
-    return float(ndtri_exp(most + np.log(beneath + share * (1.0 - beneath))))
+    share = np.where(turned, 1.0 - share, share)
+    quantile = ndtri_exp(most + np.log(beneath + share * (1.0 - beneath)))
+    return np.asarray(np.where(turned, -quantile, quantile))
 
 
-def _interval(device: Device, pi: Array, direction: Array) -> tuple[float, float]:
-    """Return the range of s in which π + s·direction is physically consistent.
+def _intervals(device: Device, pi: Array, direction: Array) -> tuple[Array, Array]:
+    """Return the ranges of s in which the points π + s·direction, shapes (n_chains, n_pi), are physically consistent.
 
     J(π) + s·J(direction) is positive definite where 1 + s·λ > 0 for every generalised eigenvalue λ.
     """
-    n = 10 * len(device.massive)
-    slowest = _eigenvalues(pi[:n].reshape(-1, 10), direction[:n].reshape(-1, 10)).ravel()
+    chains, n = len(pi), 10 * len(device.massive)
+    bodies = _eigenvalues(pi[:, :n].reshape(-1, 10), direction[:, :n].reshape(-1, 10)).reshape(chains, -1)
+    rotors = np.where(pi[:, n:] > 0, direction[:, n:] / np.maximum(pi[:, n:], 1e-300), 0.0)
+    rates = np.concatenate([bodies, rotors], axis=1)
+    falling, rising = rates.min(axis=1, initial=0.0), rates.max(axis=1, initial=0.0)
     with np.errstate(divide="ignore"):
-        rotors = np.where(pi[n:] > 0, direction[n:] / np.maximum(pi[n:], 1e-300), 0.0)
-    rates = np.concatenate([slowest, rotors])
-    falling, rising = rates.min(initial=0.0), rates.max(initial=0.0)
-    return (-1.0 / rising if rising > 0 else -np.inf), (-1.0 / falling if falling < 0 else np.inf)
+        return np.where(rising > 0, -1.0 / rising, -np.inf), np.where(falling < 0, -1.0 / falling, np.inf)
 
 
 def _eigenvalues(bodies: Array, directions: Array) -> Array:
     """Return the eigenvalues of L⁻¹·J(direction)·L⁻ᵀ with J(body) = L·Lᵀ, for n bodies (n, 10), shape (n, 4)."""
-    # All bodies at once: one call of LAPACK for each would take most of the time of a draw.
     L = np.linalg.cholesky(_pseudo_inertias(bodies))
     half = np.linalg.solve(L, _pseudo_inertias(directions))
     whitened = np.linalg.solve(L, half.swapaxes(1, 2))
@@ -105,4 +110,4 @@ def _eigenvalues(bodies: Array, directions: Array) -> Array:
 
 def _pseudo_inertias(bodies: Array) -> Array:
     """Return J of n bodies (n, 10), shape (n, 4, 4)."""
-    return np.einsum("kab,nk->nab", _OF_UNIT_BODIES, bodies)
+    return (bodies @ _OF_UNIT_BODIES.reshape(10, 16)).reshape(-1, 4, 4)

@@ -34,6 +34,7 @@ from haptid.measurement.signals.smoothing import convolve_gaussian
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations, Input, Output
 from haptid.model.friction.registry import law_named
+from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.thresholds import THRESHOLDS
 
@@ -273,7 +274,7 @@ class TorqueSimulator:
         NumericalError
             Where the compiler is missing or fails.
         """
-        return cls(equations, CompiledKernel.of(equations, step=step))
+        return cls(equations, cached_kernel(equations, step=step))
 
     def simulate(
         self, theta: Array, run: Run, *, x0: Array | None = None, gain: float = 0.0, sensitivities: bool = False

@@ -13,6 +13,7 @@ from haptid.identification.simulators.protocol import Trajectory, initial_state,
 from haptid.measurement.values.run import Array, Run
 from haptid.model.equations.equations import Equations
 from haptid.model.equations.output_injection import with_observer
+from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.thresholds import THRESHOLDS
 
@@ -54,7 +55,7 @@ class KernelSimulator:
         NumericalError
             Where the compiler is missing or fails.
         """
-        return cls(equations, CompiledKernel.of(with_observer(equations)))
+        return cls(equations, cached_kernel(with_observer(equations)))
 
     def with_step(self, step: float) -> KernelSimulator:
         """Return the same kernel with another inner step.

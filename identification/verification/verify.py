@@ -24,6 +24,7 @@ from haptid.measurement.values.run import Array, Run
 from haptid.model.device.device import Device
 from haptid.model.joint.joint_in_device import Effects
 from haptid.model.joint.whole_device import full_equations
+from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.support.errors import InputError
 
@@ -74,7 +75,7 @@ def verify(
     ids = [q.id for q in equations.parameters]
     theta = _theta({q.id: q.initial for q in equations.parameters}, values)
     drawn = [_theta(dict(zip(ids, theta, strict=True)), draw) for draw in draws or ()]
-    kernel = CompiledKernel.of(equations) if wanted else None
+    kernel = cached_kernel(equations) if wanted else None
     checks = [check for run in wanted if kernel for check in _check_run(kernel, theta, drawn, run, controller)]
     assumed = tuple(q.id for q in equations.parameters if q.id not in values and not q.fixed)
     return Verification(runs=tuple(checks), law=controller.law if controller else "", assumed=assumed)

@@ -93,8 +93,9 @@ def find_misnamed(runs: Sequence[Run]) -> dict[str, str]:
     each other's.
     """
     found: dict[str, str] = {}
+    periodic = _periodic(runs)
     for unit, factor in (("rad/s", 1.0), ("Hz", 1.0 / (2.0 * np.pi))):
-        for named in _by_letters(runs, factor).values():
+        for named in _by_letters(periodic, factor).values():
             wrong = [one for one in named if not one.agrees]
             agreed = len(named) - len(wrong) >= max(2, len(wrong) + 1)
             for one in wrong:
@@ -108,19 +109,23 @@ def find_misnamed(runs: Sequence[Run]) -> dict[str, str]:
     return found
 
 
-def _by_letters(runs: Sequence[Run], factor: float) -> Mapping[tuple[tuple[int, ...], str, int], list[_Named]]:
+def _periodic(runs: Sequence[Run]) -> list[tuple[Run, float]]:
+    """Return the runs of single joints whose torque repeats, with its circular frequency [rad/s]."""
+    alone = [(run, find_cycles(run)) for run in runs if run.use != "excluded" and len(run.free_joints) == 1]
+    least = THRESHOLDS.least_line_share_of_variance
+    return [(run, cycles.omega) for run, cycles in alone if cycles.share >= least and cycles.count > 1]
+
+
+def _by_letters(
+    periodic: Sequence[tuple[Run, float]], factor: float
+) -> Mapping[tuple[tuple[int, ...], str, int], list[_Named]]:
     """Collect the numbers in the names of periodic runs of one joint, by joint, letters before them and their place."""
     table: dict[tuple[tuple[int, ...], str, int], list[_Named]] = {}
-    for run in runs:
-        if run.use == "excluded" or len(run.free_joints) > 1:
-            continue
-        cycles = find_cycles(run)
-        if cycles.share < THRESHOLDS.least_line_share_of_variance or cycles.count < 2:
-            continue
+    for run, omega in periodic:
         name = re.sub(r"\.(csv|csv\.gz|parquet)$", "", run.file.rsplit("/", 1)[-1])
         for place, (letters, digits) in enumerate(NUMBER.findall(name)):
             number = float(digits.replace("p", "."))
-            named = _Named(run=run, number=number, frequency=cycles.omega * factor)
+            named = _Named(run=run, number=number, frequency=omega * factor)
             table.setdefault((run.free_joints, letters, place), []).append(named)
     return table
 

@@ -8,6 +8,8 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from haptid.measurement.signals.resolution import estimate_resolution
@@ -23,7 +25,9 @@ VARIANCE_OF_CUT_NORMAL = 0.9733
 LEAST_NOISE_OVER_RANGE = 1e-9
 """Least noise relative to the range of the readings."""
 ROWS_PER_BLOCK = 20_000
-"""Rows whose weights are held at a time: 81 numbers each."""
+"""Rows whose gaps are held at a time: 81 numbers each."""
+CLOCKS_KEPT = 4
+"""Clocks whose weights are kept for the next run."""
 
 
 def contrasts(t: Array, y: Array, order: int) -> Array:
@@ -48,20 +52,27 @@ def contrasts(t: Array, y: Array, order: int) -> Array:
     d_i = Σ_j w_ij·y_{i+j} / √(Σ_j w_ij²) with w_ij = 1/∏_{k≠j}(t_{i+j} − t_{i+k}), j = 0..order. Since the weights
     have norm 1, white noise of standard deviation σ gives d the standard deviation σ.
     """
-    # Neither the unit of t nor a constant in y changes d; both are taken out, so that products of gaps stay near 1
-    # and a large position does not cost digits.
-    rows = np.lib.stride_tricks.sliding_window_view(t / np.median(np.diff(t)), order + 1)
+    # A constant in y changes nothing; it is taken out, so that a large position does not cost digits.
     windows = np.lib.stride_tricks.sliding_window_view(y - y[0], order + 1)
+    clock = np.ascontiguousarray(t, dtype=np.float64).tobytes()
+    return np.asarray(np.einsum("ij,ij->i", _weights(clock, order), windows), dtype=np.float64)
+
+
+@lru_cache(maxsize=CLOCKS_KEPT * len(DIFFERENCE_ORDERS))
+def _weights(clock: bytes, order: int) -> Array:
+    """Compute the weights of `contrasts` from the bytes of the time; runs of a campaign often share their clock."""
+    t = np.frombuffer(clock)
+    # The unit of t changes nothing; it is taken out, so that products of gaps stay near 1.
+    rows = np.lib.stride_tricks.sliding_window_view(t / np.median(np.diff(t)), order + 1)
     parts = [slice(first, first + ROWS_PER_BLOCK) for first in range(0, len(rows), ROWS_PER_BLOCK)]
-    return np.concatenate([_contrasts(rows[part], windows[part]) for part in parts])
+    return np.concatenate([_weights_of(rows[part]) for part in parts])
 
 
-def _contrasts(rows: Array, windows: Array) -> Array:
+def _weights_of(rows: Array) -> Array:
     gaps = rows[:, :, None] - rows[:, None, :]
     # The identity turns the factor k = j, which is 0, into 1.
     weights = 1.0 / np.prod(gaps + np.eye(rows.shape[1]), axis=2)
-    weights /= np.linalg.norm(weights, axis=1, keepdims=True)
-    return np.asarray(np.einsum("ij,ij->i", weights, windows), dtype=np.float64)
+    return np.asarray(weights / np.linalg.norm(weights, axis=1, keepdims=True))
 
 
 def robust_std(values: Array) -> float:

@@ -37,7 +37,14 @@ def generator() -> str:
     return found.hexdigest()[:16]
 
 
-def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> CompiledKernel:
+def cached_kernel(
+    equations: Equations,
+    *,
+    many: bool = True,
+    tangent: bool = True,
+    substeps: int | None = None,
+    step: float = THRESHOLDS.inner_step_s,
+) -> CompiledKernel:
     """Return the compiled kernel of equations, from disk where it was compiled before.
 
     Parameters
@@ -48,6 +55,10 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
         Whether the kernel has to simulate many parameter sets side by side.
     tangent
         Whether the kernel needs sensitivities; a kernel that is not for many sets always has them.
+    substeps
+        Largest number of sub-steps of an inner step; the kernel's default where None.
+    step
+        Longest inner step [s].
 
     Returns
     -------
@@ -60,13 +71,12 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
         Where the compiler is missing or fails.
     """
     # a kernel with both, lanes and sensitivities, serves every request and is looked up first
-    both = cache_folder("kernels") / f"{equations.digest}-{generator()}.json"
+    both = cache_folder("kernels") / f"{equations.digest}-{generator()}-{substeps or 'default'}-{step!r}.json"
     own = both.with_name(f"{both.stem}-{'one' if not many else 'flat'}.json")
-    known = _load_record(equations, both) or (None if many and tangent else _load_record(equations, own))
+    known = _load_record(equations, both, step) or (None if many and tangent else _load_record(equations, own, step))
     if known is not None:
         return known
-    most = THRESHOLDS.most_substeps_of_inner_step
-    made = CompiledKernel.of(equations, many=many, substeps=most, tangent=tangent or not many)
+    made = CompiledKernel.of(equations, many=many, substeps=substeps, tangent=tangent or not many, step=step)
     seal(
         write_json(
             both if many and tangent else own,
@@ -76,7 +86,7 @@ def cached_kernel(equations: Equations, *, many: bool, tangent: bool = True) -> 
     return made
 
 
-def _load_record(equations: Equations, record: Path) -> CompiledKernel | None:
+def _load_record(equations: Equations, record: Path, step: float) -> CompiledKernel | None:
     """Return the kernel of a record, None where the record or its library is missing."""
     if not is_sealed(record):
         return None
@@ -84,5 +94,6 @@ def _load_record(equations: Equations, record: Path) -> CompiledKernel | None:
     library = cache_folder("compiled") / known["library"]
     if not is_sealed(library):
         return None
-    kernel = Kernel(equations=equations, source="", digest=known["digest"], columns=tuple(known["columns"]))
+    columns = tuple(known["columns"])
+    kernel = Kernel(equations=equations, source="", digest=known["digest"], columns=columns, step=step)
     return CompiledKernel(kernel, library)

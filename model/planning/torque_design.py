@@ -25,6 +25,7 @@ from haptid.model.joint.checked_coefficients import checked_coefficients
 from haptid.model.joint.joint_in_device import joint_quantities
 from haptid.model.joint.locked_joint import joint_equations
 from haptid.model.joint.parameter_table import joint_parameters
+from haptid.model.kernel.cache import cached_kernel
 from haptid.model.kernel.compiled import CompiledKernel
 from haptid.model.rigid_body.locked_dynamics import locked_motion
 from haptid.model.thresholds import THRESHOLDS
@@ -148,7 +149,7 @@ def plan_excitation(device: Device, joint: int, *, runs: int = 5, noise: float =
     """
     quantities = locked_quantities(device, joint)
     slides, friction = device.joints[joint].prismatic, device.joints[joint].friction
-    kernel = CompiledKernel.of(joint_equations(0, parameters=quantities, prismatic=slides, friction=friction))
+    kernel = cached_kernel(joint_equations(0, parameters=quantities, prismatic=slides, friction=friction))
     free = [i for i, one in enumerate(quantities) if not one.fixed]
     units = np.array([_unit(one) for one in quantities])[free]
     largest = _largest_torque(device, joint, kernel, quantities)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,15 +31,22 @@ def rows_to_draw(curves: Array, columns: int) -> Rows:
     if n <= 2 * columns:
         return np.arange(n, dtype=np.int64)
     edges = np.linspace(0, n, columns + 1).astype(np.int64)
-    kept = {0, n - 1}
-    for begin, end in pairwise(edges):
-        part = curves[begin:end]
-        for curve in part.T:
-            known = np.flatnonzero(np.isfinite(curve))
-            if known.size:
-                kept.add(int(begin + known[np.argmin(curve[known])]))
-                kept.add(int(begin + known[np.argmax(curve[known])]))
-    return np.array(sorted(kept), dtype=np.int64)
+    widest = int(np.diff(edges).max())
+    rows = edges[:-1, None] + np.arange(widest)
+    # Columns differ by one row at most; where one is shorter, its last place is a row of the next.
+    within = rows < edges[1:, None]
+    rows = np.minimum(rows, n - 1)
+    kept = [np.array([0, n - 1], dtype=np.int64)]
+    for curve in curves.T:
+        known = within & np.isfinite(curve)[rows]
+        some = known.any(axis=1)
+        values = curve[rows]
+        for extreme in (
+            np.where(known, values, np.inf).argmin(axis=1),
+            np.where(known, values, -np.inf).argmax(axis=1),
+        ):
+            kept.append(edges[:-1][some] + extreme[some])
+    return np.unique(np.concatenate(kept))
 
 
 def points_to_draw(x: Array, y: Array, columns: int, lines: int) -> Rows:

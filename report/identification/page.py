@@ -9,33 +9,23 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from haptid.identification.baseline.friction_loop import friction_loop
-from haptid.identification.baseline.prediction import Prediction
 from haptid.identification.links.consistency import summary as consistency_summary
-from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
 from haptid.identification.output.plain_comparison import tell_size_and_share
 from haptid.identification.output.summary import HEADER, attention, residual_unit, step_row
-from haptid.identification.output.traces import Trace
 from haptid.identification.sequence.step import Step
 from haptid.identification.thresholds import THRESHOLDS
 from haptid.identification.verification.result import Verification
-from haptid.measurement.values.run import Run
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import in_thousandths, with_error
-from haptid.report.common.page import Cell, Page, Picture, Section, Table, word_cell
+from haptid.report.common.page import Cell, Page, Section, Table, word_cell
 from haptid.report.identification.campaign_comparison import comparison_table
-from haptid.report.identification.figures import run_picture, whole_picture
-from haptid.report.identification.friction_figures import friction_picture
+from haptid.report.identification.figures import whole_picture
 from haptid.report.identification.glance import (
     LARGEST_RESIDUAL_OVER_EXPECTED,
     glance_table,
     worst_joint,
     worst_score,
 )
-from haptid.report.identification.parameter_figures import correlation_table, interval_picture
-from haptid.report.identification.plain_section import plain_section
-from haptid.report.identification.residual_figures import correlation_picture
 
 METHOD = (
     "Residuals are measured minus simulated position over the sensor's noise √(noise² + resolution²/12); 1.00 is the "
@@ -43,14 +33,8 @@ METHOD = (
     "noise²). Standard deviations take the residuals' correlation into account. Status: identified; prior (the data "
     "did not halve the prior's width); unidentifiable (known only within 50 %, or in combinations); at_bound; fixed."
 )
-FIRST_SHOWN, RUNS_IN_A_ROW = 3, 2
-"""Runs that are drawn before the reader unfolds the others, and most runs of one picture."""
 MOST_UNFOLDED = 2
 """Most configurations whose sections are open when the page is; of more, the first screen links to each."""
-MOST_CORRELATED = 3
-"""Most runs of the picture of correlations."""
-LARGEST_P_OF_SCATTER = 1e-3
-"""Largest p-value at which amplitudes of cycles are drawn: one run in a thousand scatters as much by chance."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -77,8 +61,7 @@ ALONE = Beside()
 def identification_page(
     title: str,
     steps: Sequence[Step],
-    traces: Sequence[Sequence[Trace]],
-    predictions: Sequence[Prediction | None],
+    configurations: Sequence[Sequence[Section]],
     data: Mapping[str, Any],
     verification: Verification,
     beside: Beside = ALONE,
@@ -91,10 +74,8 @@ def identification_page(
         Heading of the page.
     steps
         Steps of the identification, in locking order.
-    traces
-        Measured and simulated positions of every step's runs.
-    predictions
-        An unseen run of every step as fit and plain model predict it; None where there is none.
+    configurations
+        `configuration_sections` of every step.
     data
         Content of identification.json: remarks, links, command, software, measured.
     verification
@@ -108,11 +89,8 @@ def identification_page(
         Content of the page.
     """
     sections = [_overview(steps), *_remarks(data.get("remarks", ()))]
-    for step, own, prediction in zip(steps, traces, predictions, strict=True):
-        parts = [_configuration(step, own), *_further_runs(step, own), _diagnosis(step, own)]
-        if step.compared is not None and step.compared.baseline is not None:
-            parts.append(plain_section(step, step.compared.baseline, step.compared, prediction))
-        sections += [replace(one, folded=one.folded or len(steps) > MOST_UNFOLDED) for one in parts]
+    folded = len(steps) > MOST_UNFOLDED
+    sections += [replace(one, folded=one.folded or folded) for parts in configurations for one in parts]
     if verification.runs:
         sections.append(_whole(verification, beside.embedded))
     if data["links"]:
@@ -202,136 +180,6 @@ def _remarks(remarks: Sequence[str]) -> list[Section]:
     table = Table(header=("remark",), rows=[(remark,) for remark in remarks])
     words = "What was remarked of the runs before any fit. A slip of units, signs or columns makes every figure wrong."
     return [Section(title="Remarks on the data", anchor="remarks", paragraphs=(words,), tables=(table,))]
-
-
-def _configuration(step: Step, traces: Sequence[Trace]) -> Section:
-    fit = step.fit
-    said = [f"Outcome: {fit.outcome.value}.", *attention(step)[(fit.outcome.label != "converged") :], *fit.notes]
-    return Section(
-        title=step.configuration.name.capitalize(),
-        anchor=step.configuration.anchor,
-        paragraphs=tuple(s for s in (step.configuration.locked, *said) if s),
-        pictures=_run_pictures(step, _first_shown(traces)),
-        tables=tuple(
-            t for t in (_parameters(step), _profiles(step), _combinations(step), _runs(step), _basins(step)) if t.rows
-        ),
-    )
-
-
-def _first_shown(traces: Sequence[Trace]) -> list[Trace]:
-    """Return a fitted run and the first that no fit saw."""
-    fitted = [t for t in traces if t.score.use == "fit"]
-    others = [t for t in traces if t.score.use == "validate"]
-    return (fitted[len(fitted) // 2 :][:1] + others)[:FIRST_SHOWN]
-
-
-def _run_pictures(step: Step, traces: Sequence[Trace]) -> tuple[Picture, ...]:
-    return tuple(
-        run_picture(traces[k : k + RUNS_IN_A_ROW], step.configuration.name)
-        for k in range(0, len(traces), RUNS_IN_A_ROW)
-    )
-
-
-def _further_runs(step: Step, traces: Sequence[Trace]) -> list[Section]:
-    """Return the folded section of the runs that are not drawn first; none where all are."""
-    shown = [id(trace) for trace in _first_shown(traces)]
-    others = [trace for trace in traces if id(trace) not in shown]
-    if not others:
-        return []
-    title = f"{step.configuration.name.capitalize()}: {len(others)} more run{'s' * (len(others) > 1)}"
-    return [Section(title=title, pictures=_run_pictures(step, others), folded=True)]
-
-
-def _diagnosis(step: Step, traces: Sequence[Trace]) -> Section:
-    """Return the section on friction, what is left, and how well each parameter is known."""
-    name = step.configuration.name
-    runs: dict[tuple[str, str], Run] = {(run.file, run.use): run for run in step.configuration.runs}
-    shown = _first_shown(traces)
-    pictures: list[Picture | None] = [_friction(step)]
-    if shown:
-        pictures.append(correlation_picture(shown[:MOST_CORRELATED], name))
-    if len(step.configuration.free_joints) == 1 and not step.torque_scored:
-        found = [cycle_amplitudes(runs[t.score.file, t.score.use], t.simulated[:, 0]) for t in traces]
-        scattered = [one for one in found if one is not None and one.p_value < LARGEST_P_OF_SCATTER]
-        pictures += [cycles_picture(scattered, name)] if scattered else []
-    pictures.append(interval_picture(step.fit, name))
-    return Section(
-        title=f"{name.capitalize()}: friction, residual, intervals",
-        anchor=f"{step.configuration.anchor}-diagnosis",
-        pictures=[picture for picture in pictures if picture is not None],
-        tables=[table for table in (correlation_table(step.fit),) if table.rows],
-    )
-
-
-def _friction(step: Step) -> Picture | None:
-    """Draw the friction of every free joint in the worst run; None where there is no inverse dynamics."""
-    worst = worst_score(step)
-    if step.compared is None or worst is None:
-        return None
-    runs = [run for run in step.compared.runs if (run.file, run.use) == (worst.file, worst.use)]
-    loops = [friction_loop(step.compared, run, k) for run in runs[:1] for k in range(len(run.free_joints))]
-    return friction_picture(loops, step.configuration.name) if loops else None
-
-
-def _parameters(step: Step) -> Table:
-    fit = step.fit
-    rows = [
-        (
-            q.id,
-            with_error(value, std) if not q.fixed else f"{value:.4g}",
-            q.unit,
-            word_cell("status", fit.statuses[q.id]),
-            f"{q.initial:.3g}",
-            f"[{q.lower:.3g}, {q.upper:.3g}]" if not q.fixed else "",
-            q.description,
-        )
-        for q, value, std in zip(fit.equations.parameters, fit.theta, fit.std, strict=True)
-    ]
-    header = ("parameter", "value ± std", "unit", "status", "first guess", "bounds", "meaning")
-    return Table(header=header, rows=rows, caption="Parameters")
-
-
-def _profiles(step: Step) -> Table:
-    fit, rows = step.fit, []
-    for id, one in fit.profiles.items():
-        value, std, unit = fit.values[id], fit.std[fit.index(id)], fit.equations.parameter(id).unit
-        ends = ["open" if end is None else f"{end:.6g}" for end in (one.lower, one.upper)]
-        rows.append((id, *ends, f"{value - 1.96 * std:.6g} to {value + 1.96 * std:.6g}", unit))
-    return Table(
-        header=("parameter", "from", "to", "value ± 1.96 std", "unit"),
-        rows=rows,
-        caption="95 % intervals of the profile likelihood: all other parameters adapt to each end",
-    )
-
-
-def _combinations(step: Step) -> Table:
-    rows = [
-        (" + ".join(f"{c:.4g}·{id}" for id, c in one.coefficients.items()), with_error(one.value, one.std))
-        for one in step.fit.combinations
-    ]
-    return Table(
-        header=("combination", "value ± std"), rows=rows, caption="What the data alone know of open parameters"
-    )
-
-
-def _runs(step: Step) -> Table:
-    unit = residual_unit(step)
-    rows = [
-        (s.file, s.use, ", ".join(f"{x:.3g}" for x in s.rmse), f"{s.over_noise:.3f}", f"{s.nrmse:.2e}")
-        for s in step.fit.runs
-    ]
-    excluded = [(r.file, "excluded", "", "", r.reason) for r in step.configuration.runs if r.use == "excluded"]
-    header = ("run", "use", f"RMS [{unit}]", "RMS / noise", "RMS / range")
-    return Table(header=header, rows=[*rows, *excluded], caption="Runs")
-
-
-def _basins(step: Step) -> Table:
-    rows = [
-        (f"{k + 1}", f"{b.over_noise:.4f}", ", ".join(map(str, b.starts)), str(b.simulations))
-        for k, b in enumerate(step.fit.basins)
-    ]
-    header = ("minimum", "RMS / noise", "reached by starts", "simulations")
-    return Table(header=header, rows=rows, caption="Minima that the starts reached")
 
 
 def _whole(verification: Verification, embedded: str | None) -> Section:

@@ -18,6 +18,8 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 _ENDING = (signal.SIGINT, signal.SIGTERM)
+NICENESS = 10
+"""Added to the niceness of a gentle worker [1], of which the most is 19."""
 
 
 class Pool(ProcessPoolExecutor):
@@ -27,11 +29,14 @@ class Pool(ProcessPoolExecutor):
     ----------
     count
         Most workers.
+    gentle
+        Whether the workers give way to other processes, where the system knows of priorities.
     """
 
-    def __init__(self, count: int) -> None:
+    def __init__(self, count: int, *, gentle: bool = False) -> None:
         _start_tracker()
-        super().__init__(count, mp_context=multiprocessing.get_context("spawn"), initializer=_left_to_the_parent)
+        context = multiprocessing.get_context("spawn")
+        super().__init__(count, mp_context=context, initializer=_left_to_the_parent, initargs=(gentle,))
 
     def submit(self, fn: Callable[..., T], /, *args: Any, **kwargs: Any) -> Future[T]:
         """Start a task, with Ctrl-C held back while a worker may be starting.
@@ -78,8 +83,10 @@ def _start_tracker() -> None:
             os.environ["PYTHONWARNINGS"] = before
 
 
-def _left_to_the_parent() -> None:
+def _left_to_the_parent(gentle: bool) -> None:
     """Initialise a worker: ignore Ctrl-C, since the parent ends its workers itself, and end where the parent dies."""
+    if gentle and hasattr(os, "nice"):
+        os.nice(NICENESS)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     end_with_the_parent()
 

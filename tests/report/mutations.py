@@ -124,8 +124,17 @@ DRAWS = of(
 IDENTIFICATION = of(
     "identification/page.py",
     "test_identification_pages.py",
-    ("a tenth of the standard deviation", "with_error(value, std) if not", "with_error(value, std / 10) if not"),
     ("best for worst joint", "(max(getattr(j, of) for j", "(min(getattr(j, of) for j"),
+    ("the spread for the RMS", 'f"{j.rmse_rad:.3g}"', 'f"{j.spread_rad:.3g}"'),
+    ("over noise for over expected", 'f"{j.over_expected:.2f}"', 'f"{j.rmse_over_noise:.2f}"'),
+    ("a link's error a tenth", 'with_error(one["value"], one["std"])', 'with_error(one["value"], one["std"] / 10)'),
+    ("the earlier test for the later", "with_error(*a.later)", "with_error(*a.earlier)"),
+    ("p for 1 − p", 'f"{a.p:.2g}"', 'f"{1 - a.p:.2g}"'),
+)
+CONFIGURATION = of(
+    "identification/configuration_sections.py",
+    "test_identification_pages.py",
+    ("a tenth of the standard deviation", "with_error(value, std) if not", "with_error(value, std / 10) if not"),
     ("the bounds swapped", "[{q.lower:.3g}, {q.upper:.3g}]", "[{q.upper:.3g}, {q.lower:.3g}]"),
     ("the estimate for the first guess", 'f"{q.initial:.3g}"', 'f"{value:.3g}"'),
     (
@@ -140,11 +149,11 @@ IDENTIFICATION = of(
         'f"{s.over_noise:.3f}", f"{s.nrmse:.2e}"',
         'f"{s.nrmse:.3f}", f"{s.over_noise:.2e}"',
     ),
-    ("the spread for the RMS", 'f"{j.rmse_rad:.3g}"', 'f"{j.spread_rad:.3g}"'),
-    ("over noise for over expected", 'f"{j.over_expected:.2f}"', 'f"{j.rmse_over_noise:.2f}"'),
-    ("a link's error a tenth", 'with_error(one["value"], one["std"])', 'with_error(one["value"], one["std"] / 10)'),
-    ("the earlier test for the later", "with_error(*a.later)", "with_error(*a.earlier)"),
-    ("p for 1 − p", 'f"{a.p:.2g}"', 'f"{1 - a.p:.2g}"'),
+    (
+        "noisy postures left out",
+        "> 1 and quiet and",
+        "> 1 and not quiet and",
+    ),
 )
 GLANCE = of(
     "identification/glance.py",
@@ -333,6 +342,7 @@ NUMBERS = of(
     ("a digit too few", "math.floor(math.log10(std)) + 2", "math.floor(math.log10(std)) + 1"),
 )
 MUTATIONS = (
-    *DISCREPANCY, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION, *GLANCE, *DIAGNOSIS, *PLAIN, *PICTURES, *CALIBRATION,
+    *DISCREPANCY, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION,
+    *CONFIGURATION, *GLANCE, *DIAGNOSIS, *PLAIN, *PICTURES, *CALIBRATION,
     *POSTERIOR, *PLAN, *FROM_JSON, *NUMBERS,
 )  # fmt: skip

@@ -20,6 +20,8 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.step import Step
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
+from haptid.report.common.page import Page
+from haptid.report.identification.configuration_sections import NOT_DRAWN_AGAIN, configuration_sections
 from haptid.report.identification.foreign_page import calibration_page
 from haptid.report.identification.friction_figures import friction_figure
 from haptid.report.identification.page import Beside, identification_page
@@ -139,10 +141,15 @@ DATA = {
 }  # fmt: skip
 
 
+def whole_page(title, steps, traces, predictions, data, verification, *beside) -> Page:
+    drawn = [configuration_sections(*one) for one in zip(steps, traces, predictions, strict=True)]
+    return identification_page(title, steps, drawn, data, verification, *beside)
+
+
 @pytest.fixture(scope="module")
 def page() -> Seen:
     traces = [[trace(one) for one in step.fit.runs] for step in (STEP, POOR_STEP)]
-    return render(identification_page, "An arm", (STEP, POOR_STEP), traces, (PREDICTION, None), DATA, VERIFICATION)
+    return render(whole_page, "An arm", (STEP, POOR_STEP), traces, (PREDICTION, None), DATA, VERIFICATION)
 
 
 def test_the_lead_has_the_worst_unseen_run_and_the_worst_joint(page):
@@ -160,10 +167,23 @@ def test_the_lead_tells_the_closed_loop_apart_and_which_tests_would_help(home, w
     runs = (replace(closed, joints=quiet), replace(closed, joints=open_loop, mode="open_loop"))
     posture = (0.0,) * 5 if home else STEP.configuration.posture
     step = replace(STEP, configuration=replace(STEP.configuration, posture=posture))
-    seen = render(identification_page, "An arm", (step,), [[]], (None,), DATA, replace(VERIFICATION, runs=runs))
+    seen = render(whole_page, "An arm", (step,), [[]], (None,), DATA, replace(VERIFICATION, runs=runs))
     said = "within 2.48 × noise on the worst joint, through the stated controller within 1.27 × noise; what these tests"
     assert said in seen.paragraphs[0]
     assert which in seen.paragraphs[0]
+
+
+@pytest.mark.parametrize(("number", "step", "again"), [(1, STEP, True), (2, STEP, False), (2, POOR_STEP, True)])
+def test_a_later_posture_is_drawn_in_full_where_it_leaves_more_than_noise(number, step, again):
+    later = replace(step, configuration=replace(step.configuration, number=number))
+    traces = [trace(one) for one in step.fit.runs]
+    (diagnosis,) = [one for one in configuration_sections(later, traces, None) if "diagnosis" in one.anchor]
+    alts = [picture.alt for picture in diagnosis.pictures]
+    name = later.configuration.name
+    for drawn in ("correlation of the residuals", "width of each parameter's interval"):
+        assert (f"{name}, {drawn}" in alts) == again
+    assert (NOT_DRAWN_AGAIN in diagnosis.paragraphs) != again
+    assert diagnosis.tables
 
 
 def test_the_overview_has_fit_and_validation(page):
@@ -242,7 +262,7 @@ def test_both_models_have_their_parameters_with_both_ends(page):
 def test_a_plain_model_that_is_the_result_leaves_the_fit_without_errors():
     step = replace(STEP, fit=FIT.but(outcome=Outcome.PLAIN))
     data = {**DATA, "links": {}}
-    page = render(identification_page, "An arm", (step,), [[]], (None,), data, Verification(runs=()))
+    page = render(whole_page, "An arm", (step,), [[]], (None,), data, Verification(runs=()))
     row = page.table(PLAIN, "Parameters of the plain model").row("inertia")
     assert [row["fit ± std"], row["95 % interval'"]] == ["0.0001234", ""]
 
@@ -310,9 +330,7 @@ def test_the_first_screen_has_a_line_for_each_joint(page):
 def test_each_joint_links_to_its_own_files_and_the_rest_to_the_device():
     files = ("joint4.fmu", "joint4_native.fmu", "arm.fmu", "parameters.ssv")
     data = {**DATA, "links": {}}
-    page = render(
-        identification_page, "An arm", (STEP,), [[]], (None,), data, Verification(runs=()), Beside(files=tuple(files))
-    )
+    page = render(whole_page, "An arm", (STEP,), [[]], (None,), data, Verification(runs=()), Beside(files=tuple(files)))
     (table,) = [grid for grid in page.tables if grid.section == ""]
     assert table.column("files") == [
         "joint4.fmu joint4_native.fmu identification.json", "arm.fmu parameters.ssv identification.json",
@@ -325,7 +343,7 @@ def test_correlations_stand_in_their_row_and_column():
     covariance = np.outer(std, std) * np.array([[1.0, -0.83], [-0.83, 1.0]])
     step = replace(STEP, fit=FIT.but(covariance=covariance))
     data = {**DATA, "links": {}}
-    page = render(identification_page, "An arm", (step,), [[]], (None,), data, Verification(runs=()))
+    page = render(whole_page, "An arm", (step,), [[]], (None,), data, Verification(runs=()))
     table = page.table("Joint 4: friction, residual, intervals", "Correlations")
     assert table.rows == [["", "inertia", "Ks"], ["inertia", "+1.00", "-0.83"], ["Ks", "-0.83", "+1.00"]]
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -9,13 +11,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear
 
-from haptid.identification.optimise.homotopy import descend, feasible
-from haptid.identification.optimise.levenberg_marquardt import minimise
+from haptid.identification.optimise import homotopy
+from haptid.identification.optimise.homotopy import descend, feasible, is_near_the_data
+from haptid.identification.optimise.levenberg_marquardt import cost_of, minimise
 from haptid.identification.optimise.slsqp import slsqp
 from haptid.identification.problem.bounded_lsq import step_within, triangle
 from haptid.identification.problem.options import FitOptions
 from haptid.identification.problem.passivity import margin
 from haptid.identification.problem.residuals import Problem
+from haptid.identification.thresholds import THRESHOLDS
 from tests.identification.bench_joint import TRUE, equations, runs, simulator
 
 
@@ -75,6 +79,31 @@ def test_methods_agree_on_the_minimum():
     blocks = p.blocks(a.x)
     slope = blocks.jacobian.T @ blocks.residual / np.linalg.norm(blocks.jacobian, axis=0)
     assert np.abs(slope).max() < 1e-2
+
+
+def test_levels_that_are_left_out_change_no_minimum(monkeypatch):
+    p = problem()
+    short = descend(p, guess(p))
+    monkeypatch.setattr(homotopy, "is_near_the_data", lambda *_: False)
+    whole = descend(p, guess(p))
+    assert short.calls < 0.85 * whole.calls
+    assert short.cost == pytest.approx(whole.cost, rel=1e-7)
+    n = p.n_parameters
+    J = p.blocks(whole.x).jacobian[:, :n]
+    # In standard deviations of what the data know: a hundredth of one at most.
+    assert np.linalg.norm(J @ (short.x - whole.x)[:n]) < 0.01
+
+
+def test_a_joint_at_rest_is_not_near_data_of_a_noisy_sensor():
+    quiet = problem()
+    at_minimum = descend(quiet, guess(quiet)).x
+    assert is_near_the_data(quiet, at_minimum)
+    assert not is_near_the_data(quiet, guess(quiet))
+    # Five times less motion than noise: three standard deviations hold anything.
+    loud = replace(quiet, runs=tuple(run.but(noise=5.0 * np.std(run.y, axis=0)) for run in quiet.runs))
+    far = guess(loud)
+    assert np.sqrt(cost_of(loud.blocks(far)) / loud.weight) < THRESHOLDS.largest_residual_near_the_data
+    assert not is_near_the_data(loud, far)
 
 
 def test_bounds_and_ordering_hold():
