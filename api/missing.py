@@ -28,9 +28,11 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.page import Page
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
-from haptid.report.discrepancy.page import discrepancy_page, draw_motion, draw_residuals, draw_shares
+from haptid.report.discrepancy.motion_pictures import draw_motion, draw_residuals
+from haptid.report.discrepancy.page import discrepancy_page
 from haptid.report.discrepancy.stage_pictures import write_pictures
 from haptid.report.discrepancy.torque_gap_page import draw_torque_left, torque_gap_page
+from haptid.report.discrepancy.where_pictures import draw_shares
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json

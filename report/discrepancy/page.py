@@ -2,106 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from haptid.discrepancy.detect.localise import AXES, Map, describe_regions
+from haptid.discrepancy.detect.localise import describe_regions
 from haptid.discrepancy.detect.score_tests import Score
-from haptid.discrepancy.finding.finding import Curve, Finding
+from haptid.discrepancy.finding.finding import Finding
 from haptid.discrepancy.fit.solution import SCATTER
 from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
-from haptid.discrepancy.unnamed.missing_torque import Shape
 from haptid.discrepancy.verdict.estimate import Estimate
 from haptid.identification.output.cycle_amplitudes import cycle_amplitudes
 from haptid.measurement.values.units import unit_for
-from haptid.report.common.charts import picture_of
 from haptid.report.common.cycles import cycles_picture
 from haptid.report.common.numbers import round_to_error, with_error
 from haptid.report.common.page import Page, Picture, Section, Table
-from haptid.report.common.style import ACCENT, BAND, MEASURED, RESIDUAL, SIMULATED, figure, style
 from haptid.report.discrepancy.glance import is_scatter_alone, position_glance
+from haptid.report.discrepancy.motion_pictures import before_after_pictures
+from haptid.report.discrepancy.unnamed_section import unnamed_section
+from haptid.report.discrepancy.where_pictures import where_picture
 from haptid.support.numbers import plain
 
-RUNS_IN_A_ROW = 2
-"""Most runs of one picture."""
 LARGEST_CHANGE_UNTOLD = 5e-4
 """Largest relative change of a parameter that counts as none: a table would show it as 0.0 %."""
-LEAST_SHARE_EXPLAINED = 0.5
-"""Share of the model discrepancy below which a torque over one or two variables does not explain most of it [1]."""
-
-
-def before_after_pictures(curves: tuple[Curve, ...]) -> list[Picture]:
-    """Draw all runs, two in a picture.
-
-    Parameters
-    ----------
-    curves
-        Runs with their simulations before and after the search.
-
-    Returns
-    -------
-    list of Picture
-        As `before_after_picture` draws them.
-    """
-    return [before_after_picture(curves[k : k + RUNS_IN_A_ROW]) for k in range(0, len(curves), RUNS_IN_A_ROW)]
-
-
-def before_after_picture(curves: tuple[Curve, ...]) -> Picture:
-    """Draw position and residual of the nominal and the final model.
-
-    Parameters
-    ----------
-    curves
-        Runs with their simulations before and after the search.
-
-    Returns
-    -------
-    Picture
-        What `before_after_figure` draws.
-    """
-    unseen = all(curve.run.use == "validate" for curve in curves)
-    runs = "Runs that no fit saw" if unseen else "Fitted runs (the campaign has none to validate on)"
-    caption = f"{runs}. Above: the motion. Below: what the simulation misses, before and after."
-    made = before_after_figure(curves)
-    return picture_of(made, caption=caption, alt="measured and simulated position, before and after")
-
-
-def before_after_figure(curves: tuple[Curve, ...]) -> Figure:
-    """Draw position and residual of the nominal and the final model on the first two runs.
-
-    Parameters
-    ----------
-    curves
-        Runs with their simulations before and after the search.
-
-    Returns
-    -------
-    Figure
-        A column a run: positions above, residuals with the sensor's ±2σ below.
-    """
-    shown = curves[:RUNS_IN_A_ROW]
-    with style():
-        made = figure(8.5, 4.4)
-        axes = made.subplots(2, len(shown), squeeze=False, sharex="col", sharey="row", height_ratios=(1, 1.5))
-        for column, curve in enumerate(shown):
-            several = len({c.run.free_joints for c in curves}) > 1
-            draw_motion(axes[0, column], curve)
-            title = curve.run.file + f", joint {curve.run.free_joints[0]}" * several
-            axes[0, column].set_title(title, fontsize=8)
-            draw_residuals(axes[1, column], curve)
-            axes[1, column].set_xlabel("time [s]")
-        slides = [p for curve in shown for p in curve.run.prismatic]
-        axes[0, 0].set_ylabel(f"position [{unit_for('rad', slides)}]")
-        axes[1, 0].set_ylabel(f"residual [{unit_for('mrad', slides)}]")
-        for row in axes:
-            row[0].legend(fontsize=7, ncols=3, loc="upper center")
-            low, high = row[0].get_ylim()
-            row[0].set_ylim(low, high + 0.2 * (high - low))
-    return made
 
 
 def _cycles(finding: Finding) -> list[Picture]:
@@ -111,117 +34,6 @@ def _cycles(finding: Finding) -> list[Picture]:
     found = [cycle_amplitudes(curve.run, curve.after) for curve in finding.curves]
     amplitudes = [one for one in found if one is not None]
     return [cycles_picture(amplitudes, finding.search.study.title)] if amplitudes else []
-
-
-def draw_motion(axis: Axes, curve: Curve) -> None:
-    """Draw measured position and the simulations before and after the search, over time.
-
-    Parameters
-    ----------
-    axis
-        Axes to draw on.
-    curve
-        Run of one joint with its simulations.
-    """
-    axis.plot(curve.run.t, curve.run.y[:, 0], color=MEASURED, label="measured", lw=3.0, alpha=0.35)
-    axis.plot(curve.run.t, curve.before, color=ACCENT, ls="--", label="simulated before")
-    axis.plot(curve.run.t, curve.after, color=SIMULATED, label="simulated after")
-
-
-def draw_residuals(axis: Axes, curve: Curve) -> None:
-    """Draw what the simulations before and after the search miss, with the sensor's ±2σ, over time.
-
-    Parameters
-    ----------
-    axis
-        Axes to draw on.
-    curve
-        Run of one joint with its simulations.
-    """
-    t, y = curve.run.t, curve.run.y[:, 0]
-    axis.plot(t, 1e3 * (y - curve.before), color=ACCENT, lw=0.7, label="before")
-    axis.plot(t, 1e3 * (y - curve.after), color=SIMULATED, lw=0.7, label="after")
-    band = [2e3 * s * curve.run.sensor_std[0] for s in (-1, 1)]
-    axis.axhspan(*band, color=BAND, alpha=0.5, lw=0, label="±2σ of the sensor")
-
-
-def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
-    """Draw the residual localisation: the shares of excess residual energy and of samples in every bin of a variable.
-
-    Parameters
-    ----------
-    maps
-        Excess of residual energy over the noise, one map per variable.
-    prismatic
-        Whether each joint is prismatic, for the units.
-
-    Returns
-    -------
-    Picture
-        What `where_figure` draws.
-    """
-    return picture_of(
-        where_figure(maps, prismatic),
-        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
-        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
-        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
-    )
-
-
-def where_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Figure:
-    """Draw the shares of excess residual energy and of samples in every bin of each variable.
-
-    Parameters
-    ----------
-    maps, prismatic
-        As `where_picture` takes them.
-
-    Returns
-    -------
-    Figure
-        A panel a variable, shares in %.
-    """
-    with style():
-        made = figure(8.5, 4.4)
-        axes = made.subplots(2, -(-len(maps) // 2), sharey=True)
-        for axis, m in zip(axes.ravel(), maps, strict=True):
-            draw_shares(axis, m, prismatic)
-        for row in axes:
-            row[0].set_ylabel("share [%]")
-        axes[0, 0].legend(fontsize=7)
-    return made
-
-
-def draw_shares(axis: Axes, m: Map, prismatic: Sequence[bool]) -> None:
-    """Draw the shares of excess residual energy and of samples in every bin of a variable.
-
-    Parameters
-    ----------
-    axis
-        Axes to draw on.
-    m
-        Excess of residual energy over one variable.
-    prismatic
-        Whether each joint is prismatic, for the units.
-    """
-    gap, rows = (100 * part / max(part.sum(), 1e-300) for part in (np.maximum(m.excess, 0.0), m.rows))
-    edges = m.edges + 1.0 if m.variable == "cycle" else m.edges
-    axis.bar(edges[:-1], gap, np.diff(edges), align="edge", color=RESIDUAL, alpha=0.75, label="of the gap")
-    axis.stairs(rows, edges, color=MEASURED, lw=0.8, label="of the samples")
-    name, unit = AXES[m.variable]
-    axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]" if unit else name, fontsize=8)
-    _ticks(axis, m)
-
-
-def _ticks(axis: Axes, m: Map) -> None:
-    if m.labels:
-        axis.set_xticks((m.edges[:-1] + m.edges[1:]) / 2, [x.split(".csv")[0] for x in m.labels])
-    if m.variable == "cycle":
-        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
-    if m.variable == "run":
-        axis.tick_params(axis="x", rotation=90, labelsize=6)
-    if m.variable == "frequency_rad_s":
-        axis.set_xscale("log")
 
 
 def _effects(finding: Finding) -> Table:
@@ -415,101 +227,6 @@ def _settle(finding: Finding) -> list[str]:
     return [f"{which}: {run}{once}."]
 
 
-def _describe_unnamed(shape: Shape, runs: str, finding: Finding) -> Section:
-    """Return the section on the missing torque as a function of one or two variables."""
-    names = " and ".join(AXES[variable][0] for variable in shape.variables)
-    prismatic = [_slides(finding)[finding.joints.index(shape.joint)]]
-    joint = f" in joint {shape.joint}" if len(finding.joints) > 1 else ""
-    closed = _write_closed(shape)
-    lines = [f"As a torque{joint} over {names} alone, what is missing would close {closed} of the gap on {runs}."]
-    if shape.alone:
-        lines.append(f"Over {AXES[shape.alone.variables[0]][0]} alone it would close {_write_closed(shape.alone)}.")
-    if len(finding.joints) > 1 and "position_rad" in shape.variables:
-        lines.append("Gravity in the base bends with position too: the base may hold a part of the bend.")
-    if shape.closed < LEAST_SHARE_EXPLAINED:
-        lines.append("Most of it does not live there: it depends on other variables, or has a state of its own.")
-    if shape.suggestion:
-        lines.append(f"A formula that follows it, a suggestion and no finding: {shape.suggestion}.")
-    return Section(
-        title="What is missing, without a name",
-        anchor="shape",
-        paragraphs=lines,
-        pictures=[shape_picture(shape, prismatic)],
-        tables=[] if shape.alone else [_curve(shape, prismatic)],
-    )
-
-
-def _write_closed(shape: Shape) -> str:
-    return f"{100 * max(shape.closed, 0.0):.1f} %"
-
-
-def _curve(shape: Shape, prismatic: Sequence[bool]) -> Table:
-    rows = zip(shape.knots[0], shape.torque, shape.std, strict=True)
-    return Table(
-        header=(_axis(shape.variables[0], prismatic), f"torque ± std [{unit_for('N m', prismatic)}]"),
-        rows=[(f"{x:.4g}", with_error(y, std)) for x, y, std in rows],
-    )
-
-
-def _axis(variable: str, prismatic: Sequence[bool]) -> str:
-    name, turning = AXES[variable]
-    return f"{name} [{unit_for(turning, prismatic)}]"
-
-
-def shape_picture(shape: Shape, prismatic: Sequence[bool]) -> Picture:
-    """Draw the missing torque over one variable with a band of two standard errors, or over two beside its error.
-
-    Parameters
-    ----------
-    shape
-        Torque with its standard error over one or two variables.
-    prismatic
-        Whether the joint is prismatic, for the units.
-
-    Returns
-    -------
-    Picture
-        Its caption says what the nominal model can hold and is left out.
-    """
-    names = " and ".join(AXES[variable][0] for variable in shape.variables)
-    with style():
-        made = figure(8.5 if shape.alone else 5.6, 2.8)
-        draw = _surface if shape.alone else _line
-        draw(made, shape, prismatic)
-    band = "its standard error beside it" if shape.alone else "with ±2 standard errors"
-    caption = (
-        f"The torque that the base model lacks, counted as the drive's is, as a function of {names} fitted together "
-        f"with all its parameters, {band}. What springs, friction and gain of the base hold, a constant and straight "
-        "lines over position, speed or torque, is left out."
-    )
-    return picture_of(made, caption=caption, alt=f"missing torque over {names}")
-
-
-def _line(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:
-    axis, (knots,) = made.subplots(), shape.knots
-    axis.axhline(0.0, color=MEASURED, lw=0.5)
-    axis.fill_between(
-        knots, shape.torque - 2 * shape.std, shape.torque + 2 * shape.std, color=RESIDUAL, alpha=0.3, lw=0
-    )
-    axis.plot(knots, shape.torque, color=RESIDUAL, marker="o", ms=2.5, lw=1)
-    axis.set_xlabel(_axis(shape.variables[0], prismatic))
-    axis.set_ylabel(f"missing torque [{unit_for('N m', prismatic)}]")
-
-
-def _surface(made: Figure, shape: Shape, prismatic: Sequence[bool]) -> None:
-    unit, largest = unit_for("N m", prismatic), float(np.abs(shape.torque).max())
-    parts = (
-        (shape.torque, f"missing torque [{unit}]", {"cmap": "RdBu_r", "vmin": -largest, "vmax": largest}),
-        (shape.std, f"standard error [{unit}]", {"cmap": "Greys", "vmin": 0.0}),
-    )
-    first, second = shape.knots
-    for axis, (values, label, look) in zip(made.subplots(1, 2, sharey=True), parts, strict=True):
-        drawn = axis.pcolormesh(second, first, values, shading="gouraud", **look)
-        made.colorbar(drawn, ax=axis, label=label)
-        axis.set_xlabel(_axis(shape.variables[1], prismatic))
-        axis.set_ylabel(_axis(shape.variables[0], prismatic))
-
-
 def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     """Render the page of one study.
 
@@ -536,7 +253,7 @@ def discrepancy_page(finding: Finding, title: str, *, measured: bool) -> Page:
     )
     what = "What stands in for it" if j.verdict == "unlisted" else "What is missing"
     runs = "runs that no fit saw" if finding.search.study.unseen else "the fitted runs"
-    unnamed = [_describe_unnamed(j.shape, runs, finding)] if j.shape else []
+    unnamed = [unnamed_section(j.shape, runs, finding.joints, _slides(finding))] if j.shape else []
     where_pictured = where_picture(finding.maps, _slides(finding))
     sections = [
         Section(

@@ -16,7 +16,8 @@ from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
 from haptid.report.common.page import Picture
 from haptid.report.common.style import ACCENT, BAND, RESIDUAL, figure, png, style
-from haptid.report.discrepancy.page import before_after_figure, where_figure
+from haptid.report.discrepancy.motion_pictures import before_after_figure
+from haptid.report.discrepancy.where_pictures import where_figure
 from haptid.support.files.files import write_bytes
 
 MOST_SCORES_SHOWN = 15

@@ -12,7 +12,8 @@ from haptid.report.common.numbers import with_error
 from haptid.report.common.page import Page, Picture, Section, Table
 from haptid.report.common.style import ACCENT, BAND, MEASURED, SIMULATED, figure, style
 from haptid.report.discrepancy.glance import torque_glance
-from haptid.report.discrepancy.page import where_picture, write_share
+from haptid.report.discrepancy.page import write_share
+from haptid.report.discrepancy.where_pictures import where_picture
 
 
 def torque_picture(finding: TorqueFinding) -> Picture:

@@ -81,16 +81,24 @@ DISCREPANCY = of(
     ("degrees of freedom off by one", 'f"{s.dof}"', 'f"{s.dof - 1}"'),
     ("p by signs for p", 'else f"{s.family_p:.2g}"', "else _write_flipped(s)"),
     ("the smallest effect ten times as small", "{d.size:.2g}", "{d.size / 10:.2g}"),
-    ("the torque's error a tenth", "with_error(y, std)) for x, y, std", "with_error(y, std / 10)) for x, y, std"),
-    ("the share that is not closed", "{100 * max(shape.closed, 0.0):.1f}", "{100 - 100 * max(shape.closed, 0.0):.1f}"),
     ("the share of bags that lose the name", 'f"{100 * share:.0f} %"', 'f"{100 - 100 * share:.0f} %"'),
-    ("the picture's curves swapped", "axis.plot(curve.run.t, curve.before,", "axis.plot(curve.run.t, curve.after,"),
-    ("a band of 1 σ", "band = [2e3 * s", "band = [1e3 * s"),
     (
         "all for the best starts",
         "best, tried = finding.search.base.reached,",
         "best, tried = len(finding.search.trials),",
     ),
+)
+UNNAMED_SECTION = of(
+    "discrepancy/unnamed_section.py",
+    "test_discrepancy_page.py",
+    ("the torque's error a tenth", "with_error(y, std)) for x, y, std", "with_error(y, std / 10)) for x, y, std"),
+    ("the share that is not closed", "{100 * max(shape.closed, 0.0):.1f}", "{100 - 100 * max(shape.closed, 0.0):.1f}"),
+)
+MOTION_PICTURES = of(
+    "discrepancy/motion_pictures.py",
+    "test_discrepancy_page.py",
+    ("the picture's curves swapped", "axis.plot(curve.run.t, curve.before,", "axis.plot(curve.run.t, curve.after,"),
+    ("a band of 1 σ", "band = [2e3 * s", "band = [1e3 * s"),
 )
 TORQUE = of(
     "discrepancy/torque_gap_page.py",
@@ -342,7 +350,7 @@ NUMBERS = of(
     ("a digit too few", "math.floor(math.log10(std)) + 2", "math.floor(math.log10(std)) + 1"),
 )
 MUTATIONS = (
-    *DISCREPANCY, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION,
+    *DISCREPANCY, *UNNAMED_SECTION, *MOTION_PICTURES, *TORQUE, *WHOLE, *DRAWS, *IDENTIFICATION,
     *CONFIGURATION, *GLANCE, *DIAGNOSIS, *PLAIN, *PICTURES, *CALIBRATION,
     *POSTERIOR, *PLAN, *FROM_JSON, *NUMBERS,
 )  # fmt: skip

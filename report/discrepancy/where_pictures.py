@@ -1,0 +1,95 @@
+"""Pictures of where a gap is: `Map`s in; its shares over position, speed, torque and time out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from haptid.discrepancy.detect.localise import AXES, Map
+from haptid.measurement.values.units import unit_for
+from haptid.report.common.charts import picture_of
+from haptid.report.common.page import Picture
+from haptid.report.common.style import MEASURED, RESIDUAL, figure, style
+
+
+def where_picture(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Picture:
+    """Draw the residual localisation: the shares of excess residual energy and of samples in every bin of a variable.
+
+    Parameters
+    ----------
+    maps
+        Excess of residual energy over the noise, one map per variable.
+    prismatic
+        Whether each joint is prismatic, for the units.
+
+    Returns
+    -------
+    Picture
+        What `where_figure` draws.
+    """
+    return picture_of(
+        where_figure(maps, prismatic),
+        caption="Where the base model misses: each bar's share of the squared residual above the sensor's noise. Where "
+        "a bar stands above the line, the gap is larger than the share of samples (of the spectrum, over frequency).",
+        alt="residual energy over position, speed, torque, time, cycle, direction, run and frequency",
+    )
+
+
+def where_figure(maps: tuple[Map, ...], prismatic: Sequence[bool]) -> Figure:
+    """Draw the shares of excess residual energy and of samples in every bin of each variable.
+
+    Parameters
+    ----------
+    maps, prismatic
+        As `where_picture` takes them.
+
+    Returns
+    -------
+    Figure
+        A panel a variable, shares in %.
+    """
+    with style():
+        made = figure(8.5, 4.4)
+        axes = made.subplots(2, -(-len(maps) // 2), sharey=True)
+        for axis, m in zip(axes.ravel(), maps, strict=True):
+            draw_shares(axis, m, prismatic)
+        for row in axes:
+            row[0].set_ylabel("share [%]")
+        axes[0, 0].legend(fontsize=7)
+    return made
+
+
+def draw_shares(axis: Axes, m: Map, prismatic: Sequence[bool]) -> None:
+    """Draw the shares of excess residual energy and of samples in every bin of a variable.
+
+    Parameters
+    ----------
+    axis
+        Axes to draw on.
+    m
+        Excess of residual energy over one variable.
+    prismatic
+        Whether each joint is prismatic, for the units.
+    """
+    gap, rows = (100 * part / max(part.sum(), 1e-300) for part in (np.maximum(m.excess, 0.0), m.rows))
+    edges = m.edges + 1.0 if m.variable == "cycle" else m.edges
+    axis.bar(edges[:-1], gap, np.diff(edges), align="edge", color=RESIDUAL, alpha=0.75, label="of the gap")
+    axis.stairs(rows, edges, color=MEASURED, lw=0.8, label="of the samples")
+    name, unit = AXES[m.variable]
+    axis.set_xlabel(f"{name} [{unit_for(unit, prismatic)}]" if unit else name, fontsize=8)
+    _ticks(axis, m)
+
+
+def _ticks(axis: Axes, m: Map) -> None:
+    if m.labels:
+        axis.set_xticks((m.edges[:-1] + m.edges[1:]) / 2, [x.split(".csv")[0] for x in m.labels])
+    if m.variable == "cycle":
+        axis.xaxis.set_major_locator(MaxNLocator(integer=True))
+    if m.variable == "run":
+        axis.tick_params(axis="x", rotation=90, labelsize=6)
+    if m.variable == "frequency_rad_s":
+        axis.set_xscale("log")
