@@ -43,6 +43,7 @@ QUANTITIES: dict[str, str] = {
     "torque": "torque", "tau": "torque", "effort": "torque", "force": "force", "current": "current",
     "voltage": "voltage", "duty": "duty", "pwm": "duty", "temperature": "temperature", "temp": "temperature",
     "supply": "supply", "reference": "reference", "setpoint": "reference", "goal": "reference",
+    "desired": "reference", "target": "reference",
 }  # fmt: skip
 """Quantity of the campaign format by the user's word."""
 
@@ -63,8 +64,17 @@ FORMS: dict[tuple[str, str], str] = {
     ("supply", "V"): "supply_V",
 }
 """Name in the campaign format, with a place for the joint's number, by quantity and unit."""
-FILLERS = frozenset({"joint", "motor", "axis", "measured", "actual", "command", "commanded", "cmd"})
+COMMANDS = frozenset({"command", "commanded", "cmd"})
+"""Words that make a reference of a position; a torque that is commanded is the torque."""
+FILLERS = frozenset({"joint", "motor", "axis", "measured", "actual"}) | COMMANDS
 """Words that change nothing of what a column holds."""
+OTHER_THINGS = frozenset({
+    "error", "err", "delta", "difference", "limit", "max", "min", "maximum", "minimum", "offset", "zero",
+    "noise", "std", "rms", "mean", "average", "estimated", "predicted", "model", "simulated", "external",
+    "disturbance", "friction", "gravity", "feedforward", "ff", "rated", "nominal", "home", "initial", "start",
+    "end",
+})  # fmt: skip
+"""Words that make another thing of a column: a position error is no position."""
 ONLY_JOINT = 0
 """Number that the only joint of a table without numbers gets."""
 
@@ -97,7 +107,7 @@ class Words:
     joint: int | None
 
 
-def understand_column(name: str, step: float) -> Target | None:
+def understand_column(name: str, step: float, *, strangers: bool = False) -> Target | None:
     """Return the column of the campaign format that a name stands for.
 
     Parameters
@@ -106,13 +116,15 @@ def understand_column(name: str, step: float) -> Target | None:
         Name in the user's table.
     step
         Size of one encoder count [rad] or [m].
+    strangers
+        Whether words may be unknown, as in ``Carriage position (mm)``, unless they make another thing of the column.
 
     Returns
     -------
     Target or None
         Name and factor; None where a word is unknown, or quantity or unit is missing.
     """
-    words = _words_of(name)
+    words = _words_of(name, strangers=strangers)
     if words is None:
         return None
     unit, factor = UNITS[words.unit]
@@ -168,10 +180,11 @@ def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], ste
     targets = dict(stated)
     taken = {target.name for target in stated.values()} | {name for name in columns if KNOWN.fullmatch(name)}
     by_name: dict[str, str] = {}
+    strange = _only_ones(columns, 1.0 if step is None else step)
     for column in columns:
         if column in stated or KNOWN.fullmatch(column):
             continue
-        target = understand_column(column, 1.0 if step is None else step)
+        target = understand_column(column, 1.0 if step is None else step) or strange.get(column)
         if target is None or target.name in taken:
             continue
         if step is None and in_counts(column):
@@ -186,8 +199,25 @@ def understand_columns(columns: Sequence[str], stated: Mapping[str, Target], ste
     return targets
 
 
-def _words_of(name: str) -> Words | None:
-    """Take a name apart; None where a word is unknown or a part is missing."""
+def _only_ones(columns: Sequence[str], step: float) -> dict[str, Target]:
+    """Return what columns with unknown words stand for, each where no other column could stand for the same.
+
+    A carriage position is the position where the table has no other; of a shoulder and an elbow only the user knows
+    the numbers.
+    """
+    read = {column: understand_column(column, step) for column in columns}
+    understood = {target.name for target in read.values() if target is not None}
+    guessed = {column: understand_column(column, step, strangers=True) for column in columns if read[column] is None}
+    names = [target.name for target in guessed.values() if target is not None]
+    return {
+        column: target
+        for column, target in guessed.items()
+        if target is not None and target.name not in understood and names.count(target.name) == 1
+    }
+
+
+def _words_of(name: str, *, strangers: bool = False) -> Words | None:
+    """Take a name apart; None where a part is missing, or a word is unknown and no stranger may be among them."""
     text = re.sub(r"(?<=[a-z])(?=\d)|(?<=\d)(?=[A-Za-z])", " ", name)  # q1, torque0Nm
     for pattern, spelling in _SPELLINGS:
         text = re.sub(pattern, spelling, text)
@@ -196,7 +226,10 @@ def _words_of(name: str) -> Words | None:
         kind, spelling = _kind_of(word, follows=bool(found["quantity"]))
         found[kind].append(spelling)
     quantity = _one_quantity(found["quantity"])
-    if found["unknown"] or quantity is None or len(found["unit"]) != 1 or len(found["joint"]) > 1:
+    if quantity == "position" and any(word.lower() in COMMANDS for word in found["filler"]):
+        quantity = "reference"
+    unknown = [word for word in found["unknown"] if not strangers or word.lower() in OTHER_THINGS]
+    if unknown or quantity is None or len(found["unit"]) != 1 or len(found["joint"]) > 1:
         return None
     joint = int(found["joint"][0]) if found["joint"] else None
     return Words(quantity=quantity, unit=found["unit"][0], joint=joint)

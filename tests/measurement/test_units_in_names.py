@@ -25,6 +25,8 @@ DEG = math.pi / 180
         ("encoder counts", "position_0_rad", 0.002),
         ("position_2_counts", "position_2_rad", 0.002),
         ("position setpoint (deg)", "reference_0_rad", DEG),
+        ("Desired angle (deg)", "reference_0_rad", DEG),
+        ("commanded position (mm)", "reference_0_m", 1e-3),
         ("torque (Nmm)", "torque_0_Nm", 1e-3),
         ("Torque [N mm]", "torque_0_Nm", 1e-3),
         ("Torque [N·m]", "torque_0_Nm", 1.0),
@@ -53,6 +55,26 @@ def test_names_are_understood(name: str, known: str, factor: float):
 @pytest.mark.parametrize("name", ["tau", "deg", "ms", "M (Nm)", "x (mm)", "time", "torque (deg)", "q1 q2 rad", "", "7"])
 def test_what_is_not_sure_is_left_to_the_user(name: str):
     assert understand_column(name, step=0.002) is None
+
+
+def test_an_unknown_word_is_no_hindrance_where_nothing_else_can_be_meant():
+    columns = (
+        "Time [s]",
+        "Carriage position (mm)",
+        "Carriage position error (mm)",
+        "Desired position (mm)",
+        "F belt (N)",
+    )
+    known = {column: target.name for column, target in understand_columns(columns, {}, None).items()}
+    assert known == {
+        "Time [s]": "time_s",
+        "Carriage position (mm)": "position_0_m",
+        "Desired position (mm)": "reference_0_m",
+    }
+    two = ("Shoulder angle (deg)", "Elbow angle (deg)")
+    assert understand_columns(two, {}, None) == {}
+    beside = ("Carriage position (mm)", "Position (mm)")
+    assert list(understand_columns(beside, {}, None)) == ["Position (mm)"]
 
 
 def test_a_name_of_the_format_and_a_stated_column_come_first():
