@@ -9,7 +9,7 @@ values. A periodogram over position finds them at once:
 3. Let ln S̄ be a polynomial of ln n through the logarithms of the power. Keep the highest peaks that noise of power S̄
    would reach among N wave numbers with a small probability α: P > S̄·ln(N/α), since the power of noise is
    distributed exponentially (Fisher 1929).
-4. Offer their wave numbers to every effect with a wave number among its shapes.
+4. Offer every effect with a wave number among its shapes the highest of those beyond its own grid.
 
 References
 ----------
@@ -29,8 +29,9 @@ from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 from haptid.model.effects.effect import Effect
 
-WAVE_NUMBER = "1/rad"
-"""Unit that tells a wave number among the shape parameters of an effect."""
+WAVE_NUMBERS = ("1/rad", "1/m")
+"""Units that tell a wave number among the shape parameters of an effect: of a joint that turns, and of one that slides.
+"""
 
 
 def with_ripple(model: TorqueFit, entries: Mapping[str, Effect]) -> dict[str, Effect]:
@@ -51,9 +52,13 @@ def with_ripple(model: TorqueFit, entries: Mapping[str, Effect]) -> dict[str, Ef
     waves = {key: id for key, effect in entries.items() if (id := _wave_of(effect))}
     if not waves:
         return dict(entries)
-    ends = [grid[-1] for key in waves for id, grid in entries[key].shapes if id == waves[key]]
-    found = find_waves(*_over_position(model), beyond=max(ends))
-    return {key: _extend(e, waves[key], found) if found and key in waves else e for key, e in entries.items()}
+    ends = {key: grid[-1] for key in waves for id, grid in entries[key].shapes if id == waves[key]}
+    found = find_waves(*_over_position(model), beyond=min(ends.values()))
+    # The grid of an encoder's lines ends where that of a motor's poles has long left waves out.
+    own = {
+        key: tuple(n for n in found if n > end)[: THRESHOLDS.torque.most_waves_beyond_grid] for key, end in ends.items()
+    }
+    return {key: _extend(e, waves[key], own[key]) if own.get(key) else e for key, e in entries.items()}
 
 
 def find_waves(q: Array, signals: Array, *, beyond: float) -> tuple[float, ...]:
@@ -89,7 +94,7 @@ def find_waves(q: Array, signals: Array, *, beyond: float) -> tuple[float, ...]:
         inside = (number > beyond) & (number <= 0.5 * np.pi * bins / span)
         peaks += _peaks(number[inside], power[inside])
     peaks.sort(key=lambda peak: -peak[0])
-    return tuple(n for _, n in peaks[: limits.most_waves_beyond_grid])
+    return tuple(n for _, n in peaks)
 
 
 def _peaks(number: Array, power: Array) -> list[tuple[float, float]]:
@@ -121,7 +126,7 @@ def _over_position(model: TorqueFit) -> tuple[Array, Array]:
 def _wave_of(effect: Effect) -> str:
     """Return the id of the wave number among the shapes of an effect; empty where there is none."""
     units = {x.id: x.unit for x in effect.parameters}
-    return next((id for id, _ in effect.shapes if units[id] == WAVE_NUMBER), "")
+    return next((id for id, _ in effect.shapes if units[id] in WAVE_NUMBERS), "")
 
 
 def _extend(effect: Effect, id: str, numbers: tuple[float, ...]) -> Effect:

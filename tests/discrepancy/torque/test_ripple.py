@@ -44,10 +44,11 @@ def test_noise_white_or_slow_shows_no_wave():
     assert found <= 3
 
 
-def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name():
+@pytest.mark.parametrize("slides", [False, True])
+def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides):
     entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
     for size, named in ((0.01, ["cogging"]), (0.0, [])):
-        found = search_torque(sweep(size, 151.0), entries, starts=1, seed=0, tell=lambda _: None)
+        found = search_torque(sweep(size, 151.0, slides=slides), entries, starts=1, seed=0, tell=lambda _: None)
         assert [effect.key for effect in found.final.effects] == named
         if named:
             assert found.final.values["cogging_number"] == pytest.approx(151.0, abs=0.5)

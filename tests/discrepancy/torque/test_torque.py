@@ -57,7 +57,9 @@ def cogging(phase: np.ndarray, harmonics: tuple[float, ...]) -> np.ndarray:
     return sum(size * np.sin(h * phase + 0.6) for h, size in enumerate(harmonics, 1))
 
 
-def sweep(left: float, waves: float = 9.0, harmonics: tuple[float, ...] = (1.0,)) -> TorqueStudy:
+def sweep(
+    left: float, waves: float = 9.0, harmonics: tuple[float, ...] = (1.0,), *, slides: bool = False
+) -> TorqueStudy:
     """A triangle sweep there and back, twice, with cogging of so many waves a radian and white noise in the torque."""
     t = np.arange(0.0, 20.0, 0.01)
     q = 1.0 - np.abs((t / 5.0) % 2.0 - 1.0)
@@ -69,13 +71,13 @@ def sweep(left: float, waves: float = 9.0, harmonics: tuple[float, ...] = (1.0,)
     run = torque_run(
         Run(
             t=t, u=y[:, None], y=q[:, None], noise=np.array([1e-6]), resolution=np.array([0.0]), free_joints=(4,),
-            use="fit", file="sweep.csv", posture=np.zeros(1), hold="linear",
+            use="fit", file="sweep.csv", posture=np.zeros(1), hold="linear", prismatic=(slides,),
         )
     )  # fmt: skip
     known = {"gravity_cos": {"fixed": True}, "gravity_sin": {"fixed": True}, "Kp": {"fixed": True}}
     guesses = {"Ks": {"initial": 0.03}, "sigma0": {"initial": 3.0}, "Fc": {"initial": 0.02}, "Fs": {"initial": 0.03}}
     base = BASE.with_parameters(known | guesses)
-    return TorqueStudy(joint=4, runs=(run,), seen=(alternating(run.t.size),), base=base, prismatic=False)
+    return TorqueStudy(joint=4, runs=(run,), seen=(alternating(run.t.size),), base=base, prismatic=slides)
 
 
 def test_cogging_in_a_sweep_is_the_most_promising_and_closes_the_gap():
