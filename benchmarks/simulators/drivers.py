@@ -225,7 +225,8 @@ CLIENTS = {
     ),
     "fmpy_cvode": Client(
         name="FMPy, model exchange by CVode", package="fmpy", run=by_cvode, kinds=("native", "native3"),
-        how="fmpy simulate NAME.fmu --interface-type ModelExchange --solver CVode --relative-tolerance 1e-9 …", aim=1e-3,
+        how="fmpy simulate NAME.fmu --interface-type ModelExchange --solver CVode --relative-tolerance 1e-9 …",
+        aim=1e-5,
     ),
     "libcosim": Client(
         name="libcosim", package="libcosimpy", run=by_libcosim, kinds=("python", "native"),

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from haptid.fmu_build.multibody.bodies import Multibody
+from haptid.fmu_build.multibody.mjcf import name_of_sum
 from haptid.model.algebra.numeric_coordinates import Numbers
 from haptid.model.device.device import Device
 from haptid.model.rigid_body.composite_bodies import mass_matrix
@@ -54,10 +55,12 @@ def own_terms(device: Device, machine: Multibody, q: Array, v: Array) -> tuple[A
 
 def spread_of(machine: Multibody, names: Sequence[str]) -> Array:
     """Return S with (coordinates of all hinges) = S·q, shape (n_hinges, n_q)."""
-    hinges = {hinge.name: hinge for body in machine.bodies for hinge in body.hinges}
+    moved = {hinge.name: (hinge,) for body in machine.bodies for hinge in body.hinges}
+    moved |= {name_of_sum(body): body.hinges for body in machine.bodies}
     S = np.zeros((len(names), len(machine.axes)))
     for row, name in enumerate(names):
-        S[row, hinges[name].joint] = hinges[name].ratio
+        for hinge in moved[name]:
+            S[row, hinge.joint] = hinge.ratio
     return S
 
 

@@ -72,9 +72,7 @@ def compare_terms(machine: Multibody, folder: Path) -> list[dict[str, Any]]:
     for (form, reader), terms in readers.items():
         worst = np.zeros(2)
         for q, v in progress(states, title=f"{form}, {reader}"):
-            for k, (theirs, ours) in enumerate(
-                zip(terms(q, v), own_terms(whole.device(), machine, q, v), strict=True)
-            ):
+            for k, (theirs, ours) in enumerate(zip(terms(q, v), own_terms(whole.device(), machine, q, v), strict=True)):
                 worst[k] = max(worst[k], np.abs(theirs - ours).max() / np.abs(ours).max())
         rows.append({"file": form, "reader": reader, "mass_matrix": worst[0], "bias": worst[1]})
     return rows
@@ -88,7 +86,7 @@ def of_fmu(values: Mapping[str, float], run: Run, folder: Path) -> tuple[Array, 
     start = {f"q{j}": float(run.y[0, j]) for j in range(run.y.shape[1])}
     fmu = build_fmu(made, folder / "device.fmu", kind="native", values=start, platforms=this_platform())
     names = {part.id: structured_name(made, part.id, part.structured) for part in (*made.inputs, *made.outputs)}
-    signals = np.zeros(run.t.size, dtype=[("time", "f8"), *((names[f"tau{j}"], "f8") for j in run.free_joints)])
+    signals = np.zeros(run.t.size, dtype=[("time", "f8"), *((names[part.id], "f8") for part in made.inputs)])
     signals["time"] = run.t
     for j in run.free_joints:
         signals[names[f"tau{j}"]] = run.u[:, j]
@@ -134,8 +132,8 @@ def compare_motions(machine: Multibody, folder: Path) -> list[dict[str, Any]]:
             moved = motion(model, machine, run.t, run.u, run.y[0])
             wall = time.perf_counter() - begun
             rows.append(
-                {"run": run.file, "friction": words, "integrator": integrator, "step_s": step, "duration_s": float(run.t[-1]),
-                 "wall_s": wall, **compare(moved, expected[alone], run.noise)}
+                {"run": run.file, "friction": words, "integrator": integrator, "step_s": step,
+                 "duration_s": float(run.t[-1]), "wall_s": wall, **compare(moved, expected[alone], run.noise)}
             )  # fmt: skip
     return rows
 

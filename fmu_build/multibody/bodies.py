@@ -225,8 +225,10 @@ def multibody(device: Device, values: Mapping[str, float], title: str) -> Multib
 
 
 def _leader(device: Device, joint: int) -> str:
-    # A link with mass leads before a massless one: what follows is held by a constraint, the less of it the better.
-    for link, ratio in ((link, ratio) for ratio in (1, -1) for link in (*device.massive, *device.links)):
+    # A link with mass leads before a massless one, and a link that no other joint moves before one that several move:
+    # what follows is held by a constraint, the less of it the better.
+    ranked = sorted(device.links, key=lambda link: (len(link.moved_by) > 1, link.inertial is None))
+    for link, ratio in ((link, ratio) for ratio in (1, -1) for link in ranked):
         if link.moved_by.get(joint, 0) == ratio:
             return link.name
     where, got = f"device {device.name}, joint {joint}", "none"

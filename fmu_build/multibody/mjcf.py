@@ -7,7 +7,8 @@ Kp              ``gear`` of a motor
 rotor           ``armature`` of a joint, or of a fixed tendon where several joints turn it
 LuGre           ``dcmotor`` without a motor constant: its bristle is LuGre's, σ2 is the joint's ``damping``
 other friction  ``frictionloss`` at the Coulomb level, ``damping``
-following link  an equality of joints, which MuJoCo holds by a stiff constraint
+following link  an equality of joints, which MuJoCo holds by a stiff constraint; a link that several joints move turns
+                by one joint of its own, and a fixed tendon holds that to their sum
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from haptid.fmu_build.thresholds import THRESHOLDS
 from haptid.model.device.device import BASE
 from haptid.model.friction.registry import DEFAULT
 from haptid.model.thresholds import THRESHOLDS as OF_MODEL
+from haptid.support.errors import InputError
 
 FrictionOf = Literal["lugre", "frictionloss"]
 """Friction in MuJoCo: its LuGre bristle where the joint's law is LuGre, or Coulomb and viscous friction alone."""
@@ -47,6 +49,11 @@ def mjcf_bytes(machine: Multibody, friction: FrictionOf = "lugre", remarks: tupl
     bytes
         Indented XML in UTF-8. ``ctrl`` holds the commanded torques, joint by joint; joints, motors and sensors are
         named as in the FMU, ``joint0`` …; ranges are stated but not enforced, as in the FMU.
+
+    Raises
+    ------
+    InputError
+        Where a joint turns no link by itself, but only together with others.
     """
     root = Element("mujoco", model=machine.name)
     for sentence in (machine.title, *remarks):
@@ -55,7 +62,7 @@ def mjcf_bytes(machine: Multibody, friction: FrictionOf = "lugre", remarks: tupl
     step = repr(OF_MODEL.inner_step_s)
     SubElement(root, "option", timestep=step, gravity=text_of(machine.gravity), integrator="RK4")
     _bodies(root, machine, friction)
-    _rotors_of_several_joints(root, machine)
+    _tendons(root, machine)
     _equalities(root, machine)
     _actuators(root, machine, friction)
     _sensors(root, machine)
@@ -67,8 +74,13 @@ def _bodies(root: Element, machine: Multibody, friction: FrictionOf) -> None:
     for body in machine.bodies:
         node = SubElement(nodes[body.parent], "body", name=body.name, pos=text_of(body.origin), euler=text_of(body.rpy))
         nodes[body.name] = node
-        for hinge in body.hinges:
-            node.append(_joint(hinge, machine, friction))
+        if len(body.hinges) > 1:
+            first = body.hinges[0]
+            kind = "slide" if first.slides else "hinge"
+            SubElement(node, "joint", name=name_of_sum(body), type=kind, axis=text_of(first.axis))
+        else:
+            for hinge in body.hinges:
+                node.append(_joint(hinge, machine, friction))
         _inertial(node, body)
     SubElement(nodes[machine.tip], "site", name=CONTROL_POINT, pos=text_of(machine.control_point))
 
@@ -121,11 +133,46 @@ def _inertial(node: Element, body: Body) -> None:
         SubElement(node, "inertial", pos="0 0 0", mass=repr(least), diaginertia=text_of((least, least, least)))
 
 
-def _rotors_of_several_joints(root: Element, machine: Multibody) -> None:
+def name_of_sum(body: Body) -> str:
+    """Return the name of the one joint of a body that several joints of the device move.
+
+    Parameters
+    ----------
+    body
+        Body with several hinges.
+
+    Returns
+    -------
+    str
+        Name in the MJCF.
+    """
+    return f"{body.name}_sum"
+
+
+def _sums(machine: Multibody) -> tuple[Body, ...]:
+    """Return the bodies that several joints move; the mass matrix of two hinges about one axis would be singular."""
+    sums = tuple(body for body in machine.bodies if len(body.hinges) > 1)
+    for body in sums:
+        for hinge in body.hinges:
+            if hinge.leads:
+                where, got = f"link {body.name}", f"{hinge.name}, which turns no other link"
+                expected = "joints that each turn a link by themselves, as MuJoCo needs them"
+                raise InputError(where, expected=expected, got=got, todo="export a URDF or an FMU")
+    return sums
+
+
+def _tendons(root: Element, machine: Multibody) -> None:
+    """Write rotors that several joints turn, and the sums by which bodies follow several joints."""
     shared = [rotor for rotor in machine.rotors if len(rotor.ratios) > 1]
-    if not shared:
+    sums = _sums(machine)
+    if not shared and not sums:
         return
     tendons = SubElement(root, "tendon")
+    for body in sums:
+        tendon = SubElement(tendons, "fixed", name=name_of_sum(body))
+        SubElement(tendon, "joint", joint=name_of_sum(body), coef="1")
+        for hinge in body.hinges:
+            SubElement(tendon, "joint", joint=machine.axes[hinge.joint].name, coef=repr(-hinge.ratio))
     for rotor in shared:
         tendon = SubElement(tendons, "fixed", name=f"rotor_{rotor.name}", armature=repr(rotor.inertia))
         for j, ratio in rotor.ratios.items():
@@ -133,18 +180,20 @@ def _rotors_of_several_joints(root: Element, machine: Multibody) -> None:
 
 
 def _equalities(root: Element, machine: Multibody) -> None:
-    followers = [hinge for body in machine.bodies for hinge in body.hinges if not hinge.leads]
+    followers = [body for body in machine.bodies if any(not hinge.leads for hinge in body.hinges)]
     if not followers:
         return
     equality = SubElement(root, "equality")
     d = repr(THRESHOLDS.impedance_of_followers)
-    time = repr(THRESHOLDS.time_constant_of_followers_s)
-    for hinge in followers:
-        polynomial = text_of((0.0, hinge.ratio, 0.0)) + " 0.0 0.0"
-        SubElement(
-            equality, "joint", joint1=hinge.name, joint2=machine.axes[hinge.joint].name, polycoef=polynomial,
-            solref=f"{time} 1", solimp=STIFF.format(dmin=d, dmax=d),
-        )  # fmt: skip
+    held = {"solref": f"{THRESHOLDS.time_constant_of_followers_s!r} 1", "solimp": STIFF.format(dmin=d, dmax=d)}
+    for body in followers:
+        if len(body.hinges) > 1:
+            SubElement(equality, "tendon", tendon1=name_of_sum(body), polycoef="0 0 0 0 0", **held)
+            continue
+        (hinge,) = body.hinges
+        ratio = text_of((0.0, hinge.ratio, 0.0, 0.0, 0.0))
+        leader = machine.axes[hinge.joint].name
+        SubElement(equality, "joint", joint1=hinge.name, joint2=leader, polycoef=ratio, **held)
 
 
 def _actuators(root: Element, machine: Multibody, friction: FrictionOf) -> None:

@@ -103,7 +103,7 @@ def write_multibody(machine: Multibody, out: Path, form: Form, friction: Frictio
     Raises
     ------
     InputError, WritingError
-        As `write_bytes`.
+        As `mjcf_bytes` and `write_bytes`.
     """
     if form == "urdf":
         losses = losses_of_urdf(machine)
