@@ -34,7 +34,7 @@ KINDS: tuple[Kind, ...] = ("python", "native", "native3")
 LIMIT_S = 300
 ABSENT = {
     "OMSimulator": "its package on PyPI fetches the program from build.openmodelica.org, which was out of reach",
-    "PyFMI": "it comes by conda; PyPI has no package of it that installs",
+    "PyFMI": "it comes by conda; what PyPI has of it is of 2018 and does not build",
     "fmuCheck": "it is built from its source, which no package holds",
     "fmusim": "it is built from its source, which no package holds",
     "OpenModelica": "not installed",

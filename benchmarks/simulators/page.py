@@ -29,8 +29,8 @@ def _outcome(rows: Sequence[Mapping[str, Any]], aim: float) -> str:
         return failed[0].get("not_here") or f"{len(failed)} of {len(rows)} failed: {failed[0]['failed']}"
     columns = sum(row["columns"] for row in rows)
     worst = max(row["largest_difference"] for row in rows)
-    size = f"{worst:.1e}" if worst else "0"
-    return f"{len(rows)} FMUs, {columns} columns, ≤ {size}" + ("" if worst <= aim else f", above {aim:g}")
+    size = f"≤ {worst:.1e}" if worst else "the same bits"
+    return f"{len(rows)} FMUs, {columns} columns: {size}" + ("" if worst <= aim else f", above {aim:g}")
 
 
 def clients_text(stored: Mapping[str, Any]) -> str:
@@ -48,7 +48,8 @@ def clients_text(stored: Mapping[str, Any]) -> str:
     return "\n".join((
         "Ran: FMUs of each locked joint, of joints 0 and 1, and of the whole device at its identified values. Every "
         "output counts at every row, in its own unit (rad, rad/s, N m, m, 1). Model exchange integrates by a tolerance "
-        "of its own; the others step the FMU.",
+        "of its own; the others step the FMU. One client on one FMU: `python -m benchmarks.simulators.drivers ecos "
+        "NAME.fmu`.",
         "",
         measured(stored),
         "",
@@ -102,8 +103,8 @@ def motions_text(stored: Mapping[str, Any]) -> str:
     slip = max(row["slip_rad"] for row in stored["motions"])
     return "\n".join((
         f"Motion in MuJoCo {stored['mujoco']} less motion of the FMU in FMPy {stored['fmpy']}, at the same values, "
-        f"under the recorded torques of {runs} runs with all joints free, {duration:g} s each, from the measured start and "
-        f"without feedback; the noise of the sensor is {stored['noise_rad']:g} rad. Given is the worse run. Passive "
+        f"under the recorded torques of {runs} runs with all joints free, {duration:g} s each, from the measured start "
+        f"and without feedback; the noise of the sensor is {stored['noise_rad']:g} rad. Given is the worse run. Passive "
         f"links are at most {slip:.1g} rad from where their joint puts them. {measured(stored)}",
         "",
         table(header, lines),

@@ -13,6 +13,8 @@ from benchmarks import identification_devices, whole_model
 from benchmarks.house import page_of as house_page
 from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
+from benchmarks.simulators import page as simulators
+from docs.tables import with_parts
 from haptid.support.installing.environment import ROOT
 from studies.calibration import result as calibration
 from studies.thresholds import page as thresholds
@@ -53,6 +55,38 @@ def test_a_typed_page_says_first_of_which_version_it_is(name: str):
     assert re.search(r"\b[0-9a-f]{7}\b", first)
     assert re.search(r"\b20\d\d-\d\d-\d\d\b", first)
     assert "no file holds" in first
+
+
+def test_the_pages_on_other_simulators_are_those_of_their_stored_results():
+    clients, bodies = (
+        json.loads((RESULTS / f"{n}.json").read_text(encoding="utf-8")) for n in ("clients", "multibody")
+    )
+    parts = {
+        simulators.FMUS: {"clients": simulators.clients_text(clients)},
+        simulators.BODIES: {"terms": simulators.terms_text(bodies), "motions": simulators.motions_text(bodies)},
+    }
+    for path, texts in parts.items():
+        page = path.read_text(encoding="utf-8")
+        assert page == with_parts(page, texts, simulators.SCRIPT)
+
+
+def test_stored_clients_reproduced_every_column():
+    stored = json.loads((RESULTS / "clients.json").read_text(encoding="utf-8"))
+    ran = [row for row in stored["rows"] if "largest_difference" in row]
+    assert {row["client"] for row in ran} >= {"fmpy", "fmpy_compile", "libcosim", "ecos"}
+    for row in stored["rows"]:
+        assert row["largest_difference"] <= (1e-9 if row["client"] != "fmpy_cvode" else 1e-5), row
+    assert stored["problems"] == 0
+
+
+def test_stored_bodies_are_haptids_and_move_as_the_fmu():
+    stored = json.loads((RESULTS / "multibody.json").read_text(encoding="utf-8"))
+    assert max(max(row["mass_matrix"], row["bias"]) for row in stored["terms"]) <= 1e-9
+    worst = {way: max(max(r["rms_over_noise"]) for r in stored["motions"] if r["friction"] == way) for way in
+             ("viscous alone", "LuGre", "frictionloss")}  # fmt: skip
+    assert worst["viscous alone"] < 1e-3
+    assert worst["LuGre"] < 0.5
+    assert worst["frictionloss"] > 1  # as the page says: this friction leaves more than the noise
 
 
 def test_there_is_no_other_page():
