@@ -104,8 +104,8 @@ def motions_text(stored: Mapping[str, Any]) -> str:
     return "\n".join((
         f"Motion in MuJoCo {stored['mujoco']} less motion of the FMU in FMPy {stored['fmpy']}, at the same values, "
         f"under the recorded torques of {runs} runs with all joints free, {duration:g} s each, from the measured start "
-        f"and without feedback; the noise of the sensor is {stored['noise_rad']:g} rad. Given is the worse run. Passive "
-        f"links are at most {slip:.1g} rad from where their joint puts them. {measured(stored)}",
+        f"and without feedback; the noise of the sensor is {stored['noise_rad']:g} rad. Given is the worse run. "
+        f"Passive links are at most {slip:.1g} rad from where their joint puts them. {measured(stored)}",
         "",
         table(header, lines),
     ))  # fmt: skip

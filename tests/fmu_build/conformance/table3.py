@@ -1,8 +1,8 @@
 """FMI 3.0 as a table: for every function the modes in which it may be called, and its answer to kinds of arguments.
 
 Modes are those of FMI 3.0.1, sections 2.3, 3.2 and 4.2, that an FMU without events, clocks and structural parameters
-can be in, by letter. As in `table`, the answer is fmi3Error elsewhere, and a refused call changes nothing. Nothing asked
-for (no value references) is fmi3OK for types that the FMU does not have, wherever values of that type might be
+can be in, by letter. As in `table`, the answer is fmi3Error elsewhere, and a refused call changes nothing. Nothing
+asked for (no value references) is fmi3OK for types that the FMU does not have, wherever values of that type might be
 got or set; functions of clocks are asked for nothing in any mode.
 """
 
