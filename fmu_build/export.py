@@ -1,4 +1,4 @@
-"""``python -m fmu_build.export``: an identified model as an FMU, once more or in the other packaging."""
+"""``python -m fmu_build.export``: an identified model as an FMU, once more or in the other packaging, or as bodies."""
 
 from __future__ import annotations
 

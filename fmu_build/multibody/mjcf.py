@@ -188,12 +188,12 @@ def _equalities(root: Element, machine: Multibody) -> None:
     held = {"solref": f"{THRESHOLDS.time_constant_of_followers_s!r} 1", "solimp": STIFF.format(dmin=d, dmax=d)}
     for body in followers:
         if len(body.hinges) > 1:
-            SubElement(equality, "tendon", tendon1=name_of_sum(body), polycoef="0 0 0 0 0", **held)
+            SubElement(equality, "tendon", {"tendon1": name_of_sum(body), "polycoef": "0 0 0 0 0"} | held)
             continue
         (hinge,) = body.hinges
         ratio = text_of((0.0, hinge.ratio, 0.0, 0.0, 0.0))
         leader = machine.axes[hinge.joint].name
-        SubElement(equality, "joint", joint1=hinge.name, joint2=leader, polycoef=ratio, **held)
+        SubElement(equality, "joint", {"joint1": hinge.name, "joint2": leader, "polycoef": ratio} | held)
 
 
 def _actuators(root: Element, machine: Multibody, friction: FrictionOf) -> None:
