@@ -13,6 +13,7 @@ from studies.ledger.version import tell_version
 
 DOCS = Path(__file__).parents[2] / "docs"
 FMUS, BODIES = DOCS / "how-to" / "other_simulators.md", DOCS / "how-to" / "rigid_body_simulators.md"
+FOREIGN = DOCS / "how-to" / "foreign_fmu.md"
 SCRIPT = "benchmarks/simulators/page.py"
 PACKAGINGS = {"python": "Python", "native": "native", "native3": "native, FMI 3.0"}
 

@@ -58,14 +58,7 @@ def test_a_typed_page_says_first_of_which_version_it_is(name: str):
 
 
 def test_the_pages_on_other_simulators_are_those_of_their_stored_results():
-    clients, bodies = (
-        json.loads((RESULTS / f"{n}.json").read_text(encoding="utf-8")) for n in ("clients", "multibody")
-    )
-    parts = {
-        simulators.FMUS: {"clients": simulators.clients_text(clients)},
-        simulators.BODIES: {"terms": simulators.terms_text(bodies), "motions": simulators.motions_text(bodies)},
-    }
-    for path, texts in parts.items():
+    for path, texts in simulators.parts_by_page().items():
         page = path.read_text(encoding="utf-8")
         assert page == with_parts(page, texts, simulators.SCRIPT)
 
@@ -77,6 +70,17 @@ def test_stored_clients_reproduced_every_column():
     for row in stored["rows"]:
         assert row["largest_difference"] <= (1e-9 if row["client"] != "fmpy_cvode" else 1e-5), row
     assert stored["problems"] == 0
+
+
+def test_six_stored_foreign_fmus_were_calibrated():
+    stored = json.loads((RESULTS / "foreign_fmus.json").read_text(encoding="utf-8"))
+    done = [row for row in stored["rows"] if "failed" not in row]
+    assert len(done) >= 6
+    assert {row["fmi"][0] for row in done} == {"2", "3"}
+    for row in done:
+        assert row["validate_over_noise"] < 1.4, row
+        for one in row["parameters"].values():
+            assert abs(one["value"] - one["truth"]) < 4 * one["std"], row
 
 
 def test_stored_bodies_are_haptids_and_move_as_the_fmu():
