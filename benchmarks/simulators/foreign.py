@@ -276,7 +276,7 @@ def seconds_of_modestpy(case: Case, campaign: Path) -> float | None:
     done = subprocess.run(
         [MODESTPY.ready(), "-c", MODESTPY_SCRIPT, case.fmu, campaign / "a.csv", case.output,
          json.dumps(dict(case.truth))],
-        capture_output=True, text=True, check=False, timeout=300,
+        capture_output=True, text=True, check=False, timeout=300, cwd=campaign,  # it leaves a file where it is called
     )  # fmt: skip
     found = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("SECONDS")]
     if not found:

@@ -112,13 +112,53 @@ def motions_text(stored: Mapping[str, Any]) -> str:
     ))  # fmt: skip
 
 
+def foreign_text(stored: Mapping[str, Any]) -> str:
+    """Return the table of foreign FMUs that were calibrated."""
+    lines = []
+    for row in stored["rows"]:
+        first = (row["title"], row["generator"])
+        if "failed" in row:
+            lines.append((*first, f"does not load here: {row['failed']}", "", "", "", ""))
+            continue
+        found = [
+            f"{name} = {one['value']:.5g} ± {one['std']:.1g} ({one['truth']:g})"
+            for name, one in row["parameters"].items()
+        ]
+        theirs = row.get("modestpy_s")
+        lines.append((
+            *first,
+            ", ".join(found),
+            f"{row['validate_over_noise']:.2f}",
+            f"{row['wall_s']:.0f}",
+            f"{1e3 * row['simulation_s']:.2g}",
+            f"{1e3 * theirs:.2g}" if theirs else "",
+        ))  # fmt: skip
+    header = (
+        "FMU", "made by", "found ± std (hidden)", "RMS over the noise, unseen run", "whole command [s]",
+        "one simulation [ms]", "the same by ModestPy [ms]",
+    )  # fmt: skip
+    done = sum("failed" not in row for row in stored["rows"])
+    modestpy = stored["modestpy"].replace("==", " ")
+    return "\n".join((
+        f"SYNTHETIC: {done} of {len(stored['rows'])} FMUs that are not ours, simulated by FMPy at hidden values, with "
+        f"white noise. {modestpy} takes FMI 2.0 with inputs alone. {measured(stored)}",
+        "",
+        table(header, lines),
+    ))  # fmt: skip
+
+
+def parts_by_page() -> dict[Path, dict[str, str]]:
+    """Return the generated parts of each page from what is stored."""
+    names = ("clients", "multibody", "foreign_fmus")
+    clients, bodies, foreign = (json.loads((DOCS / "results" / f"{n}.json").read_text(encoding="utf-8")) for n in names)
+    return {
+        FMUS: {"clients": clients_text(clients)},
+        BODIES: {"terms": terms_text(bodies), "motions": motions_text(bodies)},
+        FOREIGN: {"foreign FMUs": foreign_text(foreign)},
+    }
+
+
 def write() -> None:
-    """Write the generated parts of both pages from what is stored."""
-    results = DOCS / "results"
-    clients, bodies = (
-        json.loads((results / f"{n}.json").read_text(encoding="utf-8")) for n in ("clients", "multibody")
-    )
-    parts = {FMUS: {"clients": clients_text(clients)}}
-    parts[BODIES] = {"terms": terms_text(bodies), "motions": motions_text(bodies)}
-    for path, texts in parts.items():
+    """Write the generated parts of all pages."""
+    for path, texts in parts_by_page().items():
         write_text(path, with_parts(path.read_text(encoding="utf-8"), texts, SCRIPT))
