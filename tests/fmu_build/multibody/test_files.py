@@ -12,11 +12,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from haptid.api.identified import Identified
 from haptid.fmu_build.export import main as export
 from haptid.fmu_build.multibody.bodies import multibody
 from haptid.fmu_build.multibody.losses import losses_of_mjcf, losses_of_urdf
 from haptid.fmu_build.multibody.urdf import text_of
-from haptid.fmu_build.multibody.write import write_multibody
+from haptid.fmu_build.multibody.write import identified_multibody, write_multibody
 from haptid.model.algebra.numeric_coordinates import Numbers
 from haptid.model.device.device import Device
 from haptid.model.device.reader import load_device
@@ -148,3 +149,13 @@ def test_losses_name_what_the_device_has():
     assert any(sentence.startswith("friction of joint0:") for sentence in losses_of_mjcf(dahl, "lugre"))
     gained = replace(rod, axes=(replace(rod.axes[0], gain=1.1), *rod.axes[1:]))
     assert any(sentence.startswith("gains: Kp of joint0") for sentence in losses_of_urdf(gained))
+
+
+def test_python_writes_what_the_command_writes(tmp_path: Path):
+    out = tmp_path / "command.xml"
+    source = result(tmp_path)
+    assert CliRunner().invoke(export, ["--from", str(source), "--out", str(out), "--kind", "mjcf"]).exit_code == 0
+    identified = Identified.read(tmp_path)
+    losses = identified.export_bodies(tmp_path / "api.xml")
+    assert (tmp_path / "api.xml").read_bytes() == out.read_bytes()
+    assert losses == losses_of_mjcf(identified_multibody(device("freedom6s"), json.loads(source.read_text())), "lugre")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from haptid.fmu_build.multibody.mjcf import FrictionOf, mjcf_bytes
 from haptid.fmu_build.multibody.write import Form, write_multibody
 from haptid.model.joint.whole_device import full_equations
 from haptid.model.kernel.compiled import CompiledKernel
+from haptid.support.installing.environment import ROOT
 from tests.fmu_build.multibody.machines import NAMES, device, machine, values_of
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is a development package for x86-64 alone")
@@ -143,3 +145,19 @@ def test_joints_and_controls_are_in_the_order_of_the_fmu(form: Form, tmp_path: P
     if form == "mjcf":
         assert [model.actuator(j).name for j in range(6)] == [f"joint{j}" for j in range(6)]
         assert model.nu == 6
+
+
+def test_the_programs_of_the_page_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture):
+    pytest.importorskip("pinocchio")
+    page = (ROOT / "docs" / "how-to" / "rigid_body_simulators.md").read_text(encoding="utf-8")
+    programs = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    m = machine("freedom6s")
+    write_multibody(m, tmp_path / "freedom6s.xml", "mjcf")
+    write_multibody(m, tmp_path / "freedom6s.urdf", "urdf")
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for program in programs:
+        exec(program, names)
+    assert len(programs) == 2
+    assert names["model"].nv == 6
+    assert "[" in capsys.readouterr().out
