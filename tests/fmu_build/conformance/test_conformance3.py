@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 
+import numpy as np
 import pytest
 
 from haptid.support.installing.environment import ROOT
 from tests.fmu_build.conformance.harness3 import CALLS3, Harness3
-from tests.fmu_build.conformance.table import OK
+from tests.fmu_build.conformance.table import DISCARD, ERROR, OK
 from tests.fmu_build.conformance.table3 import INTERFACES, MODES, TABLE3
 from tests.fmu_build.fmu_cases import fmu
 
@@ -46,3 +47,20 @@ def test_every_cell_answers_as_the_standard_says(interface: str):
     assert wrong == {}
     assert len(cells) == CELLS[interface]
     h.free()
+
+
+@pytest.mark.alone
+@pytest.mark.parametrize("interface", CELLS)
+def test_after_any_sequence_of_calls_a_reset_starts_over(interface: str):
+    calls = [call for kinds in CALLS3.values() for call in kinds.values()]
+    rng, fresh = np.random.default_rng(0), Harness3(fmu("joint4", "native3"), interface)
+    h = Harness3(fmu("joint4", "native3"), interface)
+    for _ in range(50):
+        for index in rng.integers(0, len(calls), 200):
+            assert calls[index](h) in {OK, DISCARD, ERROR}
+        h.tidy()
+        for one in (fresh, h):
+            one.bring(INTERFACES[interface][-2])  # the mode in which it runs
+        assert h.bytes_of(h.saved()) == fresh.bytes_of(fresh.saved())
+        for one in (fresh, h):
+            one.tidy()
