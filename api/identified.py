@@ -17,6 +17,8 @@ from haptid.api.shown import axes_or_new, html_of
 from haptid.fmu_build.building.packaging import Kind
 from haptid.fmu_build.exchange.identification_json import read_identification
 from haptid.fmu_build.export import package_result
+from haptid.fmu_build.multibody.mjcf import FrictionOf
+from haptid.fmu_build.multibody.write import Form, multibody_of_result, write_multibody
 from haptid.identification.job.export import export_models
 from haptid.identification.job.identify import identify
 from haptid.identification.job.job import Identification, Job
@@ -295,6 +297,39 @@ class Identified:
         for sentence in packaged.warnings:
             warn(f"{path}: {sentence}")
         return packaged.fmu.path
+
+    def export_bodies(
+        self,
+        path: Path | str,
+        *,
+        form: Form = "mjcf",
+        friction: FrictionOf = "lugre",
+    ) -> tuple[str, ...]:
+        """Write the bodies of the identified device for other simulators; the same as ``haptid export --kind``.
+
+        Parameters
+        ----------
+        path
+            File to write.
+        form
+            ``mjcf`` for MuJoCo, ``urdf`` for readers of URDF.
+        friction
+            Friction of an MJCF: ``lugre``, MuJoCo's LuGre bristle where the joint's law is LuGre, or ``frictionloss``,
+            Coulomb and viscous friction alone.
+
+        Returns
+        -------
+        tuple of str
+            Sentences on what the file does not carry.
+
+        Raises
+        ------
+        InputError
+            Where the results are of single joints, or the device is none that such a file can hold.
+        """
+        with errors_name_arguments():
+            device = None if self.values is None else device_of(self.values)
+            return write_multibody(multibody_of_result(self.folder / FILE, device), Path(path), form, friction).losses
 
     def posterior(
         self,

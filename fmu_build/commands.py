@@ -14,6 +14,8 @@ EXAMPLES_OF_EXPORT = """
 haptid export --from results/identification.json --out arm.fmu
 haptid export --from results/identification.json --out arm.fmu --kind native --fmi 3.0
 haptid export --from results/identification.json --out arm.fmu --with results/discrepancy/joint3.json
+haptid export --from results/identification.json --out arm.xml --kind mjcf
+haptid export --from results/identification.json --out arm.urdf --kind urdf
 """
 EXAMPLES_OF_FMUS = """
 haptid fmus freedom6s --out build
@@ -25,8 +27,11 @@ WRITES = {"fmu/joint<j>.fmu": "one per locked-joint configuration, at the device
 
 @command(EXAMPLES_OF_EXPORT, writes={})
 @click.option("--from", "source", type=click.Path(path_type=Path), required=True, help="An identification.json.")
-@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The FMU to write.")
-@click.option("--kind", type=click.Choice(["python", "native"]), default="python", show_default=True)
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), required=True, help="The file to write.")
+@click.option(
+    "--kind", type=click.Choice(["python", "native", "urdf", "mjcf"]), default="python", show_default=True,
+    help="An FMU, by pythonfmu or of native code; or the bodies of the device for simulators of rigid bodies.",
+)  # fmt: skip
 @click.option("--fmi", type=click.Choice(["2.0", "3.0"]), default="2.0", show_default=True, help="3.0: native alone.")
 @click.option("--joints", default=None, metavar="4", help="This joint alone instead of the whole device.")
 @click.option(
@@ -42,11 +47,16 @@ WRITES = {"fmu/joint<j>.fmu": "one per locked-joint configuration, at the device
     "--device", default=None, metavar="FILE",
     help="The device's file, where identification.json names one outside its own folder.",
 )  # fmt: skip
+@click.option(
+    "--friction", type=click.Choice(["lugre", "frictionloss"]), default="lugre", show_default=True,
+    help="Friction of an MJCF: MuJoCo 4.0's LuGre bristle where the joint's is LuGre, or Coulomb and viscous alone.",
+)  # fmt: skip
 @exit_codes
 @json_option
 def export(**settings: Any) -> Any:
-    """Package the model that an identification.json holds as an FMU, the file that --out names.
+    """Package the model that an identification.json holds as an FMU, URDF or MJCF, the file that --out names.
 
+    URDF and MJCF hold the whole device at the values of its FMU; the command says what they do not carry.
     --with takes along what haptid missing named, at the values of its refit: into the FMU of all joints.
     Variables of the FMU are in SI units: rad, N m (m, N for a joint that slides), s.
     """

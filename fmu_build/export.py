@@ -1,4 +1,4 @@
-"""``python -m fmu_build.export``: an identified model as an FMU, once more or in the other packaging."""
+"""``python -m fmu_build.export``: an identified model as an FMU, once more or in the other packaging, or as bodies."""
 
 from __future__ import annotations
 
@@ -34,6 +34,8 @@ from haptid.fmu_build.exchange.recorded_device import device_of_results
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.exchange.start_values import with_start_values
 from haptid.fmu_build.exchange.taken_along import taken_along
+from haptid.fmu_build.multibody.mjcf import FrictionOf
+from haptid.fmu_build.multibody.write import SINGLE, Form, multibody_of_result, write_multibody
 from haptid.model.device.device import Device
 from haptid.model.effects.registry import with_folder
 from haptid.model.equations.drive import Drive
@@ -44,9 +46,6 @@ from haptid.model.joint.parameter_table import joint_parameters
 from haptid.model.joint.whole_device import full_equations
 from haptid.support.command import parse_joints
 from haptid.support.errors import InputError
-
-SINGLE = "single_joint"
-"""The name of the device that is any one joint of any machine."""
 
 
 def export_full(
@@ -307,24 +306,25 @@ def package_result(  # noqa: PLR0913 # one argument an option
 def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     source: Path,
     out: Path,
-    kind: Kind,
+    kind: Kind | Form,
     fmi: str,
     joints: str | None,
     named: tuple[Path, ...],
     start: Path | None,
     effects: Path | None,
     device: str | None,
+    friction: FrictionOf,
 ) -> dict[str, Any]:
-    """Package the model that an identification.json holds, and tell which FMU was written.
+    """Package the model that an identification.json holds, and tell which file was written.
 
     Parameters
     ----------
     source
         File identification.json.
     out
-        FMU to write.
+        File to write.
     kind
-        Packaging.
+        Packaging of the FMU, or format of a multibody file.
     fmi
         Version of FMI, ``2.0`` or ``3.0``.
     joints
@@ -337,11 +337,13 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
         Folder with effects of the user's own.
     device
         File of the device, where identification.json names one outside its own folder.
+    friction
+        Friction of an MJCF.
 
     Returns
     -------
     dict
-        Path, packaging, digest and size of the FMU.
+        Path, packaging, digest and size of the FMU; path, format and losses of a multibody file.
 
     Raises
     ------
@@ -350,6 +352,9 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     NumericalError
         Where the compiler fails.
     """
+    if kind == "urdf" or kind == "mjcf":  # noqa: PLR1714 # mypy narrows a comparison, not a set
+        _refuse_for_bodies({"--joints": joints, "--with": named, "--effects": effects, "--fmi 3.0": fmi == "3.0"}, kind)
+        return _export_bodies(source, out, kind, friction, start, device)
     kind, wanted = _packaging(kind, fmi), parse_joints(joints)
     packaged = package_result(
         source, out, kind, joints=wanted, named=named, start=start, effects=effects, device=device
@@ -363,6 +368,25 @@ def export_result(  # noqa: PLR0913, PLR0917 # one argument an option
     click.echo(f"{fmu.path}: {fmu.equations.title}; {fmu.kind}, FMI {fmi}, {size:.0f} kB, digest {fmu.digest}")
     about = {"title": fmu.equations.title, "kind": fmu.kind, "fmi": fmi, "digest": fmu.digest}
     return {"fmu": str(fmu.path), **about, "bytes": fmu.path.stat().st_size}
+
+
+def _refuse_for_bodies(options: Mapping[str, object], form: Form) -> None:
+    """Refuse what bodies cannot hold: a joint alone has none, effects are formulas that no simulator of bodies has."""
+    for option, stated in options.items():
+        if stated:
+            todo = "effects, joints alone and versions of FMI go into FMUs"
+            raise InputError(option, expected=f"--kind python or native with {option}", got=form, todo=todo)
+
+
+def _export_bodies(
+    source: Path, out: Path, form: Form, friction: FrictionOf, start: Path | None, device: str | None
+) -> dict[str, Any]:
+    machine = multibody_of_result(source, device, start)
+    written = write_multibody(machine, out, form, friction)
+    click.echo(f"{out}: {machine.title}; {form.upper()}, {out.stat().st_size / 1024:.0f} kB")
+    for sentence in written.losses:
+        click.echo(f"not carried: {sentence}")
+    return {"file": str(out), "title": machine.title, "kind": form, "losses": list(written.losses)}
 
 
 if __name__ == "__main__":

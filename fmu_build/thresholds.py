@@ -34,5 +34,15 @@ class Thresholds:
     reference_amplitude_without_stiction_Nm: float = 1e-2
     """Torque [N m] where the equations have no stiction to measure it by."""
 
+    # Files for multibody simulators.
+    inertia_of_massless_body_si: float = 2e-15
+    """Mass [kg] and inertia [kg m²] of a massless body that moves, in MJCF: MuJoCo refuses less than 1e-15."""
+    limit_where_none_is_stated_si: float = 1e6
+    """Effort, speed and position of a limit that the device does not state, in SI units: URDF demands a number."""
+    impedance_of_followers: float = 0.9999
+    """Share of the acceleration by which MuJoCo holds a passive link to its joint; MuJoCo takes at most 0.9999."""
+    time_constant_of_followers_s: float = 1e-3
+    """Time [s] in which MuJoCo's equality of two joints returns; MuJoCo takes no less than twice its step."""
+
 
 THRESHOLDS = Thresholds()

@@ -12,7 +12,7 @@ import fmpy
 
 from haptid.fmu_build.description.xml_parts import xml_bytes
 from haptid.fmu_build.exchange.archive import pack
-from haptid.fmu_build.exchange.ssv import SSC, SSV, ssv_bytes
+from haptid.fmu_build.exchange.ssv import SSC, SSV, define_units, ssv_bytes
 from haptid.support.files.files import write_bytes
 
 SSD = "http://ssp-standard.org/SSP1/SystemStructureDescription"
@@ -81,7 +81,8 @@ def write_ssp(
         if values:
             files[f"resources/{component}.ssv"] = ssv_bytes(values, _units(fmu))
         _component(elements, component, fmu, with_values=bool(values))
-    wires = SubElement(system, f"{{{SSD}}}Connections")
+    # The schema has no empty list of connections.
+    wires = SubElement(system, f"{{{SSD}}}Connections") if connections else system
     for c in connections:
         SubElement(
             wires,
@@ -91,6 +92,7 @@ def write_ssp(
             endElement=c.to_component,
             endConnector=c.to_variable,
         )
+    define_units(root, f"{{{SSD}}}Units", {node.get("unit", "") for node in system.iter(f"{{{SSC}}}Real")} - {""})
     SubElement(root, f"{{{SSD}}}DefaultExperiment", startTime="0.0", stopTime=repr(stop_time))
     return write_bytes(path, pack({"SystemStructure.ssd": xml_bytes(root), **files}))
 
@@ -111,7 +113,7 @@ def _component(elements: Element, name: str, fmu: Path, *, with_values: bool) ->
     for v in fmpy.read_model_description(str(fmu)).modelVariables:
         if v.causality in KINDS and v.type == "Real":
             connector = SubElement(connectors, f"{{{SSD}}}Connector", name=v.name, kind=KINDS[v.causality])
-            SubElement(connector, f"{{{SSC}}}Real", unit=v.unit)
+            SubElement(connector, f"{{{SSC}}}Real", {"unit": v.unit} if v.unit else {})
     if with_values:
         bindings = SubElement(node, f"{{{SSD}}}ParameterBindings")
         SubElement(bindings, f"{{{SSD}}}ParameterBinding", source=f"resources/{name}.ssv")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
@@ -49,14 +49,36 @@ def ssv_bytes(
         node = SubElement(parameters, f"{{{SSV}}}Parameter", name=variable)
         unit = of.get(variable, "1")
         SubElement(node, f"{{{SSV}}}Real", {"value": repr(float(value)), **({"unit": unit} if unit else {})})
-    named = sorted({of.get(variable, "1") for variable in values} - {""})
-    if not named:
-        return xml_bytes(root)
-    definitions = SubElement(root, f"{{{SSV}}}Units")
-    for text in named:
-        node = SubElement(definitions, f"{{{SSC}}}Unit", name=text)
-        SubElement(node, f"{{{SSC}}}BaseUnit", {base: str(n) for base, n in parse_unit(text).exponents})
+    define_units(root, f"{{{SSV}}}Units", {of.get(variable, "1") for variable in values} - {""})
     return xml_bytes(root)
+
+
+def define_units(root: Element, tag: str, units: Iterable[str]) -> None:
+    """Add the definitions of units to a document of SSP, which must define every unit that it names.
+
+    Parameters
+    ----------
+    root
+        Element to which they are added.
+    tag
+        Name of the element that holds them.
+    units
+        Units as `parse_unit` reads them; nothing is added where there are none.
+
+    Raises
+    ------
+    ValueError
+        Where a unit is unknown.
+    """
+    named = sorted(set(units))
+    if not named:
+        return
+    definitions = SubElement(root, tag)
+    for text in named:
+        unit = parse_unit(text)
+        exponents = {base: str(n) for base, n in unit.exponents}
+        node = SubElement(definitions, f"{{{SSC}}}Unit", name=text)
+        SubElement(node, f"{{{SSC}}}BaseUnit", exponents | ({} if unit.factor == 1 else {"factor": repr(unit.factor)}))
 
 
 def write_ssv(

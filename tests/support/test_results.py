@@ -13,6 +13,8 @@ from benchmarks import identification_devices, whole_model
 from benchmarks.house import page_of as house_page
 from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
+from benchmarks.simulators import page as simulators
+from docs.tables import with_parts
 from haptid.support.installing.environment import ROOT
 from studies.calibration import result as calibration
 from studies.thresholds import page as thresholds
@@ -53,6 +55,42 @@ def test_a_typed_page_says_first_of_which_version_it_is(name: str):
     assert re.search(r"\b[0-9a-f]{7}\b", first)
     assert re.search(r"\b20\d\d-\d\d-\d\d\b", first)
     assert "no file holds" in first
+
+
+def test_the_pages_on_other_simulators_are_those_of_their_stored_results():
+    for path, texts in simulators.parts_by_page().items():
+        page = path.read_text(encoding="utf-8")
+        assert page == with_parts(page, texts, simulators.SCRIPT)
+
+
+def test_stored_clients_reproduced_every_column():
+    stored = json.loads((RESULTS / "clients.json").read_text(encoding="utf-8"))
+    ran = [row for row in stored["rows"] if "largest_difference" in row]
+    assert {row["client"] for row in ran} >= {"fmpy", "fmpy_compile", "libcosim", "ecos"}
+    for row in stored["rows"]:
+        assert row["largest_difference"] <= (1e-9 if row["client"] != "fmpy_cvode" else 1e-5), row
+    assert stored["problems"] == 0
+
+
+def test_six_stored_foreign_fmus_were_calibrated():
+    stored = json.loads((RESULTS / "foreign_fmus.json").read_text(encoding="utf-8"))
+    done = [row for row in stored["rows"] if "failed" not in row]
+    assert len(done) >= 6
+    assert {row["fmi"][0] for row in done} == {"2", "3"}
+    for row in done:
+        assert row["validate_over_noise"] < 1.4, row
+        for one in row["parameters"].values():
+            assert abs(one["value"] - one["truth"]) < 4 * one["std"], row
+
+
+def test_stored_bodies_are_haptids_and_move_as_the_fmu():
+    stored = json.loads((RESULTS / "multibody.json").read_text(encoding="utf-8"))
+    assert max(max(row["mass_matrix"], row["bias"]) for row in stored["terms"]) <= 1e-9
+    worst = {way: max(max(r["rms_over_noise"]) for r in stored["motions"] if r["friction"] == way) for way in
+             ("viscous alone", "LuGre", "frictionloss")}  # fmt: skip
+    assert worst["viscous alone"] < 1e-3
+    assert worst["LuGre"] < 0.5
+    assert worst["frictionloss"] > 1  # as the page says: this friction leaves more than the noise
 
 
 def test_there_is_no_other_page():

@@ -45,6 +45,7 @@ static int ready(Wrapper *w, const char *function, int modes) {
     return 0;
 }
 
+#define NO_PLACE "expected places for the results, got none"
 #define BEGIN(modes)       \
     Wrapper *w = instance; \
     if (!ready(w, __func__, modes)) return fmi3Error

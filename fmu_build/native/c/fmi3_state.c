@@ -33,7 +33,7 @@ FMI3 fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte by
 FMI3 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3ValueReference unknown[], size_t n,
                                              const fmi3ValueReference known[], size_t m, const fmi3Float64 seed[], size_t n_seed,
                                              fmi3Float64 value[], size_t n_value) {
-    BEGIN(INITIALIZING | GOING);
+    BEGIN(INITIALIZING | GOING | TERMINATED);
     if (n_seed != m || n_value != n) return complain(w, "expected one seed for each known and one value for each unknown");
     return (fmi3Status)fmi2GetDirectionalDerivative(w->core, unknown, n, known, m, seed, value);
 }
@@ -43,9 +43,10 @@ FMI3 fmi3Status fmi3GetDirectionalDerivative(fmi3Instance instance, const fmi3Va
 FMI3 fmi3Status fmi3GetAdjointDerivative(fmi3Instance instance, const fmi3ValueReference unknown[], size_t n,
                                          const fmi3ValueReference known[], size_t m, const fmi3Float64 seed[], size_t n_seed,
                                          fmi3Float64 value[], size_t n_value) {
-    BEGIN(INITIALIZING | GOING);
+    BEGIN(INITIALIZING | GOING | TERMINATED);
     Jacobian J;
     if (n_seed != n || n_value != m) return complain(w, "expected one seed for each unknown and one value for each known");
+    if (!given(w->core, __func__, n, unknown, seed) || !given(w->core, __func__, m, known, value)) return fmi3Error;
     if (!are_unknowns(unknown, n)) return complain(w, "expected outputs or state derivatives as unknowns");
     if (!are_knowns(known, m)) return complain(w, "expected inputs, states or parameters as knowns");
     linearise(w->core, &J);

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 import zlib
+from zipfile import ZipFile
 
 import fmpy
 import numpy as np
@@ -17,9 +18,11 @@ from haptid.fmu_build.content.picture import HEIGHT, WIDTH, picture
 from haptid.fmu_build.description.identity import guid_of
 from haptid.fmu_build.description.units import parse_unit
 from haptid.fmu_build.exchange.archive import pack, unpack
+from haptid.fmu_build.exchange.ssp import write_ssp
 from haptid.fmu_build.exchange.ssv import write_ssv
 from haptid.fmu_build.native.mach_o import universal
 from haptid.model.joint.parameter_table import joint_parameters
+from tests.fmu_build.fmu_cases import fmu
 
 
 @pytest.mark.parametrize(
@@ -95,3 +98,22 @@ def test_parameter_sets_satisfy_the_published_schema(tmp_path):
     schema.assertValid(document)
     values = {p.get("name"): float(p[0].get("value")) for p in document.getroot()[0]}
     assert values == {"joint4.inertia": 1.5e-4, "joint4.Kp": 1.0}
+
+
+def test_systems_satisfy_the_published_schema_and_define_every_unit_they_name(tmp_path):
+    built = fmu("joint4", "native").path
+    path = write_ssp(tmp_path / "s.ssp", {"a": built, "b": built}, [], parameters={"a": {"joint4.spring.Ks": 0.02}})
+    folder = fmpy.__path__[0] + "/ssp/schema/"
+    with ZipFile(path) as archive:
+        system = etree.fromstring(archive.read("SystemStructure.ssd"))
+        values = etree.fromstring(archive.read("resources/a.ssv"))
+    etree.XMLSchema(etree.parse(folder + "SystemStructureDescription.xsd")).assertValid(system)
+    etree.XMLSchema(etree.parse(folder + "SystemStructureParameterValues.xsd")).assertValid(values)
+    for document in (system, values):
+        used = {node.get("unit") for node in document.iter("{*}Real")} - {None}
+        defined = {node.get("name"): {k: int(x) for k, x in node[0].items()} for node in document.iter("{*}Unit")}
+        assert used
+        assert set(defined) == used
+    assert defined == {"N.m/rad": {"kg": 1, "m": 2, "s": -2, "rad": -1}}
+    bound = [node.get("source") for node in system.iter("{*}ParameterBinding")]
+    assert bound == ["resources/a.ssv"]

@@ -56,8 +56,7 @@ def test_a_model_exchange_state_keeps_its_mode():
     state = client.fmi.getFMUState()
     client.fmi.enterEventMode()
     client.fmi.setFMUState(state)
-    client.fmi.enterEventMode()  # it was in continuous-time mode
-    client.states([0.1, 0.2, 1e-4])
+    client.states([0.1, 0.2, 1e-4])  # it was in continuous-time mode, in which alone states may be set
     assert client.rates()[0] == 0.2
     client.fmi.setFMUState(state)
     assert client.states() == [0.0, 0.0, 0.0]
@@ -92,9 +91,11 @@ def test_directional_and_adjoint_derivatives_are_exact():
 def _within(client: Client3, name: str, value: float, states: list[str]) -> float:
     """Set the value, or the nearest that the variable may have."""
     if name in states:
+        client.fmi.enterContinuousTimeMode()
         client.states(
             [value if state == name else before for state, before in zip(states, client.states(), strict=True)]
         )
+        client.fmi.enterEventMode()
         return value
     v = next(v for v in client.description.modelVariables if v.name == name)
     value = max(value, -math.inf if v.min is None else float(v.min))

@@ -1,0 +1,1 @@
+"""Identified devices for multibody simulators: device and values in, URDF and MJCF out."""
