@@ -160,6 +160,8 @@ class Thresholds:
     """Number of cells of position in which passes are compared [1]."""
     cells_of_speed: int = 12
     """Number of cells of speed in which passes are compared [1]."""
+    fineness_of_cells: tuple[int, ...] = (1, 2, 4, 8, 16)
+    """Into how many each cell of position is cut [1]: the finest show a ripple of two hundred waves over the travel."""
     least_repeated_share_of_rows: float = 0.2
     """Share of the rows in cells with several passes [1], below which it is unknown what does not repeat."""
 

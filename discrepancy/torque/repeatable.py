@@ -2,8 +2,8 @@
 
 The floor is what differs between passes of one cell of position and speed (`measurement.signals.repeats`). A *black
 box* holds all that is bound to position and speed, without physics: the table of the cells' mean residual on fitted
-rows, or a polynomial of the position for each direction of motion. What the better of them leaves on held-out rows is
-the aim of named effects.
+rows, coarse or fine, or a polynomial of the position for each direction of motion. What the best of them leaves on
+held-out rows is the aim of named effects.
 """
 
 from __future__ import annotations
@@ -14,6 +14,8 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.fit import TorqueFit, rms
 from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.signals import repeats
+from haptid.measurement.thresholds import THRESHOLDS as THRESHOLDS_OF_CELLS
+from haptid.measurement.values.run import Array
 
 
 def floor_of(model: TorqueFit) -> float | None:
@@ -29,8 +31,7 @@ def floor_of(model: TorqueFit) -> float | None:
     float or None
         RMS [N m], or [N] of a prismatic joint; None where too few rows are passed again.
     """
-    rows = list(zip(_cells(model), model.residual, model.study.moving, strict=True))
-    return repeats.floor_of([cells[moving] for cells, _, moving in rows], [left[moving] for _, left, moving in rows])
+    return repeats.lowest_floor(*_motion(model), model.residual, model.study.moving)
 
 
 def black_box_rms(model: TorqueFit) -> float | None:
@@ -48,12 +49,18 @@ def black_box_rms(model: TorqueFit) -> float | None:
     """
     if model.unseen.size == 0:
         return None
-    cells, count = _cells(model), repeats.cell_count()
+    tables = [_table_rms(model, fineness) for fineness in THRESHOLDS_OF_CELLS.fineness_of_cells]
+    return min(*tables, _polynomials_rms(model))
+
+
+def _table_rms(model: TorqueFit, fineness: int) -> float:
+    """Return the RMS that the mean residual of each cell leaves on held-out rows."""
+    cells, count = repeats.cells_of(*_motion(model), fineness), repeats.cell_count(fineness)
     seen = np.concatenate([c[rows] for c, rows in zip(cells, model.study.fitted_rows, strict=True)])
     sums = np.bincount(seen, model.fitted, minlength=count)
     table = sums / np.maximum(np.bincount(seen, minlength=count), 1)
     unseen = np.concatenate([c[rows] for c, rows in zip(cells, model.study.unseen_rows, strict=True)])
-    return min(rms(model.unseen - table[unseen]), _polynomials_rms(model))
+    return rms(model.unseen - table[unseen])
 
 
 def _polynomials_rms(model: TorqueFit) -> float:
@@ -70,6 +77,7 @@ def _polynomials_rms(model: TorqueFit) -> float:
     return rms(residual[unseen] - predicted[unseen])
 
 
-def _cells(model: TorqueFit) -> list[repeats.Cells]:
+def _motion(model: TorqueFit) -> tuple[list[Array], list[Array]]:
+    """Return measured position and speed by run."""
     motions = [measured_motion(run) for run in model.study.runs]
-    return repeats.cells_of([m[:, 0] for m in motions], [m[:, 1] for m in motions])
+    return [m[:, 0] for m in motions], [m[:, 1] for m in motions]

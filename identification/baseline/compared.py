@@ -15,7 +15,7 @@ from haptid.identification.baseline.regressor import Regressor
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
-from haptid.measurement.signals.repeats import cells_of, floor_of
+from haptid.measurement.signals.repeats import lowest_floor
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
@@ -169,7 +169,8 @@ def _floor(residuals: Sequence[Array], motions: Sequence[FilteredMotion]) -> Arr
     """Return the RMS of the residual torque that does not repeat, shape (n_joints,); NaN where it is unknown."""
     floor = np.full(motions[0].q.shape[1], np.nan)
     for k in range(floor.size):
-        cells = cells_of([m.q[m.interior, k] for m in motions], [m.v[m.interior, k] for m in motions])
-        known = floor_of(cells, [e[:, k] for e in residuals])
+        positions, speeds = ([getattr(m, of)[m.interior, k] for m in motions] for of in ("q", "v"))
+        everywhere = [np.ones(q.size, dtype=bool) for q in positions]
+        known = lowest_floor(positions, speeds, [e[:, k] for e in residuals], everywhere)
         floor[k] = np.nan if known is None else known
     return floor
