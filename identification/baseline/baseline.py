@@ -23,6 +23,7 @@ from haptid.measurement.signals.filtered_motion import FilteredMotion, common_wi
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
+from haptid.support.processes.threads import on_one_thread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,6 +143,7 @@ class Baseline:
         return {"parameters": parameters, "delay": None if self.delay is None else self.delay.as_json()}
 
 
+@on_one_thread
 def fit_baseline(
     runs: Sequence[Run],
     device: Device | None,
@@ -181,6 +183,7 @@ def fit_baseline(
     columns = [m.through_filter(regressor.columns(m)) for m in motions]
     factor = np.asarray(gain, dtype=np.float64)
     driven = [replace(m, torque=m.torque * factor) for m in motions]
+
     def fit(delay: Delay | None) -> Baseline:
         later = [m.with_delay(0.0 if delay is None else delay.value) for m in driven]
         estimate = weighted_least_squares(
@@ -209,6 +212,28 @@ def _error_of(baseline: Baseline, motions: Sequence[FilteredMotion]) -> float:
         size = np.sum(motion.through_filter(torque)[inside] ** 2, axis=0)
         total += float(np.sum(np.sum(left**2, axis=0) / np.maximum(size, np.finfo(float).tiny)))
     return total
+
+
+def delay_of_torque(runs: Sequence[Run], device: Device | None = None, posture: Sequence[float] = ()) -> float:
+    """Return the delay of the recorded torque that the plain model finds, for what follows the torque of the same runs.
+
+    Parameters
+    ----------
+    runs
+        Runs of the configuration, whatever their use.
+    device
+        Device of the campaign; None for a single joint.
+    posture
+        Positions of the locked joints [rad].
+
+    Returns
+    -------
+    float
+        T [s], so that τ(t − T) acts at t; 0 where none earned its place.
+    """
+    used = [run for run in runs if run.use != "excluded"]
+    baseline = fit_baseline(used, device, posture, [1.0] * len(used[0].free_joints))
+    return 0.0 if baseline is None else baseline.delay_s
 
 
 def moving_rows(motion: FilteredMotion) -> NDArray[np.bool_]:

@@ -24,6 +24,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.optimize import minimize_scalar
 
@@ -101,7 +102,9 @@ class _Gain:
         return self.errors > THRESHOLDS.least_gain_of_delay_in_standard_errors
 
 
-def estimate_delay(motions: Sequence[FilteredMotion], columns: Sequence[Array], moving: Sequence[Array]) -> Delay | None:
+def estimate_delay(
+    motions: Sequence[FilteredMotion], columns: Sequence[Array], moving: Sequence[NDArray[np.bool_]]
+) -> Delay | None:
     """Estimate the delay of the torque behind which the plain model explains it best.
 
     Parameters
@@ -119,14 +122,12 @@ def estimate_delay(motions: Sequence[FilteredMotion], columns: Sequence[Array], 
         None where no delay earns its place.
     """
     limit = bracket(motions)
-    fits = [
-        _fit_delay([_rows_of(m, W, counts, extra) for m, W, counts in zip(motions, columns, moving, strict=True)], limit)
-        for extra in (0.0, THRESHOLDS.width_of_slower_delay_over_filter)
-    ]
-    found, slower = fits
+    runs = list(zip(motions, columns, moving, strict=True))
+    found = _fit_delay([_rows_of(*run, 0.0) for run in runs], limit)
     if abs(found.delay) > THRESHOLDS.largest_delay_over_bracket * limit:
         return None
     # A delay is the same for slow and fast parts of a torque; what else shifts them is not known better than this.
+    slower = _fit_delay([_rows_of(*run, THRESHOLDS.width_of_slower_delay_over_filter) for run in runs], limit)
     std = float(np.hypot(found.std, slower.delay - found.delay))
     if not abs(found.delay) > THRESHOLDS.least_delay_in_standard_errors * std:
         return None
@@ -218,7 +219,7 @@ def with_delayed_torque(run: Run, delay: float) -> Run:
     return run.but(u=np.diff(at, axis=0) / np.diff(edges)[:, None])
 
 
-def _rows_of(motion: FilteredMotion, columns: Array, moving: Array, extra: float) -> _Rows:
+def _rows_of(motion: FilteredMotion, columns: Array, moving: NDArray[np.bool_], extra: float) -> _Rows:
     """Cut the rows of a run, with the columns that a delay is not to stand for.
 
     ``extra`` is the width of one more filter on columns and torque, over that of the motion; 0 for none.
@@ -234,7 +235,9 @@ def _rows_of(motion: FilteredMotion, columns: Array, moving: Array, extra: float
     if extra:
         rows = extra * motion.width_in_rows
         columns, torque = convolve_gaussian(columns, rows), convolve_gaussian(torque, rows)
-    inside, counts = motion.interior, moving[motion.interior].astype(float)
+    # Behind two passes nothing is left beyond the frequency of rows a width apart (decimation, Gautier 1997).
+    inside = slice(motion.interior.start, motion.interior.stop, max(int(motion.width_in_rows), 1))
+    counts = moving[inside].astype(float)
     return _Rows(
         t=motion.t[inside],
         torque=CubicSpline(motion.t, torque),

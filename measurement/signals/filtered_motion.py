@@ -180,10 +180,13 @@ def _noise_share(runs: Sequence[_Positions], k: int, width: float) -> float:
         others = [np.ones_like(q), v, np.sign(v)]
         if not run.prismatic[k]:
             others += [np.cos(q), np.sin(q)]
-        columns.append(convolve_gaussian(np.column_stack(others), rows))
-        accelerations.append(convolve_gaussian(a, rows))
+        # At its ends a run seems to stop at once, which is an acceleration of the filter alone.
+        edge = _edge_rows(q.size, rows)
+        inside = slice(edge, q.size - edge)
+        columns.append(convolve_gaussian(np.column_stack(others), rows)[inside])
+        accelerations.append(convolve_gaussian(a, rows)[inside])
         variance = 3.0 * run.noise[k] ** 2 * dt / (8.0 * math.sqrt(math.pi) * (math.sqrt(2.0) * rows * dt) ** 5)
-        noise += variance * q.size
+        noise += variance * accelerations[-1].size
     W, a = np.concatenate(columns), np.concatenate(accelerations)
     own = a - W @ np.linalg.lstsq(W, a, rcond=None)[0]
     return noise / max(float(own @ own), np.finfo(float).tiny)
@@ -210,8 +213,7 @@ def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
     y = _columns(t, run.t, run.y)
     width = max(_width_of(run) if width is None else width, THRESHOLDS.least_smoothing_width_rows * dt)
     rows = width / dt
-    # What is computed along the filtered motion passes through the filter once more, so that its reach counts twice.
-    edge = min(math.ceil(2.0 * THRESHOLDS.filter_reach_in_widths * rows), (n - 1) // 4)
+    edge = _edge_rows(n, rows)
     first = int(np.searchsorted(t, run.t[run.score_from]))
     return FilteredMotion(
         t=t,
@@ -223,6 +225,14 @@ def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
         edge=edge,
         interior=slice(max(first, edge), n - edge),
     )
+
+
+def _edge_rows(n: int, rows: float) -> int:
+    """Return the rows at either end that the filter has no full surroundings for.
+
+    What is computed along the filtered motion passes through the filter once more, so that its reach counts twice.
+    """
+    return min(math.ceil(2.0 * THRESHOLDS.filter_reach_in_widths * rows), (n - 1) // 4)
 
 
 def _width_of(run: Run) -> float:
