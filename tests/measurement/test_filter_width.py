@@ -16,8 +16,9 @@ INERTIA, WEIGHT, STEP = 0.18, 3.5, 2.9e-3
 def moved(rates: tuple[float, ...], sizes: tuple[float, ...], *, use: str = "fit") -> Run:
     """Return a pendulum along sines, its position rounded to an encoder's steps, with the torque that it needs."""
     t = np.arange(0.0, 6.0, 2e-3)
+    waves = list(enumerate(zip(sizes, rates, strict=True)))
     q, v, a = (
-        sum(A * w**order * np.sin(w * t + k + 0.5 * np.pi * order) for k, (A, w) in enumerate(zip(sizes, rates, strict=True)))
+        np.sum([A * w**order * np.sin(w * t + k + 0.5 * np.pi * order) for k, (A, w) in waves], axis=0)
         for order in range(3)
     )
     torque = INERTIA * a + WEIGHT * np.sin(q) + 0.15 * np.sign(v)
