@@ -62,6 +62,25 @@ class Thresholds:
     """Smallest number of blocks of a run [1]."""
     weighted_solutions: int = 3
     """Number of solutions [1], each with the weights of the residual before."""
+    largest_delay_over_time_of_speed: float = 0.1
+    """Largest delay of the torque that is looked for, over RMS speed over RMS acceleration [1]: a longer one would be a
+    phase of the motion itself, which inertia, spring and viscous friction explain as well."""
+    largest_delay_over_bracket: float = 0.95
+    """Delay over the largest that is looked for [1] above which it stands for something else and is not taken."""
+    bristles_beside_delay_over_travel: tuple[float, ...] = (0.001, 0.003, 0.01, 0.03, 0.1)
+    """Travels of the bristles that a delay is estimated beside, over the travel of the joint [1]: friction that turns
+    late looks like a torque that arrives late."""
+    stribeck_beside_delay_over_speed: tuple[float, ...] = (0.02, 0.1)
+    """Stribeck speeds of the friction that a delay is estimated beside, over the top speed [1]."""
+    width_of_slower_delay_over_filter: float = 2.0
+    """Width of one more filter, over that of the torques [1], behind which the delay is estimated again: it leaves the
+    slower half of the band."""
+    delays_of_scan: int = 21
+    """Number of delays whose cost is compared before the best is refined [1]."""
+    least_delay_in_standard_errors: float = 3.0
+    """Least delay in its standard errors [1], as for the amplitude of an effect."""
+    least_gain_of_delay_in_standard_errors: float = 1.0
+    """Least decrease of the energy of held-out blocks in its standard errors over the blocks [1], as for an effect."""
     presliding_of_plain_model_over_travel: float = 3e-4
     """Displacement at which the plain model's Coulomb friction is at its level, over the travel of the joint [1]."""
     least_friction_over_torque: float = 1e-6

@@ -94,6 +94,7 @@ def _identification_json(entry: Mapping[str, Any], published: Mapping[str, float
         "residual": entry["residual"],
         "why": entry["why"],
         "parameters": rows,
+        "delay": entry["baseline"]["delay"] if entry["baseline"] else None,
         "runs": [
             {key: run[key] for key in ("file", "use", "rmse_over_noise", "figures")}
             for run in entry["runs"]

@@ -51,9 +51,15 @@ class Results:
         entry = self.configuration
         return [] if entry is None else [run for run in entry["runs"] if run["use"] == use]
 
-    def mean(self, use: str, key: str, *, which: str = "model") -> float | None:
-        """Return the root mean square over the runs of one use of a figure; None where a run lacks it."""
-        values = [(run["figures"] or {}).get(which, {}).get(key) for run in self.runs(use)]
+    @property
+    def result(self) -> str:
+        """Which of the two models is the result: where the plain one replaced the fit, the fit's figures are not it."""
+        entry = self.configuration
+        return "baseline" if entry is not None and entry["outcome"] == "plain" else "model"
+
+    def mean(self, use: str, key: str) -> float | None:
+        """Return the root mean square over the runs of one use of a figure of the result; None where a run lacks it."""
+        values = [(run["figures"] or {}).get(self.result, {}).get(key) for run in self.runs(use)]
         if not values or any(value is None for value in values):
             return None
         return float(np.sqrt(np.mean(np.square(values))))

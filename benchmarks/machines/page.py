@@ -11,6 +11,8 @@ from docs.tables import table
 MARKS = {True: "yes", False: "no", None: "-"}
 NONE = "no result"
 """What stands where a command gave none."""
+PLAIN = "plain"
+"""Outcome of a configuration whose fit the plain model replaced."""
 
 
 def page_of(data: Mapping[str, Any]) -> str:
@@ -102,10 +104,13 @@ def _section(one: Mapping[str, Any]) -> list[str]:
     found, missing = one["identification"], one["missing"]
     if found is not None:
         lines += ["", f"Outcome `{found['outcome']}`, residual in {found['residual']}: {found['why']}."]
+        if found["outcome"] == PLAIN:
+            lines[-1] += " The plain model replaced the fit, so that the figures above are those of the plain model."
+        lines[-1] += _told_delay(found.get("delay"))
     if one["picture"]:
         lines += ["", f"![Measured, computed and simulated signals of an unseen run, with residuals]({one['picture']})"]
     if found is not None:
-        lines += ["", _parameters(found["parameters"]), _runs(found["runs"])]
+        lines += ["", _parameters(found["parameters"]), _runs(found["runs"], found["outcome"])]
     if missing is not None:
         lines += ["", f"What is missing: `{missing['verdict']}`. {missing['sentence']}"]
         # Under any other verdict an effect only stands in for what is missing.
@@ -129,7 +134,18 @@ def _with_std(parameter: Mapping[str, Any] | None) -> str:
     return f"{parameter['value']:.4g}" + (f" ± {std:.2g}" if std else "")
 
 
-def _runs(runs: Sequence[Mapping[str, Any]]) -> str:
+def _told_delay(delay: Mapping[str, Any] | None) -> str:
+    """Write the delay between torque and motion; empty where none earned its place."""
+    if delay is None:
+        return ""
+    late = "after" if delay["value"] > 0 else "before"
+    size, error = (f"{1e3 * abs(delay[key]):.2g}" for key in ("value", "std"))
+    return f" The torque acts {size} ± {error} ms {late} it is recorded."
+
+
+def _runs(runs: Sequence[Mapping[str, Any]], outcome: str) -> str:
+    # The residual over the noise is that of the result.
+    result = "baseline" if outcome == PLAIN else "model"
     rows = []
     for run in runs:
         for name, label in (("model", "fit"), ("baseline", "plain model")):
@@ -138,7 +154,7 @@ def _runs(runs: Sequence[Mapping[str, Any]]) -> str:
                 continue
             horizons = [_number(figures["horizon_rmse"].get(h)) for h in ("0.1", "1", "10")]
             own = [_number(figures[key]) for key in ("free_rmse", "torque_rmse", "torque_error")]
-            over = _number(run["rmse_over_noise"]) if name == "model" else ""
+            over = _number(run["rmse_over_noise"]) if name == result else ""
             rows.append((run["file"], run["use"], label, *own, *horizons, over))
     header = ("run", "use", "model", "free RMS", "torque RMS", "torque error", "0.1 s", "1 s", "10 s", "RMS / noise")
     return "RMS in rad or m, torque in N m or N, torque error over the torque's RMS:\n\n" + table(header, rows)

@@ -36,6 +36,7 @@ from haptid.identification.simulators.inverse_dynamics import measured_motion
 from haptid.measurement.values.run import Array
 from haptid.measurement.values.units import unit_for
 from haptid.model.effects.effect import Effect, id_of
+from haptid.support.numbers import with_prefix
 from haptid.support.processes.threads import on_one_thread
 
 
@@ -168,7 +169,16 @@ class TorqueFinding:
             told.append("the floor is unknown: one more sweep over the same positions would tell what repeats")
         else:
             told.append(f"{self.floor:.3g} {unit} do not repeat")
-        return "; ".join(told) + "." + self._told_of_loop
+        return "; ".join(told) + "." + self._told_of_delay + self._told_of_loop
+
+    @property
+    def _told_of_delay(self) -> str:
+        """Sentence on the delay that the torque has behind it; empty without one."""
+        delay = self.search.study.delay
+        if not delay:
+            return ""
+        late = "after" if delay > 0 else "before"
+        return f" The torque acts {with_prefix(abs(delay), 's', 2)} {late} it is recorded, which no name stands for."
 
     @property
     def _told_of_loop(self) -> str:
@@ -370,6 +380,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         "measured": measured,
         "seed": seed,
         "scored": "torque",
+        "torque_delay_s": found.study.delay,
         "verdict": finding.verdict,
         "sentence": finding.sentence,
         "effects": [_effect_json(finding, e) for e in found.final.effects],

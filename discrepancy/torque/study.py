@@ -16,6 +16,7 @@ from haptid.discrepancy.thresholds.thresholds import THRESHOLDS
 from haptid.discrepancy.torque.drive import KnownDrive, known_drive
 from haptid.discrepancy.torque.readable import delays_torque, with_measured_load
 from haptid.discrepancy.torque.rows import Mask, alternating, rests
+from haptid.identification.baseline.baseline import delay_of_torque
 from haptid.identification.fit.torque_fit import restrain_stribeck
 from haptid.identification.result.fit import Fit
 from haptid.identification.sequence.equations_for import equations_for, stated_parameters
@@ -63,6 +64,8 @@ class TorqueStudy:
         so that the motion does not tell the torque. Empty where every row counts.
     sealed
         Runs, turned alike, that take part in no choice (`discrepancy.study.sealed`).
+    delay
+        Delay of the recorded torque that the plain model finds [s], which ``runs`` have behind them; 0 without one.
     threads
         Number of threads that fit and scan side by side; the results do not depend on it.
     """
@@ -76,6 +79,7 @@ class TorqueStudy:
     recorded: tuple[Run, ...] = ()
     resting: tuple[Mask, ...] = ()
     sealed: tuple[Run, ...] = ()
+    delay: float = 0.0
     threads: int = 1
 
     @property
@@ -248,7 +252,9 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
     # The masks hold rows out, so the runs themselves are scored from the first row on.
     whole = [run.but(score_from=0) for run in (*runs, *sealed)]
     # One filter for all runs of the machine, the sealed ones too.
-    both = torque_runs(whole) if drive is None else drive.turn(whole)
+    # The torque of a drive is computed along the motion, without a delay.
+    delay = delay_of_torque([*fitted, *unseen]) if drive is None else 0.0
+    both = torque_runs(whole, delay) if drive is None else drive.turn(whole)
     turned, kept = both[: len(runs)], both[len(runs) :]
     seen = [run.use == "fit" if run.file not in cut else alternating(run.t.size) for run in turned]
     return TorqueStudy(
@@ -261,6 +267,7 @@ def torque_study_of(campaign: Campaign, joint: int, carried: Fit | None = None, 
         recorded=(*fitted, *unseen),
         resting=() if drive is None else tuple(rests(run) for run in turned),
         sealed=kept,
+        delay=delay,
         threads=threads,
     )
 

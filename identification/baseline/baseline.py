@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from haptid.identification.baseline.delay import Delay, estimate_delay
 from haptid.identification.baseline.least_squares import LeastSquares, weighted_least_squares
 from haptid.identification.baseline.regressor import UNITS, Regressor
 from haptid.identification.thresholds import THRESHOLDS
@@ -22,6 +23,7 @@ from haptid.measurement.signals.filtered_motion import FilteredMotion, common_wi
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
 from haptid.model.device.device import Device
+from haptid.support.processes.threads import on_one_thread
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,11 +38,19 @@ class Baseline:
         Parameters, in the order of ``regressor.ids``, of the torque times ``gain``.
     gain
         Factor of each joint on the recorded torque, shape (n_joints,).
+    delay
+        Delay of the recorded torque; None where none earned its place.
     """
 
     regressor: Regressor
     estimate: LeastSquares
     gain: Array
+    delay: Delay | None = None
+
+    @property
+    def delay_s(self) -> float:
+        """Delay of the recorded torque [s]; 0 where none earned its place."""
+        return 0.0 if self.delay is None else self.delay.value
 
     @property
     def values(self) -> dict[str, float]:
@@ -81,7 +91,7 @@ class Baseline:
         Returns
         -------
         ndarray, shape (n, n_joints)
-            Recorded torque [N m], without the gain.
+            Torque as it was recorded [N m], without the gain, at the time at which it acts.
         """
         return np.asarray(self.regressor.columns(motion) @ self.estimate.theta / self.gain)
 
@@ -118,6 +128,7 @@ class Baseline:
         -------
         dict
             ``parameters``: value, std and unit by id. A single joint without gravity has the gravity terms at 0.
+            ``delay`` of the torque; None where none earned its place.
         """
         rows = zip(self.regressor.ids, self.estimate.theta, self.estimate.std, self.regressor.units, strict=True)
         parameters: dict[str, dict[str, float | str | None]] = {
@@ -129,11 +140,17 @@ class Baseline:
             slides = [self.regressor.units[-1] == "N"]
             for id, unit in UNITS.items():
                 parameters.setdefault(id, {"value": 0.0, "std": None, "unit": unit_for(unit, slides)})
-        return {"parameters": parameters}
+        return {"parameters": parameters, "delay": None if self.delay is None else self.delay.as_json()}
 
 
+@on_one_thread
 def fit_baseline(
-    runs: Sequence[Run], device: Device | None, posture: Sequence[float], gain: Sequence[float]
+    runs: Sequence[Run],
+    device: Device | None,
+    posture: Sequence[float],
+    gain: Sequence[float],
+    *,
+    with_delay: bool = True,
 ) -> Baseline | None:
     """Fit the plain model to the fitted runs of a configuration.
 
@@ -147,6 +164,8 @@ def fit_baseline(
         Positions of the locked joints [rad], shape (n_q,).
     gain
         Factor of each free joint on the recorded torque.
+    with_delay
+        Whether the torque may have a delay: not where it was computed along the motion.
 
     Returns
     -------
@@ -157,16 +176,64 @@ def fit_baseline(
     regressor = Regressor.of(device, fitted[0].free_joints, posture, fitted[0].prismatic)
     width = common_width(runs)
     motions = [filter_run(run, width) for run in fitted]
-    moving = [moving_rows(m)[m.interior] for m in motions]
-    columns, torques = [], []
-    for m, rows in zip(motions, moving, strict=True):
-        columns.append(m.through_filter(regressor.columns(m))[m.interior] * rows[:, :, None])
-        torques.append(m.through_filter(m.torque * np.asarray(gain))[m.interior] * rows)
+    moving = [moving_rows(m) for m in motions]
     least_rows = max(THRESHOLDS.least_rows_of_plain_model, 2 * len(regressor.ids))
-    if sum(rows.all(axis=1).sum() for rows in moving) < least_rows:
+    if sum(rows[m.interior].all(axis=1).sum() for m, rows in zip(motions, moving, strict=True)) < least_rows:
         return None
-    estimate = weighted_least_squares(columns, torques, regressor.nonnegative)
-    return Baseline(regressor=regressor, estimate=estimate, gain=np.asarray(gain, dtype=np.float64))
+    columns = [m.through_filter(regressor.columns(m)) for m in motions]
+    factor = np.asarray(gain, dtype=np.float64)
+    driven = [replace(m, torque=m.torque * factor) for m in motions]
+
+    def fit(delay: Delay | None) -> Baseline:
+        later = [m.with_delay(0.0 if delay is None else delay.value) for m in driven]
+        estimate = weighted_least_squares(
+            [(W * rows[:, :, None])[m.interior] for m, W, rows in zip(later, columns, moving, strict=True)],
+            [(m.through_filter(m.torque) * rows)[m.interior] for m, rows in zip(later, moving, strict=True)],
+            regressor.nonnegative,
+        )
+        return Baseline(regressor=regressor, estimate=estimate, gain=factor, delay=delay)
+
+    prompt = fit(None)
+    delay = estimate_delay(driven, columns, moving) if with_delay else None
+    if delay is None:
+        return prompt
+    # Rows at rest took part in nothing so far; the figures of a run have them.
+    late = fit(delay)
+    return late if _error_of(late, motions) < _error_of(prompt, motions) else prompt
+
+
+def _error_of(baseline: Baseline, motions: Sequence[FilteredMotion]) -> float:
+    """Return the energy of the residual torque over that of the torque, summed over runs and joints."""
+    total = 0.0
+    for motion in motions:
+        torque = motion.with_delay(baseline.delay_s).torque
+        inside = motion.interior
+        left = motion.through_filter(torque - baseline.torque(motion))[inside]
+        size = np.sum(motion.through_filter(torque)[inside] ** 2, axis=0)
+        total += float(np.sum(np.sum(left**2, axis=0) / np.maximum(size, np.finfo(float).tiny)))
+    return total
+
+
+def delay_of_torque(runs: Sequence[Run], device: Device | None = None, posture: Sequence[float] = ()) -> float:
+    """Return the delay of the recorded torque that the plain model finds, for what follows the torque of the same runs.
+
+    Parameters
+    ----------
+    runs
+        Runs of the configuration, whatever their use.
+    device
+        Device of the campaign; None for a single joint.
+    posture
+        Positions of the locked joints [rad].
+
+    Returns
+    -------
+    float
+        T [s], so that τ(t − T) acts at t; 0 where none earned its place.
+    """
+    used = [run for run in runs if run.use != "excluded"]
+    baseline = fit_baseline(used, device, posture, [1.0] * len(used[0].free_joints))
+    return 0.0 if baseline is None else baseline.delay_s
 
 
 def moving_rows(motion: FilteredMotion) -> NDArray[np.bool_]:

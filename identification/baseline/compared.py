@@ -14,7 +14,7 @@ from haptid.identification.baseline.plain_parameters import plain_theta
 from haptid.identification.baseline.regressor import Regressor
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
-from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run
+from haptid.measurement.signals.filtered_motion import FilteredMotion, common_width, filter_run, state_width
 from haptid.measurement.signals.repeats import lowest_floor
 from haptid.measurement.values.run import Array, Run
 from haptid.measurement.values.units import unit_for
@@ -40,6 +40,8 @@ class Compared:
         predicts better; NaN where too few positions and speeds are passed again.
     runs
         Runs that they were held against; where a drive makes the torque, with that torque.
+    width, width_of_states
+        Standard deviations [s] of the filters of the torques, and of the motion that simulations begin from.
     """
 
     baseline: Baseline | None
@@ -47,6 +49,13 @@ class Compared:
     models: Mapping[str, Model]
     floor: Array
     runs: tuple[Run, ...]
+    width: float
+    width_of_states: float
+
+    @property
+    def delay_s(self) -> float:
+        """Delay of the recorded torque behind which the plain model explains it [s]; 0 without one."""
+        return 0.0 if self.baseline is None else self.baseline.delay_s
 
     def badness(self, name: str, use: str) -> float:
         """Return the mean `Figures.badness` of a model over the runs of one use.
@@ -107,7 +116,7 @@ class Compared:
         return None if both is None else {name: one.as_json() for name, one in both.items()}
 
 
-def compare(
+def compare(  # noqa: PLR0913 # both models, the runs, and how the runs were recorded and fitted
     equations: Equations,
     theta: Array,
     runs: Sequence[Run],
@@ -115,6 +124,8 @@ def compare(
     posture: Sequence[float],
     *,
     threads: int = 1,
+    with_delay: bool = True,
+    torque_scored: bool = False,
 ) -> Compared:
     """Fit the plain model and compute the figures of both models on all runs that are not excluded.
 
@@ -132,6 +143,10 @@ def compare(
         Positions of the locked joints [rad].
     threads
         Threads that simulate the runs side by side; the figures do not depend on their number.
+    with_delay
+        Whether the recorded torque may have a delay: not where it was computed along the motion.
+    torque_scored
+        Whether the parameters were fitted to the torque, with its delay; the position is fitted without one.
 
     Returns
     -------
@@ -144,17 +159,20 @@ def compare(
     simulator = KernelSimulator.of(equations)
     joints = range(len(first.free_joints))
     gain = np.array([inverse.value(theta, "Kp", k) for k in joints])
-    models = {"model": Model(simulator=simulator, inverse=inverse, theta=theta)}
-    baseline = fit_baseline(used, device, posture, gain.tolist())
+    baseline = fit_baseline(used, device, posture, gain.tolist(), with_delay=with_delay)
+    delay = 0.0 if baseline is None else baseline.delay_s
+    own = delay if torque_scored else 0.0
+    models = {"model": Model(simulator=simulator, inverse=inverse, theta=theta, delay=own)}
     if baseline is not None:
         plain = plain_theta(baseline, equations, used)
-        models["baseline"] = Model(simulator=simulator, inverse=inverse, theta=plain, baseline=baseline)
-    width = common_width(used)
+        models["baseline"] = Model(simulator=simulator, inverse=inverse, theta=plain, baseline=baseline, delay=delay)
+    width, narrow = common_width(used), state_width(used)
     motions = [filter_run(run, width) for run in used]
+    starts = motions if narrow == width else [filter_run(run, narrow) for run in used]
     errors = {name: [torque_residual(model, motion) for motion in motions] for name, model in models.items()}
 
     def figures_on(k: int) -> dict[str, Figures]:
-        return {name: figures_of(model, used[k], motions[k], errors[name][k]) for name, model in models.items()}
+        return {name: figures_of(one, used[k], motions[k], errors[name][k], starts[k]) for name, one in models.items()}
 
     found = map_threads(figures_on, range(len(used)), threads=threads)
     figures: dict[tuple[str, str], dict[str, Figures]] = {
@@ -162,7 +180,15 @@ def compare(
     }
     size = {name: sum(float(np.sum(both[name].torque_rmse ** 2)) for both in figures.values()) for name in models}
     floor = _floor(errors[min(size, key=lambda name: size[name])], motions)
-    return Compared(baseline=baseline, figures=figures, models=models, floor=floor, runs=tuple(used))
+    return Compared(
+        baseline=baseline,
+        figures=figures,
+        models=models,
+        floor=floor,
+        runs=tuple(used),
+        width=width,
+        width_of_states=narrow,
+    )
 
 
 def _floor(residuals: Sequence[Array], motions: Sequence[FilteredMotion]) -> Array:

@@ -32,6 +32,7 @@ def compare_driven(
     posture: Sequence[float],
     *,
     threads: int = 1,
+    torque_scored: bool = False,
 ) -> Compared:
     """Compute the figures of a driven joint's model and of the plain model.
 
@@ -49,6 +50,8 @@ def compare_driven(
         Positions of the locked joints [rad].
     threads
         Threads that simulate the runs side by side.
+    torque_scored
+        Whether the parameters were fitted to the torque.
 
     Returns
     -------
@@ -57,12 +60,13 @@ def compare_driven(
     """
     drive = equations.drive
     if drive is None:
-        return compare(equations, theta, runs, device, posture, threads=threads)
+        return compare(equations, theta, runs, device, posture, threads=threads, torque_scored=torque_scored)
     values = {q.id: float(value) for q, value in zip(equations.parameters, theta, strict=True)}
     rigid = without_drive(equations, drive, prismatic=bool(runs[0].prismatic[0]))
     torques = [with_torque(run, drive, values) for run in runs if run.use != "excluded"]
     rigid_theta = np.array([values[q.id] for q in rigid.parameters])
-    compared = compare(rigid, rigid_theta, torques, device, posture, threads=threads)
+    # The back-EMF in this torque is computed from the motion, and cannot be late behind it.
+    compared = compare(rigid, rigid_theta, torques, device, posture, threads=threads, with_delay=False)
     if not drive.is_closed:
         return compared
     models = {"model": np.asarray(theta, dtype=np.float64)}

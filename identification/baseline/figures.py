@@ -11,12 +11,13 @@ The free simulation shows drift, the torque shows what the model explains of the
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from haptid.identification.baseline.baseline import Baseline
+from haptid.identification.baseline.delay import with_delayed_torque
 from haptid.identification.baseline.torque_along import TorqueAlong
 from haptid.identification.simulators.kernel import KernelSimulator
 from haptid.identification.simulators.protocol import initial_state
@@ -42,15 +43,18 @@ class Model:
         Parameters, shape (n_p,).
     baseline
         The plain model that the parameters are those of, which has a constant torque beside them; None for a fit.
+    delay
+        Delay T [s] of the recorded torque that the parameters were fitted with: τ(t − T) acts at t.
     """
 
     simulator: KernelSimulator
     inverse: TorqueAlong
     theta: Array
     baseline: Baseline | None = None
+    delay: float = 0.0
 
     def torque(self, motion: FilteredMotion) -> Array:
-        """Compute the recorded torque that a motion needs.
+        """Compute the recorded torque that a motion needs, at the time at which it acts.
 
         Parameters
         ----------
@@ -63,6 +67,37 @@ class Model:
             Torque [N m], or force [N] of a prismatic joint.
         """
         return self.baseline.torque(motion) if self.baseline else self.inverse.torque(self.theta, motion)
+
+    def recorded_torque(self, motion: FilteredMotion) -> Array:
+        """Compute the torque that a motion needs, at the time at which it is recorded.
+
+        Parameters
+        ----------
+        motion
+            Filtered motion of a run.
+
+        Returns
+        -------
+        ndarray, shape (n, n_joints)
+            `torque` at t + T for the time t.
+        """
+        return replace(motion, torque=self.torque(motion)).with_delay(-self.delay).torque
+
+    def driving(self, run: Run) -> Run:
+        """Return a run with the torque that drives a simulation of this model.
+
+        Parameters
+        ----------
+        run
+            Run with its recorded torque.
+
+        Returns
+        -------
+        Run
+            Its torque delayed, and without the constant torque.
+        """
+        later = with_delayed_torque(run, self.delay)
+        return later.but(u=later.u - self.offset)
 
     @property
     def offset(self) -> Array:
@@ -130,7 +165,9 @@ def _plain(values: Array) -> float | list[float | None] | None:
     return numbers[0] if len(numbers) == 1 else numbers
 
 
-def figures_of(model: Model, run: Run, motion: FilteredMotion, error: Array) -> Figures:
+def figures_of(
+    model: Model, run: Run, motion: FilteredMotion, error: Array, states: FilteredMotion | None = None
+) -> Figures:
     """Compute the figures of a model on a run.
 
     Parameters
@@ -143,23 +180,27 @@ def figures_of(model: Model, run: Run, motion: FilteredMotion, error: Array) -> 
         Its motion, filtered with the width of all runs of the configuration.
     error
         `torque_residual` of the model along that motion.
+    states
+        The motion that simulations begin from, whose filter may be narrower; the same motion where None.
 
     Returns
     -------
     Figures
     """
-    size = np.sqrt(np.mean(motion.through_filter(motion.torque)[motion.interior] ** 2, axis=0))
+    states = states or motion
+    torque = motion.through_filter(motion.with_delay(model.delay).torque)
+    size = np.sqrt(np.mean(torque[motion.interior] ** 2, axis=0))
     torque_rmse = np.sqrt(np.mean(error**2, axis=0))
-    driven = run.but(u=run.u - model.offset)
+    driven = model.driving(run)
     length = run.t[-1] - run.t[run.score_from]
     moves = model.baseline is None or model.baseline.has_positive_masses(motion)
     nothing = np.full(run.y.shape[1], np.nan)
     lengths = [h for h in HORIZONS_S if length > h]
     return Figures(
-        free_rmse=_rms(run.y[run.score_from :] - simulate_freely(model, run, motion)) if moves else nothing,
+        free_rmse=_rms(run.y[run.score_from :] - simulate_freely(model, run, states)) if moves else nothing,
         torque_rmse=torque_rmse,
         torque_error=torque_rmse / np.maximum(size, np.finfo(float).tiny),
-        horizon_rmse={f"{h:g}": _horizon(model, driven, motion, h) if moves else nothing for h in lengths},
+        horizon_rmse={f"{h:g}": _horizon(model, driven, states, h) if moves else nothing for h in lengths},
     )
 
 
@@ -179,7 +220,7 @@ def torque_residual(model: Model, motion: FilteredMotion) -> Array:
         [N m] or [N]. Both pass through the filter once more: a computed friction turns within a row, and the measured
         one was filtered.
     """
-    return motion.through_filter(motion.torque - model.torque(motion))[motion.interior]
+    return motion.through_filter(motion.with_delay(model.delay).torque - model.torque(motion))[motion.interior]
 
 
 class _States:
@@ -229,7 +270,7 @@ def simulate_freely(model: Model, run: Run, motion: FilteredMotion) -> Array:
     ndarray, shape (n_scored, n_joints)
         Positions at the scored rows [rad] or [m].
     """
-    driven = run.but(u=run.u - model.offset)
+    driven = model.driving(run)
     start = _States(model, driven, motion).at(run.score_from)
     y, _ = model.simulator.onward(model.theta, driven, slice(run.score_from, run.t.size), start)
     return y[:, : run.y.shape[1]]

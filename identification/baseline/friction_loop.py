@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from haptid.identification.baseline.compared import Compared
-from haptid.measurement.signals.filtered_motion import common_width, filter_run
+from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.values.run import Array, Run
 
 
@@ -56,11 +56,11 @@ def friction_loop(compared: Compared, run: Run, k: int) -> FrictionLoop:
     """
     model = compared.models["model"]
     # The width of the figures: loop and figures then show the same residual.
-    motion = filter_run(run, common_width(compared.runs))
+    motion = filter_run(run, compared.width)
     inside = motion.interior
     friction, _ = model.inverse.friction_along(model.theta, motion, k, slice(None), None)
     gain = model.inverse.value(model.theta, "Kp", k)
-    left = gain * (motion.torque - model.torque(motion))[:, k]
+    left = gain * (motion.with_delay(model.delay).torque - model.torque(motion))[:, k]
     return FrictionLoop(
         file=run.file,
         use=run.use,

@@ -57,7 +57,7 @@ def weighted_least_squares(columns: Sequence[Array], torques: Sequence[Array], n
     -------
     LeastSquares
     """
-    kept = _independent(np.concatenate([W.reshape(-1, W.shape[2]) for W in columns]))
+    kept = independent_columns(np.concatenate([W.reshape(-1, W.shape[2]) for W in columns]))
     used = [W[:, :, kept] for W in columns]
     weights = [np.ones(tau.shape[1]) for tau in torques]
     theta = np.zeros(int(kept.sum()))
@@ -71,7 +71,7 @@ def weighted_least_squares(columns: Sequence[Array], torques: Sequence[Array], n
     full[kept] = theta
     inside = ~nonnegative[kept] | (theta > 0)
     places = np.flatnonzero(kept)[inside]
-    covariance[np.ix_(places, places)] = _block_covariance([W[:, :, inside] for W in used], residuals, weights)
+    covariance[np.ix_(places, places)] = block_covariance([W[:, :, inside] for W in used], residuals, weights)
     return LeastSquares(theta=full, covariance=covariance)
 
 
@@ -92,8 +92,19 @@ def _rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2))) or 1.0
 
 
-def _independent(A: Array) -> Array:
-    """Say which columns the earlier ones do not explain, shape (n,)."""
+def independent_columns(A: Array) -> Array:
+    """Say which columns the earlier ones do not explain.
+
+    Parameters
+    ----------
+    A
+        Columns of any size, shape (n_rows, n).
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        False where less than `THRESHOLDS.least_new_part_of_column` of a column is new.
+    """
     size = np.linalg.norm(A, axis=0)
     R = np.linalg.qr(A / np.where(size > 0, size, 1.0), mode="r")
     return np.asarray((np.abs(np.diag(R)) > THRESHOLDS.least_new_part_of_column) & (size > 0))
@@ -123,19 +134,54 @@ def correlation_length(residual: Array) -> float:
     return float(1.0 + 2.0 * rho[1 : below[0] if below.size else n].sum())
 
 
-def _block_covariance(columns: Sequence[Array], residuals: Sequence[Array], weights: Sequence[Array]) -> Array:
+def blocks_of(residuals: Sequence[Array]) -> list[int]:
+    """Choose into how many blocks the rows of each run are cut.
+
+    Parameters
+    ----------
+    residuals
+        Residual torque by run, shape (n_t, n_joints).
+
+    Returns
+    -------
+    list of int
+        Blocks of `THRESHOLDS.block_of_residual_in_correlation_lengths`, at least
+        `THRESHOLDS.least_residual_blocks_of_run` a run.
+    """
+    counts = []
+    for r in residuals:
+        longest = max(correlation_length(column) for column in r.T)
+        block = THRESHOLDS.block_of_residual_in_correlation_lengths * longest
+        counts.append(max(int(r.shape[0] / block), THRESHOLDS.least_residual_blocks_of_run))
+    return counts
+
+
+def block_covariance(columns: Sequence[Array], residuals: Sequence[Array], weights: Sequence[Array]) -> Array:
+    """Compute the covariance of weighted estimates from the moments of blocks of the residual.
+
+    Parameters
+    ----------
+    columns
+        Per run, shape (n_t, n_joints, n).
+    residuals
+        Per run, shape (n_t, n_joints).
+    weights
+        Per run, shape (n_joints,).
+
+    Returns
+    -------
+    ndarray, shape (n, n)
+    """
     n = columns[0].shape[2]
     normal, moments = np.zeros((n, n)), np.zeros((n, n))
     blocks, scale = 0, np.zeros(n)
     for W in columns:
         scale += np.sum(W**2, axis=(0, 1))
     scale = np.sqrt(np.maximum(scale, np.finfo(float).tiny))
-    for W, e, w in zip(columns, residuals, weights, strict=True):
+    counts = blocks_of([e * w for e, w in zip(residuals, weights, strict=True)])
+    for W, e, w, count in zip(columns, residuals, weights, counts, strict=True):
         A, r = (W * w[:, None]) / scale, e * w
         normal += np.einsum("tjk,tjl->kl", A, A)
-        longest = max(correlation_length(column) for column in r.T)
-        block = THRESHOLDS.block_of_residual_in_correlation_lengths * longest
-        count = max(int(r.shape[0] / block), THRESHOLDS.least_residual_blocks_of_run)
         for rows in np.array_split(np.arange(r.shape[0]), count):
             moment = np.einsum("tjk,tj->k", A[rows], r[rows])
             moments += np.outer(moment, moment)

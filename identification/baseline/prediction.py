@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import simulate_freely
-from haptid.measurement.signals.filtered_motion import common_width, filter_run
+from haptid.measurement.signals.filtered_motion import filter_run
 from haptid.measurement.values.run import Array, Run
 
 
@@ -62,7 +62,7 @@ def predict_run(compared: Compared, run: Run) -> Prediction:
     Prediction
     """
     # The width of the figures: curves and figures then show the same residual.
-    motion = filter_run(run, common_width(compared.runs))
+    motion, states = filter_run(run, compared.width), filter_run(run, compared.width_of_states)
     inside = motion.interior
     return Prediction(
         file=run.file,
@@ -71,10 +71,10 @@ def predict_run(compared: Compared, run: Run) -> Prediction:
         prismatic=tuple(run.prismatic),
         torque_t=motion.t[inside],
         torque=motion.torque[inside],
-        computed={name: model.torque(motion)[inside] for name, model in compared.models.items()},
+        computed={name: model.recorded_torque(motion)[inside] for name, model in compared.models.items()},
         position_t=run.t[run.score_from :],
         position=run.y[run.score_from :],
-        simulated={name: simulate_freely(model, run, motion) for name, model in compared.models.items()},
+        simulated={name: simulate_freely(model, run, states) for name, model in compared.models.items()},
     )
 
 

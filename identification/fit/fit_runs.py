@@ -7,7 +7,8 @@
 3. Keep that fit where its residual is at the noise: a position is the stricter test. Above the noise its standard
    deviations are widened by the jackknife, and of a model that explains nothing no parameter is identified.
    Where encoder zeros of each run leave clearly less, they are fitted too (`identification.fit.zeros_fit`).
-4. Under position control of a single joint, fit the torque as well (`identification.fit.torque_fit`), and keep the fit
+4. Under position control of a single joint, fit the torque as well (`identification.fit.torque_fit`), behind the delay
+   that the plain model found first (`identification.baseline.delay`), and keep the fit
    with the better figures (`Figures.badness`) on the fitted runs.
 5. Hold the fit against the plain model. Where that predicts the runs that no fit saw better, it is the result.
 6. Tell spring, gravity and stiction that the data do not need as absent (`identification.statistics.absent`).
@@ -100,13 +101,15 @@ class JointTest:
             return ()
         return tuple(q.id for q in self.equations.parameters if q.id not in self.stated)
 
-    def compare(self, values: Mapping[str, float]) -> Compared:
+    def compare(self, values: Mapping[str, float], *, torque_scored: bool = False) -> Compared:
         """Hold a fit against the plain model.
 
         Parameters
         ----------
         values
             Fitted values by parameter id, in SI units.
+        torque_scored
+            Whether they were fitted to the torque, behind the delay that the plain model finds.
 
         Returns
         -------
@@ -114,7 +117,15 @@ class JointTest:
             The plain model, and the figures of both models on every run.
         """
         theta = np.array([values[q.id] for q in self.equations.parameters])
-        return compare_driven(self.equations, theta, self.runs, self.device, self.posture, threads=self.threads)
+        return compare_driven(
+            self.equations,
+            theta,
+            self.runs,
+            self.device,
+            self.posture,
+            threads=self.threads,
+            torque_scored=torque_scored,
+        )
 
     def with_positions(self, found: Fit) -> JointTest:
         """Return the same test with positions for readings, where the fit found encoder zeros.
@@ -188,11 +199,12 @@ def _best_of_both(test: JointTest, options: FitOptions, workers: Workers | None)
     best = Fitted(fit=seen, torque_scored=False, compared=test.with_positions(seen).compare(seen.values))
     if quiet(seen, options) or not both:
         return best
-    found = fit_torque(test.equations, test.runs, stated=test.stated, options=options, workers=workers)
+    delay = best.compared.delay_s
+    found = fit_torque(test.equations, test.runs, stated=test.stated, delay=delay, options=options, workers=workers)
     over = plain(seen.basins[0].over_noise)
     left = f"an observer of gain {strategy.gain:.3g} 1/s would leave {over} times the noise"
     found = found.but(notes=(*found.notes, strategy.reason, left))
-    scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found.values))
+    scored = Fitted(fit=found, torque_scored=True, compared=test.compare(found.values, torque_scored=True))
     better = scored.compared.badness("model", "fit") <= best.compared.badness("model", "fit")
     return scored if better else best
 

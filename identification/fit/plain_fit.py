@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from haptid.identification.baseline.compared import Compared
+from haptid.identification.baseline.delay import with_delayed_torque
 from haptid.identification.baseline.plain_parameters import parameter_ids, plain_theta, with_constant_torque
 from haptid.identification.problem.parametrisation import Parametrisation
 from haptid.identification.result.fit import Basin, Fit, RunScore
@@ -51,7 +52,8 @@ def plain_fit(simulator: Simulator, found: Fit, compared: Compared, runs: Sequen
         msg = "no plain model was fitted"
         raise ValueError(msg)
     equations = simulator.equations
-    used = [run for run in runs if run.use != "excluded"]
+    # The equations have no delay of the torque: the runs have it behind them.
+    used = [with_delayed_torque(run, baseline.delay_s) for run in runs if run.use != "excluded"]
     theta = with_constant_torque(plain_theta(baseline, equations, used), baseline, equations, used)
     names = parameter_ids(baseline, equations.friction)
     known = np.isfinite(baseline.estimate.std)

@@ -1,7 +1,7 @@
 """Torque fit of one joint for runs recorded under position control: `Equations` and `Run`s in, `Fit` out.
 
-1. Exchange torque and position of the runs, and turn the equation into the torque equation
-   (`identification.simulators.inverse_dynamics`).
+1. Exchange torque and position of the runs, the torque behind the delay that the plain model found, and turn the
+   equation into the torque equation (`identification.simulators.inverse_dynamics`).
 2. Fit without observer.
 3. Where the residual is above the torque's noise, widen the standard deviations by the jackknife: a slow sweep then
    identifies inertia, Stribeck velocity or viscous friction only as far as all its parts agree on them.
@@ -34,6 +34,7 @@ def fit_torque(
     runs: Sequence[Run],
     *,
     stated: Sequence[str] = (),
+    delay: float = 0.0,
     options: FitOptions | None = None,
     workers: Workers | None = None,
 ) -> Fit:
@@ -47,6 +48,8 @@ def fit_torque(
         All runs of the joint: those with ``use == "fit"`` are fitted, the others scored.
     stated
         Ids of the parameters that the user stated, which stay as they are.
+    delay
+        Delay of the recorded torque [s], as the plain model has it.
     options
         Choices of the fit; the observer gains are replaced by 0.
     workers
@@ -64,7 +67,7 @@ def fit_torque(
     """
     options = (options or FitOptions()).but(gains=(0.0,))
     simulator = TorqueSimulator.of(restrain_stribeck(equations, runs, stated))
-    turned = torque_runs(runs)
+    turned = torque_runs(runs, delay)
     found = fit(simulator, turned, options=options, workers=workers)
     if found.basins[0].over_noise > options.tolerance:
         found = with_jackknife(simulator, found, turned, options, workers)

@@ -62,6 +62,33 @@ def tell_comparison(step: Step) -> str | None:
     )
 
 
+def tell_delay(step: Step) -> str | None:
+    """Tell the delay between torque and motion, where one earned its place.
+
+    Parameters
+    ----------
+    step
+        Configuration with its fit.
+
+    Returns
+    -------
+    str or None
+        As ``the torque acts 2.1 ± 0.3 ms (1.05 rows) after it is recorded``, and whether the fit has it; None without a
+        delay.
+    """
+    if step.compared is None or step.compared.baseline is None or step.compared.baseline.delay is None:
+        return None
+    delay = step.compared.baseline.delay
+    late = "after" if delay.value > 0 else "before"
+    size, rows = with_prefix(abs(delay.value), "s", 2), plain(abs(delay.rows))
+    has = step.torque_scored or step.fit.outcome is Outcome.PLAIN
+    told = "fit and plain model have this delay" if has else "the plain model has this delay, the fit has none"
+    return (
+        f"the torque acts {size} ± {with_prefix(delay.std, 's', 2)} ({rows} rows) {late} it is recorded: {told}; "
+        f"an exported FMU wants the torque at the time at which it acts"
+    )
+
+
 def _percentages(figures: list[Figures]) -> str:
     shares = _over_runs([one.torque_error for one in figures])
     return "/".join(plain(100 * share) for share in shares) + " %"

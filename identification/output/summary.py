@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from haptid.identification.fit.zeros_fit import encoder_zeros
-from haptid.identification.output.plain_comparison import tell_comparison, tell_over_noise
+from haptid.identification.output.plain_comparison import tell_comparison, tell_delay, tell_over_noise
 from haptid.identification.sequence.step import Step
 from haptid.measurement.values.units import unit_for
 
@@ -130,6 +130,9 @@ def summary_text(steps: Sequence[Step], verification: Mapping[str, Any]) -> str:
         comparison = tell_comparison(step)
         if comparison is not None:
             parts.append(f"{step.configuration.name}: {comparison}")
+        delay = tell_delay(step)
+        if delay is not None:
+            parts.append(f"{step.configuration.name}: {delay}")
         parts += [f"{step.configuration.name}: {sentence}" for sentence in attention(step)]
     runs = verification.get("runs", [])
     if runs:

@@ -130,11 +130,14 @@ class Sequence:
                 fitted = fit_from_json(kept, equations)
                 # Figures are those of the fit that was held against the plain model, even where that replaced it.
                 judged = kept["replaced"] if fitted.outcome is Outcome.PLAIN else fitted.values
+                scored = fitted.outcome is Outcome.TORQUE_SCORED
                 return Step(
                     configuration=configuration,
                     fit=fitted,
-                    torque_scored=fitted.outcome is Outcome.TORQUE_SCORED,
-                    compared=self._test(configuration, equations).with_positions(fitted).compare(judged),
+                    torque_scored=scored,
+                    compared=self._test(configuration, equations)
+                    .with_positions(fitted)
+                    .compare(judged, torque_scored=scored),
                 )
         with name_campaign_in_errors(self.campaign, configuration.free_joints):
             made = fit_runs(self._test(configuration, equations), options=self.options, workers=self.workers)

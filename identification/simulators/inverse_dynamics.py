@@ -154,7 +154,7 @@ def needed_torque(equations: Equations, acceleration: sp.Symbol) -> sp.Expr:
     return (acceleration - free) / slope
 
 
-def torque_run(run: Run, width: float | None = None) -> Run:
+def torque_run(run: Run, width: float | None = None, delay: float = 0.0) -> Run:
     """Exchange torque and position of a single joint's run, both filtered alike.
 
     Parameters
@@ -163,6 +163,8 @@ def torque_run(run: Run, width: float | None = None) -> Run:
         Run of one joint.
     width
         Standard deviation of the filter [s]; the one that this run asks for where None.
+    delay
+        Delay of the recorded torque [s]: τ(t − T) acts at t.
 
     Returns
     -------
@@ -171,7 +173,7 @@ def torque_run(run: Run, width: float | None = None) -> Run:
         filtered position [rad], ``y`` the torque [N m] after two passes of the filter, ``extra`` holds filtered speed
         and acceleration. The noise is that of the raw torque's neighbouring rows after the two passes.
     """
-    m = filter_run(run, width)
+    m = filter_run(run, width).with_delay(delay)
     rows = slice(m.edge, m.t.size - m.edge)
     noise = estimate_noise(run.t, run.u[:, 0], estimate_resolution(run.u[:, 0]))
     return run.but(
@@ -194,13 +196,15 @@ def torque_run(run: Run, width: float | None = None) -> Run:
     )
 
 
-def torque_runs(runs: Sequence[Run]) -> tuple[Run, ...]:
+def torque_runs(runs: Sequence[Run], delay: float = 0.0) -> tuple[Run, ...]:
     """Exchange torque and position of all runs of a joint, with one filter for all (`torque_run`).
 
     Parameters
     ----------
     runs
         Runs of one joint.
+    delay
+        Delay of the recorded torque [s].
 
     Returns
     -------
@@ -208,7 +212,7 @@ def torque_runs(runs: Sequence[Run]) -> tuple[Run, ...]:
         `torque_run` of each, with the `common_width` of all.
     """
     width = common_width(runs)
-    return tuple(torque_run(run, width) for run in runs)
+    return tuple(torque_run(run, width, delay) for run in runs)
 
 
 @dataclass(frozen=True, slots=True)

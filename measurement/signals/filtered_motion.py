@@ -6,18 +6,25 @@ derivatives of the filtered position. White noise of standard deviation σ at ro
 
     var(G″∗e) = 3·σ²·Δt/(8·√π·w⁵).
 
-Noise in a regressor biases least squares towards 0 by its share of the regressor's variance. Hence w is the smallest
-width at which the noise is a small enough share of the variance of the acceleration, as
+Noise in a regressor biases least squares towards 0 by its share of the regressor's variance. Hence `state_width` is the
+smallest width at which the noise is a small enough share of the variance of the acceleration, as
 `THRESHOLDS.largest_noise_share_of_acceleration` says.
+
+Beside other regressors only the part of the acceleration counts that they do not explain. A pendulum that swings near
+its resonance has q̈ ≈ −k·sin q: a small part of its acceleration tells inertia from weight, and noise that is nothing
+beside the whole is much of that part. Columns and torque pass through the filter twice, hence `common_width` also keeps
+
+    3·Σσ²·Δt/(8·√π·(√2·w)⁵)  below the same share of  Σ(G∗(G″∗y − what 1, q̇, sgn q̇, cos q and sin q explain of it))².
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from haptid.measurement.signals.noise import estimate_noise
 from haptid.measurement.signals.smoothing import convolve_gaussian, dominant_period
@@ -59,6 +66,25 @@ class FilteredMotion:
         """Standard deviation of white noise after the filter, twice, over that before it, √(Δt/(2·√π·√2·w))."""
         return math.sqrt(float(self.t[1]) / (2.0 * math.sqrt(2.0 * math.pi) * self.width))
 
+    def with_delay(self, delay: float) -> FilteredMotion:
+        """Let the torque act later than it was recorded.
+
+        Parameters
+        ----------
+        delay
+            Delay T [s] of either sign.
+
+        Returns
+        -------
+        FilteredMotion
+            With τ(t − T) for the torque; the first and the last torque go on beyond the ends.
+        """
+        if delay == 0.0:
+            return self
+        # The filtered torque is smooth over rows: a cubic spline between them takes nothing away, a line would.
+        at = np.clip(self.t - delay, self.t[0], self.t[-1])
+        return replace(self, torque=np.asarray(CubicSpline(self.t, self.torque)(at)))
+
     def through_filter(self, signal: Array) -> Array:
         """Filter a signal of the unfiltered motion, such as sgn q̇, as motion and torque were filtered.
 
@@ -80,8 +106,8 @@ class FilteredMotion:
         return self.width / float(self.t[1])
 
 
-def common_width(runs: Sequence[Run]) -> float:
-    """Choose the filter of a machine: the largest width that one of its runs asks for.
+def state_width(runs: Sequence[Run]) -> float:
+    """Choose the filter that positions, speeds and accelerations of a machine are read with.
 
     Parameters
     ----------
@@ -91,9 +117,79 @@ def common_width(runs: Sequence[Run]) -> float:
     Returns
     -------
     float
-        Standard deviation of the filter [s].
+        Standard deviation of the filter [s]: the largest width that one of the runs asks for.
     """
     return max(_width_of(run) for run in runs)
+
+
+def common_width(runs: Sequence[Run]) -> float:
+    """Choose the filter of the torques of a machine.
+
+    Parameters
+    ----------
+    runs
+        Runs of one configuration.
+
+    Returns
+    -------
+    float
+        Standard deviation of the filter [s]: at least `state_width`, and so wide that noise is a small enough share of
+        what tells a joint's inertia from the rest of its torque, in all fitted runs together.
+    """
+    width = state_width(runs)
+    fitted = [run for run in runs if run.use == "fit"] or list(runs)
+    signals = [_Positions.of(run) for run in fitted]
+    most = min(one.largest_width for one in signals)
+    while width < most and _noise_share_of_inertia(signals, width) > THRESHOLDS.largest_noise_share_of_acceleration:
+        width *= THRESHOLDS.growth_of_filter_width
+    return width
+
+
+@dataclass(frozen=True, slots=True)
+class _Positions:
+    """Positions of a run on an even grid, with the standard deviation of their noise."""
+
+    t: Array
+    y: Array
+    noise: Array
+    prismatic: tuple[bool, ...]
+
+    @classmethod
+    def of(cls, run: Run) -> _Positions:
+        t = np.linspace(0.0, float(run.t[-1]), run.t.size)
+        return cls(t, _columns(t, run.t, run.y), _noise(run), tuple(run.prismatic))
+
+    @property
+    def largest_width(self) -> float:
+        """Largest width [s] that leaves the motion of every joint."""
+        shortest = min(dominant_period(self.t, y) for y in self.y.T)
+        return THRESHOLDS.largest_filter_width_over_period * shortest
+
+
+def _noise_share_of_inertia(runs: Sequence[_Positions], width: float) -> float:
+    """Return the share of noise in what the other columns leave of the acceleration, largest over the joints."""
+    return max(_noise_share(runs, k, width) for k in range(runs[0].y.shape[1]))
+
+
+def _noise_share(runs: Sequence[_Positions], k: int, width: float) -> float:
+    columns, accelerations, noise = [], [], 0.0
+    for run in runs:
+        dt = float(run.t[1])
+        rows = max(width / dt, THRESHOLDS.least_smoothing_width_rows)
+        q, v, a = (convolve_gaussian(run.y[:, k], rows, order) / dt**order for order in range(3))
+        others = [np.ones_like(q), v, np.sign(v)]
+        if not run.prismatic[k]:
+            others += [np.cos(q), np.sin(q)]
+        # At its ends a run seems to stop at once, which is an acceleration of the filter alone.
+        edge = _edge_rows(q.size, rows)
+        inside = slice(edge, q.size - edge)
+        columns.append(convolve_gaussian(np.column_stack(others), rows)[inside])
+        accelerations.append(convolve_gaussian(a, rows)[inside])
+        variance = 3.0 * run.noise[k] ** 2 * dt / (8.0 * math.sqrt(math.pi) * (math.sqrt(2.0) * rows * dt) ** 5)
+        noise += variance * accelerations[-1].size
+    W, a = np.concatenate(columns), np.concatenate(accelerations)
+    own = a - W @ np.linalg.lstsq(W, a, rcond=None)[0]
+    return noise / max(float(own @ own), np.finfo(float).tiny)
 
 
 def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
@@ -117,8 +213,7 @@ def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
     y = _columns(t, run.t, run.y)
     width = max(_width_of(run) if width is None else width, THRESHOLDS.least_smoothing_width_rows * dt)
     rows = width / dt
-    # What is computed along the filtered motion passes through the filter once more, so that its reach counts twice.
-    edge = min(math.ceil(2.0 * THRESHOLDS.filter_reach_in_widths * rows), (n - 1) // 4)
+    edge = _edge_rows(n, rows)
     first = int(np.searchsorted(t, run.t[run.score_from]))
     return FilteredMotion(
         t=t,
@@ -130,6 +225,14 @@ def filter_run(run: Run, width: float | None = None) -> FilteredMotion:
         edge=edge,
         interior=slice(max(first, edge), n - edge),
     )
+
+
+def _edge_rows(n: int, rows: float) -> int:
+    """Return the rows at either end that the filter has no full surroundings for.
+
+    What is computed along the filtered motion passes through the filter once more, so that its reach counts twice.
+    """
+    return min(math.ceil(2.0 * THRESHOLDS.filter_reach_in_widths * rows), (n - 1) // 4)
 
 
 def _width_of(run: Run) -> float:

@@ -11,7 +11,7 @@ from haptid.identification.baseline.compared import Compared
 from haptid.identification.baseline.figures import HORIZONS_S, Figures
 from haptid.identification.baseline.plain_parameters import parameter_ids
 from haptid.identification.baseline.prediction import Prediction
-from haptid.identification.output.plain_comparison import tell_result
+from haptid.identification.output.plain_comparison import tell_delay, tell_result
 from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.result_json import tell_why
 from haptid.identification.sequence.step import Step
@@ -52,10 +52,12 @@ def plain_section(step: Step, baseline: Baseline, compared: Compared, prediction
     Section
     """
     why = tell_why(step.fit, torque_scored=step.torque_scored)
+    delay = tell_delay(step)
+    late = () if delay is None else (f"{delay[0].upper()}{delay[1:]}.",)
     return Section(
         title=f"Against the plain model: {step.configuration.name}",
         anchor=f"{step.configuration.anchor}-plain",
-        paragraphs=(f"{tell_result(step)} Why this residual: {why}.", EXPLANATION),
+        paragraphs=(f"{tell_result(step)} Why this residual: {why}.", *late, EXPLANATION),
         pictures=() if prediction is None else (plain_picture(prediction),),
         tables=(_run_table(step, compared), _parameter_table(step, baseline, compared)),
     )

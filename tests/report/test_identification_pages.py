@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from haptid.identification.baseline.compared import Compared
+from haptid.identification.baseline.delay import Delay
 from haptid.identification.baseline.figures import Figures
 from haptid.identification.baseline.friction_loop import friction_loop
 from haptid.identification.baseline.prediction import Prediction
@@ -20,6 +21,7 @@ from haptid.identification.result.outcome import Outcome
 from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.step import Step
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
+from haptid.measurement.signals.filtered_motion import state_width
 from haptid.report.common.page import Page
 from haptid.report.identification.configuration_sections import NOT_DRAWN_AGAIN, configuration_sections
 from haptid.report.identification.foreign_page import calibration_page
@@ -66,11 +68,12 @@ BASELINE = SimpleNamespace(
         ids=("inertia", "Fc", "offset"), units=("kg m²", "N m", "N m"), n_rigid=1, joints=(4,)
     ),
     estimate=SimpleNamespace(theta=np.array([1.42e-4, 0.0613, 0.0087]), std=np.array([5.1e-6, 0.0024, 0.0])),
+    delay=Delay(value=-0.00432, std=0.00037, rows=-2.1, held_out_gain=0.13),
 )  # fmt: skip
 COMPARED = Compared(
     baseline=BASELINE, figures={("b.csv", "validate"): FIGURES},
     models={"model": SimpleNamespace(simulator=SimpleNamespace(equations=known_equations()), theta=FIT.theta)},
-    floor=np.zeros(1), runs=(),
+    floor=np.zeros(1), runs=(), width=0.01, width_of_states=0.01,
 )  # fmt: skip
 AGREEMENTS = (
     Agreement(
@@ -259,6 +262,12 @@ def test_both_models_have_their_parameters_with_both_ends(page):
     assert list(table.row("offset").values())[1:] == ["0.0087", "", "", "", "", "N m"]
 
 
+def test_the_delay_of_the_torque_has_its_size_error_rows_and_sign(page):
+    (told,) = [text for text in page.paragraphs if "The torque acts" in text]
+    assert told.startswith("The torque acts 4.3 ms ± 370 µs (2.1 rows) before it is recorded")
+    assert "the plain model has this delay, the fit has none" in told
+
+
 def test_a_plain_model_that_is_the_result_leaves_the_fit_without_errors():
     step = replace(STEP, fit=FIT.but(outcome=Outcome.PLAIN))
     data = {**DATA, "links": {}}
@@ -353,10 +362,10 @@ def test_the_friction_of_the_page_is_that_of_the_worst_unseen_run():
         friction_along=lambda _theta, motion, *_: (np.full(motion.t.size, 0.3), None),
         value=lambda _theta, id, _k: {"Kp": 2.0}[id],
     )
-    model = SimpleNamespace(inverse=inverse, theta=np.zeros(3), torque=lambda motion: motion.torque - 0.05)
+    model = SimpleNamespace(inverse=inverse, theta=np.zeros(3), torque=lambda motion: motion.torque - 0.05, delay=0.0)
     t = np.linspace(0.0, 2.0, 201)
     run = replace(known_run("b.csv", "validate"), t=t, u=np.sin(t)[:, None], y=np.cos(3 * t)[:, None])
-    loop = friction_loop(SimpleNamespace(models={"model": model}, runs=(run,)), run, 0)
+    loop = friction_loop(SimpleNamespace(models={"model": model}, width=state_width((run,))), run, 0)
     assert (loop.file, loop.use, loop.joint, loop.prismatic) == ("b.csv", "validate", 4, False)
     (axis, _) = friction_figure([loop]).axes
     measured, modelled = axis.lines

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from haptid.fmu_build.building.cached import identification_fmu
 from haptid.fmu_build.building.packaging import Kind
+from haptid.identification.baseline.baseline import delay_of_torque
 from haptid.identification.fit.fit_runs import JointTest, fit_runs
 from haptid.identification.fit.multistart import fit
 from haptid.identification.fit.strategy import choose_for
@@ -102,7 +103,8 @@ def find_subject(  # noqa: PLR0913 # a configuration, where its fit may lie, and
     where, runs = (campaign, device, configuration, equations, out), configuration.runs
     turned = carried_torque_fit(*where)
     if turned is not None:
-        return _of_torques(turned, runs, f"read from {FILE}")
+        delay = delay_of_torque(runs, device, configuration.posture)
+        return _of_torques(turned, runs, delay, f"read from {FILE}")
     carried = carried_fit(*where)
     if carried is not None:
         return _of_positions(carried, runs, f"read from {FILE}", kind)
@@ -117,7 +119,7 @@ def find_subject(  # noqa: PLR0913 # a configuration, where its fit may lie, and
             )  # fmt: skip
             made = fit_runs(test, options=options, workers=workers)
             if made.torque_scored:
-                return _of_torques(made.fit, runs, "made here")
+                return _of_torques(made.fit, runs, made.compared.delay_s, "made here")
         found = fit(kernel_of(equations), runs, options=options, workers=workers)
     return _of_positions(found, runs, "made here", kind)
 
@@ -132,7 +134,7 @@ def _of_positions(found: Fit, runs: Sequence[Run], source: str, kind: Kind | Non
     return Subject(fit=found, source=source, runs=tuple(runs), simulator=fmu, forward=forward)
 
 
-def _of_torques(found: Fit, runs: Sequence[Run], source: str) -> Subject:
+def _of_torques(found: Fit, runs: Sequence[Run], delay: float, source: str) -> Subject:
     forward = TorqueForward(equations=found.equations)
     simulator = forward.simulator()
-    return Subject(fit=found, source=source, runs=torque_runs(runs), simulator=simulator, forward=forward)
+    return Subject(fit=found, source=source, runs=torque_runs(runs, delay), simulator=simulator, forward=forward)
