@@ -1,4 +1,4 @@
-"""Vectors of a MATLAB file of version 7.3, which is HDF5: its bytes in, vectors by name out."""
+"""Vectors of a MATLAB file of version 7.3, which is HDF5: its bytes in, vectors by name out.
 
 Both functions run in a process of their own: HDF5 is compiled, and a damaged file may end its process.
 """
