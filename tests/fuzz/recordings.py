@@ -187,7 +187,8 @@ def _targets() -> list[Target]:
     made = [
         Target(name="mat", examples=(_mat(), _mat(do_compression=True)), read=read_mat,
                tested=FEW),
-        Target(name="bam_log", examples=(_bam(),), read=reader_of(bam_log.read_bam_log, ".json"), nasty=keys, tested=FEW),
+        Target(name="bam_log", examples=(_bam(),), read=reader_of(bam_log.read_bam_log, ".json"), nasty=keys,
+               tested=FEW),
     ]  # fmt: skip
     if importlib.util.find_spec("h5py"):
         made.append(Target(name="mat_hdf5", examples=(_mat73(),), read=read_mat, tested=FEW))
