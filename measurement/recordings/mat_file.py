@@ -92,7 +92,10 @@ def declared_bytes(content: bytes) -> list[int]:
     list of int
         Sizes of the arrays [bytes], 8 a number.
     """
-    return [8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in io.whosmat(BytesIO(content))]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # they would be printed beside the one line of an error
+        listed = io.whosmat(BytesIO(content))
+    return [8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in listed]
 
 
 def load_vectors(content: bytes) -> dict[str, Array]:

@@ -116,6 +116,15 @@ def test_damaged_mat_files_are_refused_in_one_line(folder: Path):
         assert str(path) in refusal(lambda: mat_file.read_mat(path))
 
 
+def test_a_damaged_mat_file_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]):
+    path = folder / "a.mat"
+    savemat(path, {"t": T, "q": POSITION}, format="4")
+    whole = path.read_bytes()
+    path.write_bytes(struct.pack("<i", 2000) + whole[4:])  # the order of bytes of a VAX
+    refusal(lambda: mat_file.read_mat(path))
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_mat_file_that_ends_its_reader_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch):
     # Some damaged files end SciPy's compiled reader by a segmentation fault.
     path = folder / "a.mat"
