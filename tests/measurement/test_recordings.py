@@ -120,8 +120,8 @@ def test_a_damaged_mat_file_prints_nothing(folder: Path, capfd: pytest.CaptureFi
     path = folder / "a.mat"
     savemat(path, {"t": T, "q": POSITION}, format="4")
     whole = path.read_bytes()
-    path.write_bytes(struct.pack("<i", 2000) + whole[4:])  # the order of bytes of a VAX
-    refusal(lambda: mat_file.read_mat(path))
+    path.write_bytes(struct.pack("<i", 2000) + whole[4:])  # the order of bytes of a VAX, of which SciPy warns
+    mat_file.read_mat(path)
     assert capfd.readouterr() == ("", "")
 
 
