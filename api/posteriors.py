@@ -299,7 +299,7 @@ class Posteriors:
 
         Returns
         -------
-        arviz.InferenceData
+        arviz.InferenceData, or xarray.DataTree of ArviZ 1
             Groups ``posterior``, ``prior``, ``log_likelihood`` (by cycle and by run), ``observed_data`` and
             ``constant_data`` (edges of the bands).
 

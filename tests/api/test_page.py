@@ -113,7 +113,7 @@ def test_stored_posteriors_give_the_same_tables_draws_and_plots(page, posteriors
     assert stored.summary().equals(posteriors.summary())
     assert stored.draws().equals(posteriors.draws())
     assert "inertia" in str(stored)
-    assert sorted(stored.to_inference_data().groups()) == sorted(page[1].names["data"].groups())
+    assert sorted(stored.to_inference_data()) == sorted(page[1].names["data"])
     for call in ("plot_prediction", "plot_residuals"):
         one, other = (getattr(result, call)(run="unseen").get_lines()[0].get_ydata() for result in (posteriors, stored))
         assert np.array_equal(one, other)
