@@ -12,6 +12,7 @@ import tempfile
 from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -50,6 +51,8 @@ class StandingPool:
         """Call a function in the standing process."""
         if StandingPool.pool is None:
             StandingPool.pool = Pool(1)
+            # At its end a worker waits for its own processes, which would wait for more files.
+            Finalize(None, StandingPool.pool.shutdown, exitpriority=1)
         called = StandingPool.pool.submit(function, *arguments)
         if isinstance(called.exception(), BrokenProcessPool):
             StandingPool.pool = None
