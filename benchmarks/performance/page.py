@@ -61,7 +61,7 @@ def draw_growth(stored: Mapping[str, Any]) -> Drawing:
             sizes = [one["size"] for one in curve["points"]]
             above.loglog(sizes, [one["cpu_s"] for one in curve["points"]], "o-", ms=3, color=SIMULATED)
             below.semilogx(sizes, [one["peak_mb"] for one in curve["points"]], "o-", ms=3, color=MEASURED)
-            below.set_ylim(bottom=0)
+            below.set_ylim(0.0, 1.2 * max(one["peak_mb"] for one in curve["points"]))
             below.set_xlabel(curve["axis"], fontsize=7)
             for axis in (above, below):
                 axis.set_xticks([sizes[0], sizes[-1]], [str(sizes[0]), str(sizes[-1])], fontsize=7)
