@@ -12,7 +12,6 @@ import tempfile
 from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing.util import Finalize
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -47,12 +46,17 @@ class StandingPool:
     def __exit__(self, *_: object) -> None:
         """Leave the process for the next file."""
 
+    @classmethod
+    def end(cls) -> None:
+        """End the standing process: at its own end a worker waits for it, and it would wait for more files."""
+        if cls.pool is not None:
+            cls.pool.shutdown()
+            cls.pool = None
+
     def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """Call a function in the standing process."""
         if StandingPool.pool is None:
             StandingPool.pool = Pool(1)
-            # At its end a worker waits for its own processes, which would wait for more files.
-            Finalize(None, StandingPool.pool.shutdown, exitpriority=1)
         called = StandingPool.pool.submit(function, *arguments)
         if isinstance(called.exception(), BrokenProcessPool):
             StandingPool.pool = None
