@@ -4,7 +4,7 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind thresholds calibrate fuzz faults cluster parquet mcap posterior locked sizes licences sbom
+.PHONY: fmu check test real bench docs blind thresholds calibrate fuzz faults cluster parquet mcap rosbags matlab posterior locked sizes licences sbom
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
@@ -22,6 +22,8 @@ faults: ; HAPTID_KILLS=10 $(RUN) --dev -m pytest tests/faults -v
 cluster: ; $(RUN) --extra cluster
 parquet: ; $(RUN) --extra parquet
 mcap: ; $(RUN) --extra mcap
+rosbags: ; $(RUN) --extra rosbags
+matlab: ; $(RUN) --extra matlab
 posterior: ; $(RUN) --extra posterior
 # Files that are made from uv.lock.
 locked: ; $(RUN) --dev -m support.installing.supply_chain lock

@@ -139,7 +139,9 @@ class Campaign:
             Meaning of columns whose names do not say it: ``{"M": "torque_0_Nm*0.001"}``.
         joints
             What is known of the joints, as the tables ``[joint.J]`` of ``campaign.toml``:
-            ``{0: {"friction": "dahl", "parameters": {"Kp": {"fixed": 1.0}}}}``.
+            ``{0: {"friction": "dahl", "parameters": {"Kp": {"fixed": 1.0}}}}``. Columns of a voltage or a
+            duty are a drive of that kind; ``{0: {"drive": {"kind": "voltage", "resistance_ohm": 3.0}}}`` states what is
+            known of it.
 
         Returns
         -------

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from matplotlib.axes import Axes
 from haptid.api.arguments import errors_name_arguments, only_one
 from haptid.api.place import Place, locked
 from haptid.api.shown import axes_or_new, html_of
-from haptid.discrepancy.detect.localise import Map
+from haptid.discrepancy.finding.drawn import SUFFIX, Drawn
 from haptid.discrepancy.finding.finding import Curve, Finding
 from haptid.discrepancy.finding.full_model import WholeFinding
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
@@ -35,23 +36,28 @@ from haptid.report.discrepancy.torque_gap_page import draw_torque_left, torque_g
 from haptid.report.discrepancy.where_pictures import draw_shares
 from haptid.report.discrepancy.whole_gap_page import whole_gap_page
 from haptid.support.errors import InputError
-from haptid.support.files.files import write_json
+from haptid.support.files.files import read_json, write_json
 from haptid.support.listener import Listener
 
 FOLDER = "discrepancy"
 """Folder of findings below that of the results."""
+WHOLE = "whole"
+"""Name of the finding of a check of all joints."""
+NAME = re.compile(rf"joints?\d+|{WHOLE}")
+"""Names of findings; a stage alone, as ``joint3_gap``, is none."""
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Missing:
     """What is missing in the model of a joint, if anything.
 
-    Make one by `Campaign.find_missing` or `Identified.find_missing`.
+    Make one by `Campaign.find_missing` or `Identified.find_missing`, or by `Missing.read` from a folder that ``haptid
+    missing`` wrote.
 
     Parameters
     ----------
     finding
-        Finding with the search behind it.
+        Finding with the search behind it; None where the results were read.
     data
         Content of its file, ``discrepancy/joint<j>.json``.
     name, title
@@ -59,18 +65,47 @@ class Missing:
     place
         Folder of the results.
     values
-        The campaign.
+        The campaign; None where the results were read.
     remark
         What a reader has to know of the readings that were searched; empty where they are those of the campaign.
     """
 
-    finding: AnyFinding
+    finding: AnyFinding | None
     data: dict[str, Any]
     name: str
     title: str
     place: Place
-    values: Values
+    values: Values | None
     remark: str = ""
+
+    @classmethod
+    def read(cls, folder: Path | str, joint: int | Sequence[int] | None = None) -> Missing:
+        """Read what a search wrote.
+
+        Parameters
+        ----------
+        folder
+            Folder of the results, in which ``discrepancy`` lies.
+        joint
+            As `Campaign.find_missing` takes it; None for the only finding there.
+
+        Returns
+        -------
+        Missing
+            With tables, plots and FMU; the search behind them is not stored.
+
+        Raises
+        ------
+        InputError
+            Where there is no such finding, or its file is at fault.
+        """
+        with errors_name_arguments():
+            source = _file_of(Path(folder), joint)
+            data = read_json(source, "a finding", ("haptid.discrepancy.finding", "finding.schema.json"))
+        place = Place.existing(folder)
+        return cls(
+            finding=None, data=data, name=source.stem, title=_title_of(data, source.stem), place=place, values=None
+        )
 
     @property
     def folder(self) -> Path:
@@ -113,14 +148,12 @@ class Missing:
         Columns are ``before``, ``after``, ``noise``, ``closed`` [1], ``floor``, ``black_box`` and ``unit``. A check of
         the whole device has one row a run, mode of simulation and joint.
         """
-        if isinstance(self.finding, WholeFinding):
-            return pd.DataFrame(
-                [{**row.as_json(), "unit": unit_for("rad", [row.prismatic])} for row in self.finding.rows]
-            )
         rows = {name: gap for name, gap in self.data["gap"].items() if gap is not None}
-        table = pd.DataFrame.from_dict(rows, orient="index", columns=list(next(iter(rows.values()))))
-        turning = "N m" if isinstance(self.finding, TorqueFinding) else "rad"
-        return table.assign(unit=unit_for(turning, self._prismatic()))
+        if isinstance(rows.get("validate"), list):
+            return pd.DataFrame([{**row, "unit": unit_for("rad", [row["prismatic"]])} for row in rows["validate"]])
+        columns = list(next(iter(rows.values()))) if rows else ["before", "after", "noise"]
+        table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
+        return table.assign(unit=self.data.get("gap_unit", ""))
 
     @property
     def alternatives(self) -> pd.DataFrame:
@@ -179,10 +212,11 @@ class Missing:
         InputError
             Where there is no such joint or run.
         """
-        if isinstance(self.finding, TorqueFinding):
+        drawn = self._drawn()
+        if drawn.torque_left is not None:
             axes = axes_or_new(ax)
             with style():
-                draw_torque_left(axes, self.finding)
+                draw_torque_left(axes, drawn.torque_left, drawn.prismatic)
                 axes.legend()
             return axes
         curve = self._curve(joint, run)
@@ -216,15 +250,14 @@ class Missing:
         InputError
             Where there is no such variable.
         """
-        maps: dict[str, Map] = {}
-        if not isinstance(self.finding, WholeFinding):
-            maps = {m.variable: m for m in self.finding.maps}
+        drawn = self._drawn()
+        maps = {m.variable: m for m in drawn.maps}
         if variable not in maps:
             expected = f"one of {', '.join(maps) or 'none: the whole device was only simulated'}"
             raise InputError("variable", expected=expected, got=repr(variable))
         axes = axes_or_new(ax)
         with style():
-            draw_shares(axes, maps[variable], self._prismatic())
+            draw_shares(axes, maps[variable], drawn.prismatic)
             axes.set_ylabel("share [%]")
             axes.legend()
         return axes
@@ -267,7 +300,7 @@ class Missing:
         Returns
         -------
         Missing
-            This result with ``folder`` as its folder.
+            This result with ``folder`` as its folder. One that was read is copied as it is.
 
         Raises
         ------
@@ -281,6 +314,8 @@ class Missing:
 
     def __str__(self) -> str:
         """Return verdict and gaps as ``haptid missing`` prints them."""
+        if self.finding is None:
+            return f"{self.title}: {self.verdict}. {self.sentence}"
         return tell_finding(self.finding, self.title, self.verdict)
 
     def __repr__(self) -> str:
@@ -295,23 +330,23 @@ class Missing:
             f"{self.title.capitalize()}: {self.verdict.replace('_', ' ')}",
             f"{self.sentence} {self.remark}".strip(),
             shown,
-            measured=self.values.measured,
+            measured=bool(self.data["measured"]),
         )
 
-    def _prismatic(self) -> tuple[bool, ...]:
-        """Return whether the joints slide."""
-        if isinstance(self.finding, TorqueFinding):
-            return (self.finding.search.study.prismatic,)
-        if isinstance(self.finding, WholeFinding):
-            return tuple(row.prismatic for row in self.finding.rows)
-        return self.finding.search.study.fitted[0].prismatic
+    def _drawn(self) -> Drawn:
+        """Return what figures are drawn from: of the search, or as it was stored."""
+        if self.finding is None:
+            return Drawn.read(self.file.with_suffix(SUFFIX))
+        return Drawn.of(self.finding)
 
     def _curve(self, joint: int | None, run: str | None) -> Curve:
-        if not isinstance(self.finding, Finding):
-            got = "a search of its torque" if isinstance(self.finding, TorqueFinding) else "a check of the whole device"
+        drawn = self._drawn()
+        if not drawn.curves:
+            got = "a check of the whole device" if drawn.torque_left is None else "a search of its torque"
             raise InputError("plot", expected="a search in the position of a joint", got=got)
-        number = only_one(joint, self.finding.joints)
-        curves = [curve for curve in self.finding.curves if curve.run.free_joints == (number,)]
+        joints = sorted({joint for curve in drawn.curves for joint in curve.run.free_joints})
+        number = only_one(joint, joints)
+        curves = [curve for curve in drawn.curves if curve.run.free_joints == (number,)]
         chosen = [curve for curve in curves if run in (None, curve.run.file)]
         if not chosen:
             files = ", ".join(curve.run.file for curve in curves)
@@ -398,22 +433,49 @@ def carry_out(search: Prepared, place: Place, listener: Listener) -> Missing:
         remark=remark,
     )  # fmt: skip
     write_json(made.file, data)
+    Drawn.of(finding).save(made.file.with_suffix(SUFFIX))
     if not place.temporary:
         _write_report(made)
     return made
 
 
 def _write_report(made: Missing) -> None:
-    """Write the page of a finding, and the pictures of a search in the position."""
-    write_page(made.file.with_suffix(".html"), _page_of(made))
+    """Write the page of a finding, and the pictures of a search in the position; one that was read has them."""
+    if made.finding is None or made.values is None:
+        return
+    write_page(made.file.with_suffix(".html"), _page_of(made.finding, made.values))
     if isinstance(made.finding, Finding):
         write_pictures(made.finding, made.file.parent)
 
 
-def _page_of(made: Missing) -> Page:
-    finding, title, measured = made.finding, made.values.title, made.values.measured
+def _page_of(finding: AnyFinding, values: Values) -> Page:
+    title, measured = values.title, values.measured
     if isinstance(finding, WholeFinding):
         return whole_gap_page(finding, title, measured=measured)
     if isinstance(finding, TorqueFinding):
         return torque_gap_page(finding, title, measured=measured)
     return discrepancy_page(finding, title, measured=measured)
+
+
+def _file_of(folder: Path, joint: int | Sequence[int] | None) -> Path:
+    """Return the file of a stored finding; without a joint the only one there."""
+    found = {path.stem: path for path in sorted((folder / FOLDER).glob("*.json")) if NAME.fullmatch(path.stem)}
+    if joint is not None:
+        name = f"joint{joint}" if isinstance(joint, int) else f"joints{''.join(map(str, sorted(joint)))}"
+    elif len(found) == 1:
+        name = next(iter(found))
+    else:
+        name = ""
+    if name not in found:
+        told = ", ".join(found) or "none"
+        where, got = str(folder / FOLDER), "several" if len(found) > 1 and joint is None else name or "none"
+        raise InputError(where, expected=f"a finding, one of {told}", got=got, todo="--joint chooses one")
+    return found[name]
+
+
+def _title_of(data: Mapping[str, Any], name: str) -> str:
+    """Return what was searched, in words."""
+    if name == WHOLE:
+        return "all joints"
+    joints = data.get("joints") or [data["joint"]]
+    return f"joint{'s' * (len(joints) > 1)} {', '.join(map(str, joints))}"

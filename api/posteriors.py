@@ -7,62 +7,61 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 
 from haptid.api.arguments import errors_name_arguments, only_one
 from haptid.api.place import Place, locked
 from haptid.api.shown import axes_or_new, html_of
+from haptid.fmu_build.accuracy.stored_draws import POSTERIOR
 from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.optimise.chosen_workers import workers_of
 from haptid.identification.verification.result import Verification
 from haptid.measurement.format.devices import device_of
 from haptid.measurement.values.campaign import Campaign as Values
-from haptid.measurement.values.run import Array
 from haptid.report.common.stored_page import write_page
 from haptid.report.common.style import style
 from haptid.report.discrepancy.full_model_section import full_model_sections
 from haptid.report.posterior.figures import draw_band, draw_marginal, draw_residual_bands, draw_widths
-from haptid.report.posterior.overview import lead, relative_widths
+from haptid.report.posterior.overview import lead
 from haptid.report.posterior.page import posterior_page
 from haptid.support.errors import InputError
+from haptid.support.files.files import read_json
 from haptid.support.listener import Listener
 from haptid.uq.job.job import Job
 from haptid.uq.job.sample import Sampled, sample_joints
 from haptid.uq.job.told import tell_posterior
 from haptid.uq.job.written import chains_file, write_chains, write_posteriors
 from haptid.uq.prediction.predict import Bands
-from haptid.uq.result.arviz_door import read_netcdf
 from haptid.uq.result.full_model import full_model_bands
 from haptid.uq.result.infer import QUICK, InferOptions
 from haptid.uq.result.posterior import Posterior
+from haptid.uq.result.stored import StoredPosterior, read_chains
 from haptid.uq.sampling.sampling import SamplingOptions
 
 SUMMARY = ("mean", "std", "median", "unit", "rhat", "ess_bulk", "verdict")
 """Keys of a parameter in ``posterior.json`` that a table shows beside its 95 % interval."""
-DRAWS_OF_PRIOR = 4000
-"""Draws behind the histogram of a prior."""
 
 
 @dataclass(frozen=True, slots=True, repr=False, eq=False)
 class Posteriors:
     """Posteriors of the joints of a campaign.
 
-    Make them by `Campaign.posterior` or `Identified.posterior`.
+    Make them by `Campaign.posterior` or `Identified.posterior`, or by `Posteriors.read` from a folder that ``haptid
+    posterior`` wrote.
 
     Parameters
     ----------
     posteriors
-        One for each joint, in locking order.
+        One for each joint, in locking order; none where the results were read.
     full
-        Bands of runs with all joints free; without runs where a joint has no posterior.
+        Bands of runs with all joints free; without runs where a joint has no posterior, or the results were read.
     data
         Content of ``posterior.json``.
     place
         Folder of the results.
     values
-        The campaign.
+        The campaign; None where the results were read.
     made_by
         Command or call, for the reader of the page.
     """
@@ -71,8 +70,32 @@ class Posteriors:
     full: Verification
     data: dict[str, Any]
     place: Place
-    values: Values
+    values: Values | None
     made_by: str
+
+    @classmethod
+    def read(cls, folder: Path | str) -> Posteriors:
+        """Read what a sampling wrote.
+
+        Parameters
+        ----------
+        folder
+            Folder with ``posterior.json``.
+
+        Returns
+        -------
+        Posteriors
+            With tables, draws, plots and ArviZ's data; what `of_joint` returns is not stored.
+
+        Raises
+        ------
+        InputError
+            Where the file is at fault, or holds the posterior of an FMU that has no joints.
+        """
+        source = Path(folder) / POSTERIOR
+        data = read_json(source, "a posterior.json", ("haptid.uq.result", "posterior.schema.json"))
+        place, none = Place.existing(folder), Verification(runs=())
+        return cls(posteriors=(), full=none, data=data, place=place, values=None, made_by="")
 
     @property
     def folder(self) -> Path:
@@ -82,12 +105,12 @@ class Posteriors:
     @property
     def joints(self) -> tuple[int, ...]:
         """Numbers of the sampled joints."""
-        return tuple(one.joint for one in self.posteriors)
+        return tuple(one["joint"] for one in self.data["joints"])
 
     @property
     def sound(self) -> bool:
         """Whether the independent ensembles of all joints agree and their chains are long enough."""
-        return all(one.sound for one in self.posteriors)
+        return all(one["sound"] for one in self.data["joints"])
 
     def of_joint(self, joint: int | None = None) -> Posterior:
         """Return everything that is known of one joint.
@@ -105,9 +128,12 @@ class Posteriors:
         Raises
         ------
         InputError
-            Where the joint was not sampled.
+            Where the joint was not sampled, or the results were read.
         """
         number = only_one(joint, self.joints)
+        if not self.posteriors:
+            todo = "summary(), draws(), to_inference_data() and the plots know what is stored"
+            raise InputError("of_joint", expected="a sampling of this program", got="results read", todo=todo)
         return next(one for one in self.posteriors if one.joint == number)
 
     def summary(self) -> pd.DataFrame:
@@ -146,10 +172,7 @@ class Posteriors:
         InputError
             Where the joint was not sampled.
         """
-        one = self.of_joint(joint)
-        coordinates = one.mode.density.coordinates
-        flat = one.draws.reshape(-1, one.draws.shape[-1])
-        return pd.DataFrame(coordinates.values(flat), columns=list(coordinates.names))
+        return pd.DataFrame(dict(self._stored(joint).posterior))
 
     def plot_marginal(self, parameter: str, joint: int | None = None, *, ax: Axes | None = None) -> Axes:
         """Plot the histogram of a parameter's draws over that of its prior.
@@ -173,16 +196,14 @@ class Posteriors:
         InputError
             Where there is no such joint or parameter.
         """
-        coordinates = self.of_joint(joint).mode.density.coordinates
-        if parameter not in coordinates.names:
-            raise InputError("parameter", expected=f"one of {', '.join(coordinates.names)}", got=repr(parameter))
-        place = coordinates.names.index(parameter)
-        prior = coordinates.values(coordinates.draw(np.random.default_rng(0), DRAWS_OF_PRIOR))[:, place]
-        posterior: Array = self.draws(joint)[parameter].to_numpy()
-        unit = coordinates.units[place]
+        stored = self._stored(joint)
+        if parameter not in stored.posterior:
+            raise InputError("parameter", expected=f"one of {', '.join(stored.posterior)}", got=repr(parameter))
+        unit = stored.unit(parameter)
         axes = axes_or_new(ax)
         with style():
-            draw_marginal(axes, posterior, prior, parameter if unit == "1" else f"{parameter} [{unit}]")
+            label = parameter if unit == "1" else f"{parameter} [{unit}]"
+            draw_marginal(axes, stored.posterior[parameter], stored.prior[parameter], label)
         return axes
 
     def plot_widths(self, joint: int | None = None, *, ax: Axes | None = None) -> Axes:
@@ -205,10 +226,10 @@ class Posteriors:
         InputError
             Where the joint was not sampled.
         """
-        one = self.of_joint(joint)
+        stored = self._stored(joint)
         axes = axes_or_new(ax)
         with style():
-            draw_widths(axes, *relative_widths(one))
+            draw_widths(axes, *stored.relative_widths())
         return axes
 
     def plot_prediction(self, joint: int | None = None, *, run: str | None = None, ax: Axes | None = None) -> Axes:
@@ -278,7 +299,7 @@ class Posteriors:
 
         Returns
         -------
-        arviz.InferenceData
+        arviz.InferenceData, or xarray.DataTree of ArviZ 1
             Groups ``posterior``, ``prior``, ``log_likelihood`` (by cycle and by run), ``observed_data`` and
             ``constant_data`` (edges of the bands).
 
@@ -287,7 +308,7 @@ class Posteriors:
         InputError
             Where the joint was not sampled.
         """
-        return read_netcdf(chains_file(self.folder, self.of_joint(joint).joint))
+        return read_chains(chains_file(self.folder, only_one(joint, self.joints)))
 
     def save(self, folder: Path | str) -> Posteriors:
         """Write everything that ``haptid posterior`` writes: JSON, page, draws and chains.
@@ -300,7 +321,7 @@ class Posteriors:
         Returns
         -------
         Posteriors
-            This result with ``folder`` as its folder.
+            This result with ``folder`` as its folder. One that was read is copied as it is.
 
         Raises
         ------
@@ -314,25 +335,41 @@ class Posteriors:
 
     def __str__(self) -> str:
         """Return the summary that ``haptid posterior`` prints."""
+        if not self.posteriors:
+            return str(self.summary().to_string())
         return "\n".join(tell_posterior(one) for one in self.posteriors)
 
     def __repr__(self) -> str:
         """Return campaign and joints in a line."""
-        return f"Posteriors({self.values.title!r}: joints {', '.join(map(str, self.joints))})"
+        return f"Posteriors({self.data['campaign']!r}: joints {', '.join(map(str, self.joints))})"
 
     def _repr_html_(self) -> str:
         """Return verdict and intervals for a notebook."""
         tables = {"parameters": self.summary()}
-        return html_of(self.values.title, lead(self.posteriors), tables, measured=self.values.measured)
+        said = lead(self.posteriors) if self.posteriors else self._told_of_chains()
+        return html_of(self.data["campaign"], said, tables, measured=bool(self.data["measured"]))
+
+    def _told_of_chains(self) -> str:
+        """Return a sentence on the chains of results that were read."""
+        unsound = [str(one["joint"]) for one in self.data["joints"] if not one["sound"]]
+        if unsound:
+            return f"Chains are short or disagree: joint {', '.join(unsound)}."
+        return "The chains of all joints are long enough and agree."
+
+    def _stored(self, joint: int | None) -> StoredPosterior:
+        """Read the files of a joint, which hold all that is drawn."""
+        number = only_one(joint, self.joints)
+        entry = next(one for one in self.data["joints"] if one["joint"] == number)
+        return StoredPosterior.read(chains_file(self.folder, number), entry)
 
     def _bands(self, joint: int | None, run: str | None) -> Bands:
-        one = self.of_joint(joint)
+        stored = self._stored(joint)
         # What no fit saw comes first; the sort keeps the order of the campaign.
-        bands = sorted(one.bands, key=lambda part: part.run.use != "validate")
+        bands = sorted(stored.bands, key=lambda part: part.run.use != "validate")
         chosen = [part for part in bands if run in (None, part.run.file)]
         if not chosen:
             files = ", ".join(part.run.file for part in bands)
-            raise InputError("run", expected=f"a run of joint {one.joint} ({files})", got=repr(run))
+            raise InputError("run", expected=f"a run of joint {stored.entry['joint']} ({files})", got=repr(run))
         return chosen[0]
 
 
@@ -403,6 +440,9 @@ def sample_values(  # noqa: PLR0913 # one argument a choice
 
 
 def _write_page(result: Posteriors) -> None:
+    """Write the page of a sampling; one that was read has it."""
+    if result.values is None:
+        return
     made_by = f"{result.made_by}, seed {result.data['seed']}, {time.strftime('%Y-%m-%d')}"
     page = posterior_page(
         result.posteriors,

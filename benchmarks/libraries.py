@@ -17,8 +17,8 @@ import emcee
 import numpy as np
 from scipy.signal import lfilter
 
-from haptid.discrepancy.torque.fit import _correlation_time as of_torque
 from haptid.fmu_build.content.picture import picture
+from haptid.identification.baseline.least_squares import correlation_length as of_torque
 from haptid.identification.statistics.covariance import _window, autocovariance
 from haptid.uq.sampling.autocorrelation import autocorrelation_time
 from haptid.uq.sampling.chunk import Chunk

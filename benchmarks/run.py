@@ -1,4 +1,4 @@
-"""Run all benchmarks one after the other, show what each prints, then one table of time and memory."""
+"""Run all benchmarks one after the other, show what each prints, then what each took and all stored figures."""
 
 from __future__ import annotations
 
@@ -16,8 +16,9 @@ FOLDER = Path(__file__).resolve().parent
 
 
 def names() -> list[str]:
-    """List the scripts beside this one."""
-    return sorted(p.stem for p in FOLDER.glob("*.py") if p.stem not in ("__init__", "run"))
+    """List the scripts beside this one, and the folders that run as one."""
+    scripts = [p.stem for p in FOLDER.glob("*.py") if p.stem not in ("__init__", "run")]
+    return sorted([*scripts, *(p.parent.name for p in FOLDER.glob("*/__main__.py"))])
 
 
 def measured(name: str, limit: float) -> tuple[str, float, float]:
@@ -53,6 +54,9 @@ def main(only: tuple[str, ...], limit: float) -> None:
     click.echo(f"{'benchmark':28s}{'outcome':22s}{'wall s':>8s}{'peak MB':>10s}")
     for name, outcome, wall, peak in rows:
         click.echo(f"{name:28s}{outcome:22s}{wall:8.1f}{peak:10.0f}")
+    click.echo("\nAll performance figures, as they are stored (docs/results/performance.md):")
+    sys.stdout.flush()
+    subprocess.run([sys.executable, "-m", "benchmarks.performance", "--table"], cwd=FOLDER.parent, check=True)
     sys.exit(any(outcome != "done" for _, outcome, _, _ in rows))
 
 

@@ -24,6 +24,7 @@ haptid missing my_campaign --joint 4 --out results --json | jq .verdict
 WRITES = {
     "discrepancy/joint<j>.json": "verdict, named effects, gap before and after",
     "discrepancy/joint<j>.html": "the same with pictures",
+    "discrepancy/joint<j>.npz": "what its figures are drawn from",
     "fmu/joint<j>_<effects>.fmu": "the joint with the named effects",
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+import re
 import shutil
 import sys
 import tempfile
@@ -41,6 +42,11 @@ OTHER_COMMANDS = (
 """Modules of the commands that ``haptid`` does not have."""
 SEARCH_DIALOG = 'data-md-component="search" role="dialog"'
 """Element of the theme that has no name for readers without a screen."""
+NAVIGATION = re.compile(
+    r'(?P<before><nav [^>]*)aria-labelledby="__nav_[0-9_]+label"(?P<after>[^>]*>\s*'
+    r'<label class="md-nav__title"[^>]*>\s*<span[^>]*></span>\s*(?P<title>[^<]*?)\s*</label>)'
+)
+"""Part of the navigation, whose label the theme leaves empty where the part has a first page."""
 NO_PAGES = ("*.py", "*.yml", "*.csv", "constants.toml", "campaign_keys.toml", "__pycache__")
 """Files of this folder that are left out of the pages."""
 
@@ -105,6 +111,25 @@ PAGES = {
 }
 
 
+def accessible(page: str) -> str:
+    """Return a page of the theme with the names that readers without a screen or a mouse need.
+
+    What the theme makes in the browser, ``assets/accessible.js`` names there.
+
+    Parameters
+    ----------
+    page
+        HTML of a page.
+
+    Returns
+    -------
+    str
+        The search dialog and each part of the navigation have a name, and an empty cell is no header.
+    """
+    page = page.replace(SEARCH_DIALOG, f'{SEARCH_DIALOG} aria-label="Search"').replace("<th></th>", "<td></td>")
+    return NAVIGATION.sub(lambda found: f'{found["before"]}aria-label="{found["title"]}"{found["after"]}', page)
+
+
 @click.command()
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=ROOT / "artifacts" / "docs")
 def main(out: Path) -> None:
@@ -123,9 +148,9 @@ def main(out: Path) -> None:
             path.write_text(with_equations(path.read_text(encoding="utf-8")), encoding="utf-8")
         config = load_config(str(SOURCES / "mkdocs.yml"), docs_dir=str(pages), site_dir=str(out.resolve()))
         build(config)
+    (out / "404.html").unlink(missing_ok=True)  # a server's page, whose style is not found from the disk
     for path in out.rglob("*.html"):
-        page = path.read_text(encoding="utf-8")
-        path.write_text(page.replace(SEARCH_DIALOG, f'{SEARCH_DIALOG} aria-label="Search"'), encoding="utf-8")
+        path.write_text(accessible(path.read_text(encoding="utf-8")), encoding="utf-8")
     click.echo(f"{out / 'index.html'}")
 
 

@@ -31,6 +31,8 @@ EXTRAS = {
     "posterior": "haptid posterior",
     "parquet": "Parquet tables",
     "mcap": "rosbags in MCAP",
+    "rosbags": "rosbags of ROS 1, and of ROS 2 in SQLite",
+    "matlab": "MATLAB files of version 7.3",
     "cluster": "--scheduler",
     "suggest": "formulas suggested for what is unnamed",
 }

@@ -84,7 +84,8 @@ def init(**settings: Any) -> Any:
     rpm, %. A name without number is that of joint 0. Joints that do not move in a table are locked there. CSV files may
     have semicolons or tabs, decimal commas, and lines before the header.
 
-    Recordings are read where FOLDER has no tables: MATLAB (.mat up to version 7), logs of BAM (.json), MCAP with joint
-    states (.mcap, extra 'mcap'), a LeRobot data set (extra 'parquet'; one run an episode).
+    Recordings are read where FOLDER has no tables: MATLAB (.mat; of version 7.3 by the extra 'matlab'), logs of BAM
+    (.json), joint states of ROS in MCAP (.mcap, extra 'mcap') and in bags of ROS 1 (.bag) and ROS 2 (.db3, extra
+    'rosbags'), a LeRobot data set (extra 'parquet'; one run an episode).
     """
     return call("haptid.measurement.new", "make_campaign", **settings)

@@ -9,8 +9,8 @@ import functools
 import importlib
 import inspect
 import sys
-from collections.abc import Callable, Mapping
-from contextlib import redirect_stdout
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, redirect_stdout
 from typing import Any, ParamSpec
 
 import click
@@ -66,6 +66,10 @@ def command(examples: str, writes: Mapping[str, str]) -> Callable[[Callable[...,
     return decorate
 
 
+LOADING = "loading …"
+"""First word of a command on a terminal, within half a second."""
+
+
 def call(module: str, function: str, **settings: Any) -> Any:
     """Import the work of a command and do it.
 
@@ -83,7 +87,24 @@ def call(module: str, function: str, **settings: Any) -> Any:
     Any
         What the function returns: the result as a value for JSON.
     """
-    return getattr(importlib.import_module(module), function)(**settings)
+    with _told_of_loading(quiet=bool(settings.get("quiet", False))):
+        loaded = importlib.import_module(module)
+    return getattr(loaded, function)(**settings)
+
+
+@contextmanager
+def _told_of_loading(*, quiet: bool) -> Iterator[None]:
+    """Say on a terminal that packages are loaded, which takes seconds, and take the words away afterwards."""
+    if quiet or not sys.stderr.isatty():
+        yield
+        return
+    sys.stderr.write(LOADING)
+    sys.stderr.flush()
+    try:
+        yield
+    finally:
+        sys.stderr.write(f"\r{' ' * len(LOADING)}\r")
+        sys.stderr.flush()
 
 
 def json_option(function: Callable[P, Any]) -> Callable[P, None]:

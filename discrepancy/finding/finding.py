@@ -31,6 +31,7 @@ from haptid.discrepancy.verdict.verdict import Judgement, NamedEffect, judge
 from haptid.fmu_build.building.packaging import Kind
 from haptid.identification.result.fit import Fit
 from haptid.measurement.values.run import Array, Run
+from haptid.measurement.values.units import unit_for
 from haptid.support.processes.threads import on_one_thread
 
 SCHEMA = "discrepancy/1"
@@ -291,6 +292,7 @@ def as_json(finding: Finding, *, measured: bool, seed: int) -> dict[str, Any]:
         "next_experiment": proposal.as_json() if proposal else None,
         "where": [r.as_json() | {"joint": finding.gap_joint} for r in finding.regions],
         "gap": _gaps_json(finding),
+        "gap_unit": unit_for("rad", finding.search.study.fitted[0].prismatic),
         "unnamed_shape": shape.as_json() if shape else None,
         "fmu": f"fmu/{rebuilt.fmu.path.name}" if rebuilt else None,
         "refit": dict(rebuilt.fit.values) if rebuilt else None,

@@ -388,6 +388,7 @@ def torque_json(finding: TorqueFinding, *, measured: bool, seed: int) -> dict[st
         "next_experiment": None,
         "where": [r.as_json() for r in finding.regions],
         "gap": _gaps_json(finding),
+        "gap_unit": unit_for("N m", [found.study.prismatic]),
         "residual": "torque",
         "unnamed_shape": {
             "variable": "position_rad",

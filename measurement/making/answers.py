@@ -39,6 +39,8 @@ class Answers:
         Joints that move; None for those that do in each table.
     stated
         Column of the format by column of the user's tables, as the user states it.
+    closed
+        Joints whose controller the user states.
     """
 
     title: str
@@ -50,6 +52,7 @@ class Answers:
     validate: tuple[str, ...]
     free: tuple[int, ...] | None
     stated: Mapping[str, Target]
+    closed: frozenset[int] = frozenset()
 
 
 def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:

@@ -55,16 +55,29 @@ def campaign_from_frames(
         As `read_campaign`.
     """
     device, loaded = _device_of(answers)
-    known = replace(answers, device=answers.device if loaded is None else loaded)
+    known = replace(
+        answers,
+        device=answers.device if loaded is None else loaded,
+        closed=frozenset(int(joint) for joint, table in joints.items() if "controller" in table),
+    )
     prepared = [prepare_table(table_of(name, frame), known) for name, frame in frames.items()]
     content = describe_campaign(prepared, answers, device)
     if joints:
-        stated = {str(joint): dict(table) for joint, table in joints.items()}
-        content["joint"] = content.get("joint", {}) | stated
+        content["joint"] = _with_statements(content.get("joint", {}), joints)
     tables = {one.file: table_of(one.file, one.frame) for one in prepared}
     return campaign_from(
         TomlSource(path=FOLDER, text="", data=content), FOLDER, lambda name, _where: tables[name], loaded
     )
+
+
+def _with_statements(found: Mapping[str, Any], joints: Mapping[int, Mapping[str, Any]]) -> dict[str, Mapping[str, Any]]:
+    """Return the tables of joints: a statement on friction does not take back the drive that the columns tell."""
+    tables = dict(found)
+    for joint, stated in joints.items():
+        known = found.get(str(joint), {})
+        drive = known.get("drive", {}) | stated.get("drive", {})
+        tables[str(joint)] = {**known, **stated, **({"drive": drive} if drive else {})}
+    return tables
 
 
 def table_of(name: str, frame: pd.DataFrame) -> Table:

@@ -17,6 +17,8 @@ TORQUE = re.compile(
 )
 """Columns that drive a joint; one of the groups is its number."""
 FLAG = "--map"
+REFERENCE = re.compile(rf"reference_({JOINT})_(?:rad|m)")
+"""Columns that tell a joint's controller where to go; the group is the joint's number."""
 POSITION = re.compile(rf"position_({JOINT})_(?:rad|m)")
 """Columns with the position of a joint; the group is its number."""
 
@@ -101,7 +103,9 @@ def map_columns(table: Table, targets: Mapping[str, Target]) -> pd.DataFrame:
     return renamed
 
 
-def free_joints(columns: list[str], file: str, only: tuple[int, ...] | None = None) -> tuple[int, ...]:
+def free_joints(
+    columns: list[str], file: str, only: tuple[int, ...] | None = None, closed: frozenset[int] = frozenset()
+) -> tuple[int, ...]:
     """Return the free joints of a table: those with both a torque (or what drives the motor) and a position.
 
     Parameters
@@ -112,6 +116,8 @@ def free_joints(columns: list[str], file: str, only: tuple[int, ...] | None = No
         Name of the table, for errors.
     only
         Joints to choose from; None for all.
+    closed
+        Joints whose controller is known: what it follows drives them as well.
 
     Returns
     -------
@@ -124,6 +130,7 @@ def free_joints(columns: list[str], file: str, only: tuple[int, ...] | None = No
         Where no such joint or no ``time_s`` is there.
     """
     driven = {int(next(filter(None, found.groups()))) for name in columns if (found := TORQUE.fullmatch(name))}
+    driven |= closed & {int(found.group(1)) for name in columns if (found := REFERENCE.fullmatch(name))}
     seen = {int(found.group(1)) for name in columns if (found := POSITION.fullmatch(name))}
     found_joints = driven & seen if only is None else driven & seen & set(only)
     if not found_joints or "time_s" not in columns:

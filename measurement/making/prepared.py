@@ -85,13 +85,13 @@ def prepare_table(table: Table, answers: Answers) -> PreparedTable:
     """
     targets = understand_columns(table.columns, answers.stated, answers.resolution)
     frame = map_columns(table, targets)
-    driven = free_joints(list(frame.columns), str(table.path), answers.free)
+    driven = free_joints(list(frame.columns), str(table.path), answers.free, answers.closed)
     renamed = replace(table, frame=frame)
     t = renamed.time()
     names = [name for name in frame.columns if POSITION.fullmatch(str(name))]
     positions = {name: renamed.numbers(name) for name in names}
     free = driven if answers.free is not None else moving_joints(t, positions, driven)
-    everything = free_joints(list(frame.columns), str(table.path))
+    everything = free_joints(list(frame.columns), str(table.path), closed=answers.closed)
     return PreparedTable(
         file=table.file_name,
         frame=frame,

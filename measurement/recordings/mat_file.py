@@ -1,8 +1,8 @@
-"""Read a MATLAB file: ``.mat`` up to version 7 in, one run out.
+"""Read a MATLAB file: ``.mat`` of any version in, one run out.
 
 Variables that are vectors of one length are the columns, as are the fields of a structure; a matrix gives a column per
 joint, ``q_0``, ``q_1`` …. Scalars and texts are left out. Objects of MATLAB (``table``, ``timetable``) cannot be read
-outside it.
+outside it. Files of version 7.3 need the extra ``matlab``.
 """
 
 from __future__ import annotations
@@ -19,14 +19,17 @@ from typing import Any
 import numpy as np
 from scipy import io
 
-from haptid.measurement.recordings.one_run import Recording, recording_of
+from haptid.measurement.recordings import mat_hdf5
+from haptid.measurement.recordings.one_run import Recording, recording_of, vectors_of
 from haptid.measurement.tables.layout import refuse_bomb
-from haptid.measurement.thresholds import THRESHOLDS
 from haptid.measurement.values.run import Array
 from haptid.support.errors import InputError
 from haptid.support.files.files import read_content
+from haptid.support.installing.extras import need
 from haptid.support.processes.pool import Pool
 
+HDF5 = b"MATLAB 7.3"
+"""Begin of a file of version 7.3."""
 HEADER_BYTES, ENDIAN = 128, slice(126, 128)
 """Length of the header of version 5, and where it states the order of bytes: ``IM`` is little-endian."""
 COMPRESSED = 15
@@ -51,23 +54,26 @@ def read_mat(path: Path) -> list[Recording]:
     Raises
     ------
     InputError
-        Where it is damaged, of version 7.3, unpacks to an absurd size, or holds no vectors of one length.
+        Where it is damaged, unpacks to an absurd size, holds no vectors of one length, or needs an extra that is not
+        installed.
     """
     content = read_content(path, "a MATLAB file")
-    if content[:HEADER_BYTES].startswith(b"MATLAB 7.3"):
-        todo = "save it in MATLAB with save(file, '-v7')"
-        raise InputError(str(path), expected="a MATLAB file up to version 7", got="version 7.3", todo=todo)
-    for unpacked in _unpacked_bytes(content):
-        refuse_bomb(path, unpacked)
+    if content[:HEADER_BYTES].startswith(HDF5):
+        need("matlab", str(path))
+        declared, load = mat_hdf5.declared_bytes, mat_hdf5.load_vectors
+    else:
+        declared, load = declared_bytes, load_vectors
+        for unpacked in _unpacked_bytes(content):
+            refuse_bomb(path, unpacked)
     try:
-        # SciPy's reader is compiled, and a damaged file can end its process (measured on mutated files).
+        # The readers are compiled, and a damaged file can end their process (measured on mutated files).
         with Pool(1) as child:
-            for size in child.submit(declared_bytes, content).result():
+            for size in child.submit(declared, content).result():
                 refuse_bomb(path, size)
-            vectors = child.submit(load_vectors, content).result()
+            vectors = child.submit(load, content).result()
     except InputError:
         raise
-    except Exception as error:  # SciPy raises anything on a damaged file
+    except Exception as error:  # the readers raise anything on a damaged file
         got = f"a damaged file ({type(error).__name__})"
         raise InputError(str(path), expected="a MATLAB file", got=got, todo="save it again") from None
     return [recording_of(path, _columns(path, vectors))]
@@ -86,7 +92,10 @@ def declared_bytes(content: bytes) -> list[int]:
     list of int
         Sizes of the arrays [bytes], 8 a number.
     """
-    return [8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in io.whosmat(BytesIO(content))]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # they would be printed beside the one line of an error
+        listed = io.whosmat(BytesIO(content))
+    return [8 * int(np.prod(shape, dtype=np.float64)) for _, shape, _ in listed]
 
 
 def load_vectors(content: bytes) -> dict[str, Array]:
@@ -144,14 +153,5 @@ def _vectors(variables: Mapping[str, Any]) -> Iterator[tuple[str, Array]]:
     for name, value in variables.items():
         if isinstance(value, io.matlab.mat_struct):
             yield from _vectors({field: getattr(value, field) for field in value._fieldnames})
-        elif (
-            isinstance(value, np.ndarray)
-            and value.dtype.kind in "fiub"
-            and value.size >= THRESHOLDS.least_rows_of_table
-        ):
-            if value.ndim == 1:
-                yield name, value.astype(np.float64)
-            elif value.ndim == 2:
-                matrix = value if value.shape[0] >= value.shape[1] else value.T
-                for number, column in enumerate(matrix.T):
-                    yield f"{name}_{number}", column.astype(np.float64)
+        else:
+            yield from vectors_of(name, value)

@@ -1,11 +1,13 @@
-"""One run of a recording: columns in, a checked `Recording` out."""
+"""One run of a recording: arrays of another program in, columns and a checked `Recording` out."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from haptid.measurement.tables.table import Table
@@ -60,3 +62,30 @@ def recording_of(path: Path, columns: Mapping[str, Array], *, part: str = "", ab
         raise InputError(where, expected=f"at least {THRESHOLDS.least_rows_of_table} rows", got=f"{rows}")
     name = f"{path.stem}_{part}" if part else path.stem
     return Recording(table=Table(path=Path(where), frame=pd.DataFrame(dict(columns)), file=f"{name}.csv"), about=about)
+
+
+def vectors_of(name: str, value: Any) -> Iterator[tuple[str, Array]]:
+    """Take an array of another program apart.
+
+    Parameters
+    ----------
+    name
+        Its name.
+    value
+        Anything; only arrays of numbers with enough rows for a run hold vectors.
+
+    Yields
+    ------
+    name, values
+        The vector itself, or each column of a matrix as ``name_0``, ``name_1`` …, shape (n_t,) each.
+    """
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiub":
+        return
+    if value.size < THRESHOLDS.least_rows_of_table:
+        return
+    if value.ndim == 1:
+        yield name, value.astype(np.float64)
+    elif value.ndim == 2:
+        matrix = value if value.shape[0] >= value.shape[1] else value.T
+        for number, column in enumerate(matrix.T):
+            yield f"{name}_{number}", column.astype(np.float64)

@@ -9,15 +9,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from haptid.measurement.recordings import bam_log, lerobot, mat_file, mcap_file
+from haptid.measurement.recordings import bam_log, lerobot, mat_file, mcap_file, rosbag
 from haptid.measurement.recordings.one_run import Recording
 
 READERS: Mapping[str, Callable[[Path], list[Recording]]] = {
     ".mat": mat_file.read_mat,
     ".json": bam_log.read_bam_log,
     ".mcap": mcap_file.read_mcap,
+    ".bag": rosbag.read_rosbag,
+    ".db3": rosbag.read_rosbag,
 }
 """Reader by the end of the file's name."""
+BAG_FOLDER = "metadata.yaml"
+"""File of a folder into which ROS 2 records; the folder holds the bag's files."""
 KINDS = (*READERS, "a LeRobot data set (meta/info.json)")
 """What is read, in words."""
 
@@ -28,7 +32,7 @@ def recordings_in(folder: Path) -> list[Recording]:
     Parameters
     ----------
     folder
-        Folder with files of other programs, or of a LeRobot data set.
+        Folder with files of other programs or bags of ROS 2, or of a LeRobot data set.
 
     Returns
     -------
@@ -42,5 +46,6 @@ def recordings_in(folder: Path) -> list[Recording]:
     """
     if lerobot.is_data_set(folder):
         return lerobot.read_data_set(folder)
-    paths = sorted(path for path in folder.iterdir() if path.suffix in READERS)
+    bags = [path.parent for path in folder.glob(f"*/{BAG_FOLDER}")]
+    paths = sorted(path for place in (folder, *bags) for path in place.iterdir() if path.suffix in READERS)
     return [recording for path in paths for recording in READERS[path.suffix](path)]

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 
+from haptid.discrepancy.finding.drawn import TorqueLeft
 from haptid.discrepancy.finding.torque_finding import TorqueFinding
 from haptid.measurement.values.units import unit_for
 from haptid.report.common.charts import picture_of
@@ -41,7 +44,7 @@ def torque_picture(finding: TorqueFinding) -> Picture:
             top.plot(q, 1e3 * tau, color=MEASURED, lw=0.7, label=f"{hide}measured")
             top.plot(q, 1e3 * (tau - before), color=ACCENT, ls="--", label=f"{hide}model before")
             top.plot(q, 1e3 * (tau - after), color=SIMULATED, label=f"{hide}model after")
-        draw_torque_left(low, finding)
+        draw_torque_left(low, TorqueLeft.of(finding), [found.study.prismatic])
         top.set_ylabel(f"torque [{_unit(finding, 'mN m')}]")
         for axis in (top, low):
             axis.legend(fontsize=7)
@@ -52,25 +55,25 @@ def torque_picture(finding: TorqueFinding) -> Picture:
     return picture_of(made, caption=caption, alt="torque over position, measured and modelled")
 
 
-def draw_torque_left(axis: Axes, finding: TorqueFinding) -> None:
+def draw_torque_left(axis: Axes, left: TorqueLeft, prismatic: Sequence[bool]) -> None:
     """Draw the residual torque on held-out stretches over position, before and after the search.
 
     Parameters
     ----------
     axis
         Axes to draw on.
-    finding
-        Result of the search.
+    left
+        Residual torque of each run.
+    prismatic
+        Whether each joint is prismatic, for the units.
     """
-    found = finding.search
-    for k, run in enumerate(found.study.runs):
-        unseen, hide = found.study.unseen_rows[k], "_" if k else ""
-        q, before, after = (x[unseen] for x in (run.u[:, 0], found.base.residual[k], found.final.residual[k]))
+    for k, (q, before, after) in enumerate(left.stretches):
+        hide = "_" if k else ""
         axis.plot(q, 1e3 * before, ".", ms=2, color=ACCENT, label=f"{hide}left before")
         axis.plot(q, 1e3 * after, ".", ms=2, color=SIMULATED, label=f"{hide}left after")
-    axis.axhspan(*(2e3 * s * finding.gaps["validate"].noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
-    axis.set_ylabel(f"held out, left [{_unit(finding, 'mN m')}]")
-    axis.set_xlabel(f"position [{_unit(finding, 'rad')}]")
+    axis.axhspan(*(2e3 * s * left.noise for s in (-1, 1)), color=BAND, alpha=0.5, lw=0)
+    axis.set_ylabel(f"held out, left [{unit_for('mN m', prismatic)}]")
+    axis.set_xlabel(f"position [{unit_for('rad', prismatic)}]")
 
 
 def remaining_picture(finding: TorqueFinding) -> Picture:

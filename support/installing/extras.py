@@ -15,7 +15,7 @@ def need(extra: str, where: str) -> None:
     Parameters
     ----------
     extra
-        Name in pyproject.toml: ``cluster``, ``mcap``, ``parquet`` or ``posterior``.
+        Name in pyproject.toml: ``cluster``, ``matlab``, ``mcap``, ``parquet``, ``posterior`` or ``rosbags``.
     where
         The file or option that needs it.
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import tomli_w
 from click.testing import CliRunner
 
 import haptid
@@ -101,6 +102,74 @@ def test_what_is_known_of_a_joint_is_that_of_a_campaign_file(frames):
     campaign = Campaign.from_frames(frames, joints=known)
     assert campaign.values.friction == {0: "dahl"}
     assert campaign.values.parameter_overrides[0]["inertia"]["initial"] == 2e-2
+
+
+TIME = np.arange(0.0, 4.0, 0.01)
+SIGNALS = {
+    "position_0_rad": 0.3 * np.sin(3 * TIME) + 1e-4 * np.random.default_rng(0).standard_normal(TIME.size),
+    "voltage_0_V": 2.0 * np.cos(3 * TIME),
+    "current_0_A": 0.5 * np.cos(3 * TIME),
+    "duty_0": 0.2 * np.cos(3 * TIME),
+    "supply_V": 7.4 + 0.1 * np.sin(TIME),
+    "reference_0_rad": 0.4 * np.sin(3 * TIME),
+}
+MOTOR = {"torque_constant": {"initial": 0.4, "lower": 0.05, "upper": 3.0}}
+WINDING = {"resistance_ohm": {"initial": 3.0, "lower": 1.0, "upper": 10.0}}
+
+
+def driven_frame(names: str, scale: float = 1.0) -> pd.DataFrame:
+    columns = {name: SIGNALS[name] for name in ("position_0_rad", *names.split())}
+    varied = {name: values if name == "supply_V" else scale * values for name, values in columns.items()}
+    return pd.DataFrame({"time_s": TIME, **varied})
+
+
+@pytest.mark.parametrize(
+    ("columns", "joint", "inputs"),
+    [
+        ("voltage_0_V", {"drive": {"kind": "voltage"}}, ("voltage", "enabled")),
+        ("voltage_0_V", {"drive": {"kind": "voltage", **MOTOR, **WINDING}, "friction": "dahl"}, ("voltage", "enabled")),
+        ("duty_0 supply_V", {"drive": {"kind": "duty", **MOTOR, **WINDING}}, ("duty", "supply", "enabled")),
+        ("current_0_A", {"drive": {"kind": "current", **MOTOR}}, ("current", "enabled")),
+        (
+            "reference_0_rad supply_V",
+            {"drive": {"kind": "duty", **MOTOR, **WINDING}, "controller": {"kind": "p", "gain": 0.5, "limit": 0.1}},
+            ("reference", "supply", "enabled", "controller_gain"),
+        ),
+    ],
+    ids=["voltage", "voltage and friction", "duty", "current", "closed loop"],
+)
+def test_a_driven_joint_of_frames_is_that_of_files(columns, joint, inputs, tmp_path):
+    tables = {"a": driven_frame(columns), "b": driven_frame(columns, 0.7)}
+    here = Campaign.from_frames(tables, validate=["b"], joints={0: joint}, measured=False)
+    for name, table in tables.items():
+        table.to_csv(tmp_path / f"{name}.csv", index=False)
+    runs = [{"file": f"{name}.csv", "free_joints": [0], "use": use} for name, use in (("a", "fit"), ("b", "validate"))]
+    head = {"title": "x", "device": "single_joint", "measured": False, "hold": "zero"}
+    content = {"campaign": head, "joint": {"0": joint}, "runs": runs}
+    (tmp_path / "campaign.toml").write_text(tomli_w.dumps(content))
+    there = Campaign.read(tmp_path)
+    assert here.values.drives == there.values.drives
+    assert here.values.parameter_overrides == there.values.parameter_overrides
+    for one, other in zip(here.runs, there.runs, strict=True):
+        assert tuple(one.drive_inputs) == tuple(other.drive_inputs) == inputs
+        assert np.array_equal(one.inputs, other.inputs)
+        assert np.array_equal(one.u, other.u)
+
+
+@pytest.mark.parametrize(
+    ("named", "columns"),
+    [("Voltage (mV)", "voltage_0_V"), ("Duty (%)", "duty_0 supply_V")],
+)
+def test_columns_of_a_voltage_or_a_duty_are_a_drive(named, columns):
+    quantity = columns.split()[0]
+    frame = driven_frame(columns).rename(columns={quantity: named})
+    frame[named] *= {"Voltage (mV)": 1e3, "Duty (%)": 1e2}[named]
+    known = {0: {"friction": "dahl", "drive": {"torque_constant": 0.4}}}  # the kind is told by the column
+    campaign = Campaign.from_frames({"a": frame}, joints=known)
+    kind = quantity.split("_")[0]
+    assert campaign.values.drives[0].kind == kind
+    assert campaign.values.friction == {0: "dahl"}
+    assert np.allclose(np.concatenate([run.drive_inputs[kind] for run in campaign.runs])[:50], SIGNALS[quantity][:50])
 
 
 @pytest.mark.parametrize("given", ["freedom6s", "freedom6s.toml", "device"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from docs import python_api
 from docs.api_reference import CLASSES, api_page
 from haptid import Campaign, Identified, InputError, Missing, Posteriors
 from haptid.fmu_build.native.platforms import PLATFORMS
+from haptid.report.posterior.overview import relative_widths
 
 TRUTH = {
     "inertia": 0.012, "gravity_sin": 0.3, "Ks": 0.4, "sigma0": 30.0, "sigma1": 0.1, "sigma2": 0.02, "vs": 0.2,
@@ -29,6 +31,12 @@ TRUTH = {
 def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Path, python_api.Ran]]:
     folder = tmp_path_factory.mktemp("page")
     yield folder, python_api.run_page(folder)
+    plt.close("all")
+
+
+@pytest.fixture(autouse=True)
+def few_figures() -> Iterator[None]:
+    yield
     plt.close("all")
 
 
@@ -96,6 +104,71 @@ def test_stored_results_give_the_same_tables_and_plots(page, identified: Identif
     other = Campaign.from_frames(page[1].names["bent"], validate=["unseen"])
     with pytest.raises(InputError, match="expected a fit of this campaign"):
         Identified.read(page[0] / "results", other)
+
+
+def test_stored_posteriors_give_the_same_tables_draws_and_plots(page, posteriors: Posteriors):
+    stored = Posteriors.read(page[0] / "results")
+    assert stored.joints == posteriors.joints == (0,)
+    assert stored.sound == posteriors.sound
+    assert stored.summary().equals(posteriors.summary())
+    assert stored.draws().equals(posteriors.draws())
+    assert "inertia" in str(stored)
+    assert sorted(stored.to_inference_data()) == sorted(page[1].names["data"])
+    for call in ("plot_prediction", "plot_residuals"):
+        one, other = (getattr(result, call)(run="unseen").get_lines()[0].get_ydata() for result in (posteriors, stored))
+        assert np.array_equal(one, other)
+    band = posteriors.of_joint().bands[0]
+    assert np.array_equal(stored.plot_residuals(run=band.run.file).get_lines()[0].get_xdata(), band.run.t)
+    with pytest.raises(InputError, match="of_joint: expected a sampling of this program"):
+        stored.of_joint()
+    made = relative_widths(posteriors.of_joint())  # the page's own computation
+    kept = stored._stored(0).relative_widths()
+    for one, other in zip(made, kept, strict=True):
+        assert one == other if isinstance(one, list) else np.allclose(one, other, rtol=1e-9)
+
+
+def test_a_stored_finding_gives_the_same_tables_plots_and_fmu(page, missing: Missing, tmp_path: Path):
+    kept = missing.save(tmp_path / "kept")
+    stored = Missing.read(kept.folder)
+    assert (stored.verdict, stored.sentence, stored.title) == (missing.verdict, missing.sentence, "joint 0")
+    for name in ("effects", "gap", "alternatives"):
+        assert getattr(stored, name).equals(getattr(missing, name)), name
+    for call in ("plot_fit", "plot_residuals", "plot_where"):
+        one, other = (getattr(result, call)() for result in (missing, stored))
+        assert one.get_title() == other.get_title()
+        lines = zip(one.get_lines(), other.get_lines(), strict=True)
+        assert all(np.array_equal(a.get_xydata(), b.get_xydata()) for a, b in lines)
+        bars = zip(one.patches, other.patches, strict=True)
+        assert all(np.array_equal(a.get_extents().bounds, b.get_extents().bounds) for a, b in bars)
+    assert stored.export_fmu(tmp_path / "again.fmu").read_bytes() == (page[0] / "stiffening.fmu").read_bytes()
+    assert "cubic_spring" in str(stored)
+    copied = stored.save(tmp_path / "copied")
+    assert (copied.folder / "discrepancy" / "joint0.html").is_file()
+    assert Missing.read(copied.folder, 0).gap.equals(missing.gap)
+
+
+@pytest.mark.parametrize("damage", ["gone", "empty", "cut", "other"])
+def test_damaged_files_are_refused_in_one_line(page, missing: Missing, tmp_path: Path, damage: str):
+    shutil.copytree(page[0] / "results" / "posterior", tmp_path / "posterior")
+    shutil.copy(page[0] / "results" / "posterior.json", tmp_path)
+    missing.save(tmp_path)
+    chains, curves = tmp_path / "posterior" / "joint0.nc", tmp_path / "discrepancy" / "joint0.npz"
+    for path in (chains, curves):
+        content = path.read_bytes()
+        path.unlink()
+        if damage != "gone":
+            path.write_bytes({"empty": b"", "cut": content[: len(content) // 2], "other": b"no archive" * 99}[damage])
+    for call in (Posteriors.read(tmp_path).plot_prediction, Missing.read(tmp_path).plot_fit):
+        with pytest.raises(InputError) as caught:
+            call()
+        assert "\n" not in str(caught.value)
+    (tmp_path / "posterior.json").write_text(
+        '{"schema": "posterior/1", "campaign": "x", "measured": true, "joints": []}'
+    )
+    with pytest.raises(InputError, match=r"posterior\.json"):
+        Posteriors.read(tmp_path)
+    with pytest.raises(InputError, match=r"expected a finding, one of joint0, got joint7"):
+        Missing.read(tmp_path, 7)
 
 
 def test_exported_fmus_simulate_the_measured_motion(page, identified: Identified):

@@ -67,12 +67,15 @@ class Target:
         Called with the changed bytes and an empty folder of its own.
     nasty
         Pieces beside `NASTY` that this format should meet (keys of the format, other sections, …).
+    tested
+        Inputs of a run of the tests.
     """
 
     name: str
     examples: tuple[bytes, ...]
     read: Callable[[bytes, Path], object]
     nasty: tuple[bytes, ...] = ()
+    tested: int = 2000
 
 
 def peak_mib() -> float:

@@ -25,6 +25,7 @@ from haptid.support.errors import one_line
 from haptid.support.files.files import write_bytes, write_json, write_text
 from haptid.support.processes.pool import Pool
 from tests.fuzz.harness import Fault, Tally, Target, call, drawn
+from tests.fuzz.recordings import StandingPool
 from tests.fuzz.targets import TARGETS
 
 BATCH = 5000
@@ -135,6 +136,7 @@ def fuzz_part(name: str, seed: str, inputs: int) -> dict[str, Any]:
             place = _place(fault)
             if place not in faults:
                 faults[place] = {"fault": str(fault), "place": place, "input": _store(target, content)}
+    StandingPool.end()
     return {
         "inputs": tally.inputs,
         "read": tally.read,

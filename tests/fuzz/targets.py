@@ -15,6 +15,7 @@ from tests.fuzz.devices import DEVICES
 from tests.fuzz.fmi_calls import FMI_CALLS
 from tests.fuzz.harness import Target
 from tests.fuzz.others import OTHERS
+from tests.fuzz.recordings import RECORDINGS
 from tests.fuzz.results import RESULTS
 
 FRAME = pd.DataFrame(
@@ -122,4 +123,4 @@ _TARGETS = (
     Target(name="csv_gz", examples=(gzip.compress(CSV, mtime=0),), read=read_gzipped_csv),
     Target(name="parquet", examples=(_parquet(),), read=read_parquet),
 )
-TARGETS = {target.name: target for target in (*_TARGETS, *DEVICES, *RESULTS, *OTHERS, *FMI_CALLS)}
+TARGETS = {target.name: target for target in (*_TARGETS, *DEVICES, *RESULTS, *OTHERS, *RECORDINGS, *FMI_CALLS)}

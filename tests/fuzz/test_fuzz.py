@@ -1,4 +1,4 @@
-"""Every reader reads or refuses, in one line: 2,000 inputs each, and those that once failed."""
+"""Every reader reads or refuses, in one line: 200 to 2,000 inputs each, and those that once failed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from tests.fuzz.harness import Fault, Tally, Target, call, inputs_of
 from tests.fuzz.targets import TARGETS
 
-INPUTS = 2000
 SEEDS = Path(__file__).parent / "seeds"
 STORED = sorted(path for path in SEEDS.rglob("*") if path.is_file())
 
@@ -29,7 +28,7 @@ def test_readers_read_or_refuse_in_one_line(name):
     tally = Tally()
 
     @settings(
-        max_examples=INPUTS,
+        max_examples=TARGETS[name].tested,
         derandomize=True,
         database=None,
         deadline=None,
@@ -41,11 +40,13 @@ def test_readers_read_or_refuse_in_one_line(name):
         call(TARGETS[name], data.draw(inputs_of(TARGETS[name])), tally)
 
     read_or_refuse()
-    assert tally.inputs >= INPUTS // 2  # an exhausted strategy would end early
+    assert tally.inputs >= TARGETS[name].tested // 2  # an exhausted strategy would end early
 
 
 @pytest.mark.parametrize("path", STORED, ids=lambda path: f"{path.parent.name}/{path.name}")
 def test_inputs_that_once_failed(path):
+    if path.parent.name not in TARGETS:
+        pytest.skip("the package of this reader is not installed")
     call(TARGETS[path.parent.name], path.read_bytes())
 
 

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import bz2
 import json
 import os
+import shutil
 import struct
 import tomllib
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -19,7 +22,7 @@ from scipy.io import savemat
 
 from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.new import main
-from haptid.measurement.recordings import bam_log, mat_file, mcap_file
+from haptid.measurement.recordings import bam_log, joint_states, mat_file, mcap_file, rosbag
 from haptid.measurement.recordings.recording import recordings_in
 from haptid.measurement.values.warning import CampaignWarning
 from haptid.support.errors import InputError
@@ -60,6 +63,10 @@ def refusal(read: Callable[[], object]) -> str:
     text = str(caught.value)
     assert "\n" not in text
     return text
+
+
+def lacking(extra: str, where: str) -> None:
+    raise InputError(where, expected=f"an environment with the extra '{extra}'", got="not")
 
 
 def end_process(_content: bytes) -> None:
@@ -109,6 +116,15 @@ def test_damaged_mat_files_are_refused_in_one_line(folder: Path):
         assert str(path) in refusal(lambda: mat_file.read_mat(path))
 
 
+def test_a_damaged_mat_file_prints_nothing(folder: Path, capfd: pytest.CaptureFixture[str]):
+    path = folder / "a.mat"
+    savemat(path, {"t": T, "q": POSITION}, format="4")
+    whole = path.read_bytes()
+    path.write_bytes(struct.pack("<i", 2000) + whole[4:])  # the order of bytes of a VAX, of which SciPy warns
+    mat_file.read_mat(path)
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_mat_file_that_ends_its_reader_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch):
     # Some damaged files end SciPy's compiled reader by a segmentation fault.
     path = folder / "a.mat"
@@ -118,10 +134,93 @@ def test_a_mat_file_that_ends_its_reader_is_refused(folder: Path, monkeypatch: p
     assert "expected a MATLAB file, got a damaged file (BrokenProcessPool); save it again" in text
 
 
-def test_a_mat_file_of_version_7_3_names_the_remedy(folder: Path):
+# MATLAB 7.3
+
+
+def mat73(path: Path, variables: dict[str, Any], **options: Any) -> None:
+    """Write a file as MATLAB does: a block of its own before HDF5, columns first, a class with each array."""
+    h5py = pytest.importorskip("h5py")
+    kinds = {"f": b"double", "u": b"char", "b": b"logical", "O": b"cell"}
+    with h5py.File(path, "w", userblock_size=512) as file:
+
+        def put(group: Any, name: str, value: Any) -> None:
+            if isinstance(value, dict):
+                made_group = group.create_group(name)
+                made_group.attrs["MATLAB_class"] = np.bytes_(b"struct")
+                for field, inner in value.items():
+                    put(made_group, field, inner)
+                return
+            text = isinstance(value, str)
+            array = np.array([ord(c) for c in value], dtype=np.uint16) if text else np.asarray(value)
+            array = array.reshape(-1, 1) if array.ndim < 2 else array
+            stored = group.create_dataset(name, data=array.T, **({} if text or array.size < 9 else options))
+            stored.attrs["MATLAB_class"] = np.bytes_(b"char" if text else kinds[array.dtype.kind])
+
+        for name, value in variables.items():
+            put(file, name, value)
+        file.create_group("#refs#").create_dataset("a", data=T)
+    content = bytearray(path.read_bytes())
+    content[:128] = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116, b" ") + bytes(8) + b"\x00\x02IM"
+    path.write_bytes(content)
+
+
+@pytest.mark.parametrize("compressed", [True, False])
+def test_vectors_of_a_mat_file_of_version_7_3_are_the_columns(folder: Path, compressed: bool):
+    variables = {"time_s": T, "Torque_Nm": TORQUE, "angle_deg": np.degrees(POSITION), "rate": 100.0, "note": "x" * ROWS}
+    mat73(folder / "swing.mat", variables, **({"compression": "gzip", "chunks": True} if compressed else {}))
+    content, _ = made(folder)
+    assert [run["file"] for run in content["runs"]] == ["swing.csv"]
+    (run,) = read_campaign(folder.parent / "made").runs
+    np.testing.assert_allclose(run.y[:, 0], POSITION, atol=1e-12)
+    np.testing.assert_array_equal(run.u[:, 0], TORQUE)
+
+
+def test_structures_and_matrices_of_version_7_3(folder: Path):
+    mat73(folder / "a.mat", {"log": {"t": T, "q": np.column_stack([POSITION, 2 * POSITION])}, "on": T > 0.1})
+    (one,) = recordings_in(folder)
+    assert set(one.table.columns) == {"t", "q_0", "q_1", "on"}
+    np.testing.assert_array_equal(one.table.numbers("q_1"), 2 * POSITION)
+
+
+def test_damaged_mat_files_of_version_7_3_are_refused_in_one_line(folder: Path):
     path = folder / "a.mat"
-    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600, b" "))
-    assert "save it in MATLAB with save(file, '-v7')" in refusal(lambda: mat_file.read_mat(path))
+    mat73(path, {"t": T, "q": POSITION}, compression="gzip", chunks=True)
+    whole = path.read_bytes()
+    for content in (whole[:200], whole[:600], whole[:-40], whole[:512] + bytes(100) + whole[612:]):
+        path.write_bytes(content)
+        assert "expected a MATLAB file, got a damaged file" in refusal(lambda: mat_file.read_mat(path))
+
+
+def test_a_mat_file_of_version_7_3_reads_no_other_file(folder: Path):
+    h5py = pytest.importorskip("h5py")
+    secret, path = folder.parent / "secret.h5", folder / "a.mat"
+    with h5py.File(secret, "w") as file:
+        file["q"] = POSITION
+    mat73(path, {"t": T, "u": TORQUE})
+    with h5py.File(path, "r+") as file:
+        file["q"] = h5py.ExternalLink(str(secret), "/q")
+        file["soft"] = h5py.SoftLink("/t")
+        raw = file.create_dataset("raw", (ROWS,), dtype="f8", external=[(str(secret), 0, 8 * ROWS)])
+        assert raw.external
+        layout = h5py.VirtualLayout((ROWS,), "f8")
+        layout[:] = h5py.VirtualSource(str(secret), "q", (ROWS,))
+        file.create_virtual_dataset("virtual", layout)
+    (one,) = recordings_in(folder)
+    assert set(one.table.columns) == {"t", "u"}
+
+
+def test_a_mat_file_of_version_7_3_that_unpacks_to_gigabytes_is_refused(folder: Path):
+    mat73(folder / "a.mat", {"t": T})
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(folder / "a.mat", "r+") as file:
+        file.create_dataset("q", (1 << 30,), dtype="f8", chunks=(1 << 20,), compression="gzip")
+    assert "expected a table that unpacks to at most 250 times" in refusal(lambda: recordings_in(folder))
+
+
+def test_a_mat_file_of_version_7_3_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(mat_file, "need", lacking)
+    (folder / "a.mat").write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600, b" "))
+    assert "expected an environment with the extra 'matlab'" in refusal(lambda: recordings_in(folder))
 
 
 def test_a_mat_file_that_unpacks_to_gigabytes_is_refused(folder: Path):
@@ -392,17 +491,129 @@ def test_joints_that_change_on_the_way_are_refused(folder: Path):
     pytest.importorskip("mcap")
     first = {"name": ["a", "b"], "position": [0.0, 1.0]}
     messages = [(0, first)] * 9 + [(9, {"name": ["b"], "position": [1.0]})]
-    text = refusal(lambda: mcap_file._columns(f"{path}, topic /x", messages))
+    text = refusal(lambda: joint_states._columns(f"{path}, topic /x", messages))
     assert "message 10: expected a position of each of a, b, got 1 values of b" in text
 
 
 def test_an_mcap_file_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
-    def lacking(extra: str, where: str) -> None:
-        raise InputError(where, expected=f"an environment with the extra '{extra}'", got="no mcap")
-
     monkeypatch.setattr(mcap_file, "need", lacking)
     (folder / "a.mcap").write_bytes(b"")
-    assert "expected an environment with the extra 'mcap', got no mcap" in refusal(lambda: recordings_in(folder))
+    assert "expected an environment with the extra 'mcap'" in refusal(lambda: recordings_in(folder))
+
+
+# Rosbags
+
+
+def bag_of(path: Path, version: int, compression: str = "", topics: tuple[str, ...] = ("/joint_states",)) -> Path:
+    """Write a bag of ROS 1 (a file) or ROS 2 (a folder with SQLite), and return the file with the messages."""
+    pytest.importorskip("rosbags")
+    from rosbags import rosbag1, rosbag2  # noqa: PLC0415
+    from rosbags.typesys import Stores, get_typestore  # noqa: PLC0415
+
+    store = get_typestore(Stores.ROS1_NOETIC if version == 1 else Stores.ROS2_HUMBLE)
+    types = store.types
+    State, Header = types["sensor_msgs/msg/JointState"], types["std_msgs/msg/Header"]
+    Time, Number = types["builtin_interfaces/msg/Time"], types["std_msgs/msg/Float64"]
+    writer: Any = rosbag1.Writer(path) if version == 1 else rosbag2.Writer(path, version=8)
+    if compression:
+        writer.set_compression(rosbag1.Writer.CompressionFormat[compression])
+    serialize = store.serialize_ros1 if version == 1 else store.serialize_cdr
+    with writer:
+        kind = State.__msgtype__
+        connections = [writer.add_connection(topic, kind, typestore=store) for topic in topics]
+        other = writer.add_connection("/temperature", Number.__msgtype__, typestore=store)
+        for row in range(ROWS):
+            at = START_NS + round(1e9 * T[row])
+            stamp = Time(sec=at // 10**9, nanosec=at % 10**9)
+            header = Header(**({"seq": row} if version == 1 else {}), stamp=stamp, frame_id="")
+            state = State(
+                header=header, name=["waist", "elbow"], position=np.array([0.0, POSITION[row]]),
+                velocity=np.zeros(0), effort=np.array([0.0, TORQUE[row]]),
+            )  # fmt: skip
+            for connection in connections:
+                writer.write(connection, at + 5_000_000, serialize(state, kind))
+            writer.write(other, at, serialize(Number(data=20.0), Number.__msgtype__))
+    return path if version == 1 else next(path.glob("*.db3"))
+
+
+@pytest.mark.parametrize("compression", ["", "BZ2", "LZ4"])
+def test_joint_states_of_ros_1_become_a_run(folder: Path, compression: str):
+    bag_of(folder / "swing.bag", 1, compression)
+    content, said = made(folder, "--free", "1")
+    assert [(run["file"], run["free_joints"]) for run in content["runs"]] == [("swing.csv", [1])]
+    assert "swing.csv: topic /joint_states, joints 0 waist, 1 elbow" in said
+    run = read_campaign(folder.parent / "made").runs[0]
+    np.testing.assert_allclose(run.t, T, atol=1e-9)
+    np.testing.assert_array_equal(run.y[:, 0], POSITION)
+    np.testing.assert_array_equal(run.u[:, 0], TORQUE)
+
+
+@pytest.mark.parametrize("place", ["the bag's own folder", "a folder of bags", "a file alone"])
+def test_joint_states_of_ros_2_in_sqlite_become_a_run(folder: Path, place: str):
+    messages = bag_of(folder / "swing", 2)
+    if place == "a file alone":
+        messages = messages.rename(folder / "swing.db3")
+        shutil.rmtree(folder / "swing")
+    given = messages.parent if place == "the bag's own folder" else folder
+    (one,) = recordings_in(given)
+    assert one.table.file_name == "swing.csv"
+    np.testing.assert_allclose(one.table.time(), T, atol=1e-9)
+    np.testing.assert_array_equal(one.table.numbers("position_1_rad"), POSITION)
+    np.testing.assert_array_equal(one.table.numbers("torque_1_Nm"), TORQUE)
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_bag_without_joint_states_says_so(folder: Path, version: int):
+    bag_of(folder / "a.bag" if version == 1 else folder / "a", version, topics=())
+    assert "expected messages JointState, got none" in refusal(lambda: recordings_in(folder))
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_damaged_bags_are_refused_in_one_line(folder: Path, version: int):
+    path = bag_of(folder / "a.bag" if version == 1 else folder / "a", version)
+    whole = path.read_bytes()
+    gone = whole.replace(b"messages", b"massages")
+    for content in (b"", b"hello", whole[:30], whole[: len(whole) // 2], gone if version == 2 else whole[:-20]):
+        path.write_bytes(content)
+        assert "expected a bag of ROS, got a damaged file" in refusal(lambda: rosbag.read_rosbag(path))
+
+
+def test_chunks_of_a_bag_are_counted_while_they_are_unpacked(folder: Path):
+    frame = pytest.importorskip("lz4.frame")
+    path = folder / "a.bag"
+    for packer in (bz2, frame):
+        bomb = packer.compress(bytes(70 << 20))
+        path.write_bytes(bomb)
+        chunk = SimpleNamespace(decompressor=packer.decompress, datapos=0, datasize=len(bomb))
+        assert max(rosbag._unpacked_bytes(path, SimpleNamespace(chunks={0: chunk}))) == 70 << 20
+
+
+def test_a_bag_that_unpacks_to_gigabytes_is_refused(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    path = bag_of(folder / "a.bag", 1, "BZ2")
+    monkeypatch.setattr(rosbag, "_unpacked_bytes", lambda *_: iter([1 << 20, 1 << 30]))
+    assert "expected a table that unpacks to at most 250 times" in refusal(lambda: rosbag.read_rosbag(path))
+
+
+@pytest.mark.parametrize("values", ['"x"', "[null]", '["x"]', "[1e999, {}]", "3", "[1, 2]", "{}"])
+def test_values_that_are_no_numbers_are_refused(folder: Path, values: str):
+    mcap_writer = pytest.importorskip("mcap.writer")
+    with (folder / "a.mcap").open("wb") as stream:
+        writer = mcap_writer.Writer(stream)
+        writer.start()
+        schema = writer.register_schema("JointState", "jsonschema", b"{}")
+        channel = writer.register_channel("/arm", "json", schema)
+        for row in range(ROWS):
+            position = "[1.0]" if row < ROWS // 2 else values
+            data = f'{{"name": ["a"], "position": {position}}}'.encode()
+            writer.add_message(channel, log_time=row, publish_time=row, data=data)
+        writer.finish()
+    assert f"message {ROWS // 2 + 1}: expected" in refusal(lambda: recordings_in(folder))
+
+
+def test_a_bag_needs_its_extra(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(rosbag, "need", lacking)
+    (folder / "a.bag").write_bytes(b"")
+    assert "expected an environment with the extra 'rosbags'" in refusal(lambda: recordings_in(folder))
 
 
 # Folders

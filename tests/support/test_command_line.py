@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import os
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 from click.testing import CliRunner
@@ -12,6 +14,7 @@ from click.testing import CliRunner
 from haptid.command_line import COMMANDS, main
 from haptid.discrepancy.commands import STAGES as OFFERED
 from haptid.discrepancy.finding.stages import STAGES
+from haptid.support import declaration
 from haptid.support.installing.environment import ROOT
 from haptid.version import version
 
@@ -83,3 +86,29 @@ def test_the_shell_completes_commands_and_options(typed: str, completed: str):
     command = [sys.executable, "-m", "haptid"]
     done = subprocess.run(command, cwd=ROOT, env=os.environ | words, capture_output=True, text=True, check=True)
     assert done.stdout == f"plain,{completed}\n"
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+@pytest.mark.parametrize("quiet", [False, True])
+def test_a_command_says_at_once_on_a_terminal_that_it_loads(quiet: bool, monkeypatch: pytest.MonkeyPatch):
+    told = Terminal()
+    monkeypatch.setattr("sys.stderr", told)
+    monkeypatch.setattr(declaration.importlib, "import_module", lambda _: SimpleNamespace(work=lambda **_: 3))
+    assert declaration.call("some.module", "work", quiet=quiet) == 3
+    shown = told.getvalue()
+    assert shown.startswith(declaration.LOADING) != quiet
+    assert shown.endswith("\r") != quiet
+
+
+def test_nothing_is_said_of_loading_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch):
+    told = io.StringIO()
+    monkeypatch.setattr("sys.stderr", told)
+    monkeypatch.setattr(declaration.importlib, "import_module", lambda _: SimpleNamespace(work=lambda: 3))
+    assert declaration.call("some.module", "work") == 3
+    assert told.getvalue() == ""

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 
+from docs import accessibility
 from haptid.support.installing.environment import ROOT
 
 CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
@@ -53,6 +54,38 @@ def test_pages_ask_no_server_for_anything(site: Path):
 
 def test_the_search_has_a_name_for_readers_without_a_screen(site: Path):
     assert 'role="dialog" aria-label="Search"' in (site / "index.html").read_text(encoding="utf-8")
+
+
+KINDS_OF_PAGES = (
+    "index",
+    "how-to/foreign_fmu",
+    "results/real_machines",
+    "theory/rigid_body",
+    "decisions/0007-maxwell-slip",
+)
+"""Pages with code, wide tables, equations, empty headers, and a part of the navigation without first page."""
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
+def test_axe_finds_no_violation(site: Path):
+    pytest.importorskip("axe_playwright_python", reason="a dependency of development")
+    pages = [site / f"{name}.html" for name in KINDS_OF_PAGES]
+    views = tuple(
+        zip(accessibility.WIDTHS, accessibility.SCHEMES, strict=True)
+    )  # python -m docs.accessibility: all four
+    examined = list(accessibility.examine_pages(pages, views, CHROMIUM))
+    assert len(examined) == len(pages) * len(views)
+    assert [one for part in examined for one in part] == []
+
+
+@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium here")
+def test_axe_finds_what_the_theme_leaves_out(site: Path, tmp_path: Path):
+    pytest.importorskip("axe_playwright_python", reason="a dependency of development")
+    spoilt = tmp_path / "spoilt"
+    shutil.copytree(site, spoilt)
+    (spoilt / "assets" / "accessible.js").write_text("", encoding="utf-8")
+    (found,) = accessibility.examine_pages([spoilt / "theory" / "rigid_body.html"], [(390, "light")], CHROMIUM)
+    assert "scrollable-region-focusable" in {one.rule for one in found}
 
 
 @pytest.mark.alone

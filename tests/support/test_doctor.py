@@ -39,7 +39,7 @@ def test_problems_are_told_with_their_remedies(monkeypatch: pytest.MonkeyPatch):
     assert checks["disk"]["status"] == "PROBLEM"
     assert checks["posterior"]["status"] == "absent"
     assert "kernel" not in checks
-    assert "2 of 10 checks found a problem: packages, disk" in done.stderr
+    assert "2 of 12 checks found a problem: packages, disk" in done.stderr
 
 
 def test_a_check_that_breaks_is_a_finding(monkeypatch: pytest.MonkeyPatch):

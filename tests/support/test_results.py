@@ -13,6 +13,9 @@ from benchmarks import identification_devices, whole_model
 from benchmarks.house import page_of as house_page
 from benchmarks.machines.page import page_of as machines_page
 from benchmarks.peers import table as time_to_truth
+from benchmarks.performance.figures import all_figures
+from benchmarks.performance.page import page_of as performance_page
+from benchmarks.performance.page import text_table
 from benchmarks.simulators import page as simulators
 from docs.tables import with_parts
 from haptid.support.installing.environment import ROOT
@@ -34,6 +37,7 @@ WRITTEN: Mapping[str, Callable[[dict[str, Any]], str]] = {
     "house": house_page,
     "identification_devices": identification_devices.page,
     "identification_machines": identification_devices.page,
+    "performance": performance_page,
     "real_machines": machines_page,
     "thresholds": thresholds.page,
     "time_to_truth": page_of_time_to_truth,
@@ -96,3 +100,13 @@ def test_stored_bodies_are_haptids_and_move_as_the_fmu():
 def test_there_is_no_other_page():
     pages = {path.stem for path in RESULTS.glob("*.md") if not path.stem.startswith("blind")}
     assert pages == {*WRITTEN, *TYPED}
+
+
+def test_the_table_of_performance_has_the_figures_of_all_benchmarks():
+    figures = all_figures()
+    origins = {one.origin.partition(",")[0] for one in figures}
+    assert origins == {
+        "performance.json", "from_tables_to_fmu.json", "time_to_truth.json", "real_machines.json", "fuzzing.json",
+    }  # fmt: skip
+    table = text_table(figures)
+    assert all(one.name[:40] in table for one in figures)

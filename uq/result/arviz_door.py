@@ -1,4 +1,6 @@
-"""The only module that imports ArviZ: chains in, diagnostics, PSIS-LOO and the NetCDF file out.
+"""The only module that imports ArviZ, before 1.0 or after: chains in, diagnostics, PSIS-LOO and the NetCDF file out.
+
+ArviZ 1 needs Python 3.12 and names its groups in another way; the files are the same.
 
 References
 ----------
@@ -31,6 +33,12 @@ with warnings.catch_warnings():
         import arviz as az
     except FileNotFoundError:  # another process moved the stamp of that announcement away meanwhile: it is there now
         import arviz as az
+
+
+TAILS = (0.05, 0.95)
+"""Quantiles whose effective sample size is that of the tails (Vehtari et al. 2021)."""
+BEFORE_1 = az.__version__.startswith("0.")
+"""Whether this is ArviZ before 1.0, whose data are an ``InferenceData`` and no tree of xarray."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -89,7 +97,7 @@ def diagnose(chains: Array) -> Diagnostics:
     return Diagnostics(
         rhat=float(az.rhat(chains, method="rank")),
         ess_bulk=float(az.ess(chains, method="bulk")),
-        ess_tail=float(az.ess(chains, method="tail")),
+        ess_tail=float(az.ess(chains, method="tail", prob=TAILS)),
         mcse_mean=float(az.mcse(chains, method="mean")),
     )
 
@@ -111,15 +119,16 @@ def leave_one_out(log_likelihood: Array) -> LeaveOneOut:
     ----------
     Vehtari, Gelman & Gabry, Practical Bayesian model evaluation using leave-one-out cross-validation and WAIC, 2017.
     """
-    data = az.from_dict(posterior={"draw_weight": log_likelihood.sum(axis=-1)}, log_likelihood={"y": log_likelihood})
+    groups = {"posterior": {"draw_weight": log_likelihood.sum(axis=-1)}, "log_likelihood": {"y": log_likelihood}}
+    data = _data_of(groups)
     # A shape of the Pareto fit that the draws rule out has the weight 1/exp(large) = 0.
     with warnings.catch_warnings(), np.errstate(over="ignore"):
         warnings.simplefilter("ignore", UserWarning)  # large Pareto k are reported, not warned of
         found = az.loo(data, pointwise=True)
     return LeaveOneOut(
-        elpd=float(found.elpd_loo),
+        elpd=float(found.elpd_loo if BEFORE_1 else found.elpd),
         std=float(found.se),
-        effective=float(found.p_loo),
+        effective=float(found.p_loo if BEFORE_1 else found.p),
         pareto_k=np.asarray(found.pareto_k, dtype=np.float64),
     )
 
@@ -134,7 +143,7 @@ def read_netcdf(path: Path) -> Any:
 
     Returns
     -------
-    arviz.InferenceData
+    arviz.InferenceData, or xarray.DataTree of ArviZ 1
         It does not need the file any more.
     """
     data = az.from_netcdf(str(path), engine="h5netcdf")
@@ -170,8 +179,8 @@ def write_netcdf(
     InputError, WritingError
         As `write_bytes`.
     """
-    data = az.from_dict(**{name: dict(group) for name, group in groups.items()}, dims=dict(dims), coords=dict(coords))
-    for name in data.groups():
+    data = _data_of(groups, dims=dict(dims), coords=dict(coords))
+    for name in groups:
         data[name].attrs = {key: value for key, value in data[name].attrs.items() if key != "created_at"}
     data.attrs = dict(attributes)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -181,3 +190,9 @@ def write_netcdf(
     content = Path(temporary).read_bytes()
     Path(temporary).unlink()
     return write_bytes(path, content)
+
+
+def _data_of(groups: Mapping[str, Mapping[str, Array]], **named: Any) -> Any:
+    """Return ArviZ's data of groups of arrays."""
+    content = {name: dict(group) for name, group in groups.items()}
+    return az.from_dict(**content, **named) if BEFORE_1 else az.from_dict(content, **named)

@@ -56,14 +56,20 @@ def save_chains(posterior: Posterior, path: Path, *, measured: bool) -> Path:
         "prior": {name: prior[..., i] for i, name in enumerate(coordinates.names)},
         "log_likelihood": {"cycle": posterior.cycle_log_density, "run": posterior.run_log_density},
         "observed_data": {name: band.run.y[:, 0] for name, band in rows.items()},
-        "constant_data": {f"band_{k}": np.concatenate([b.lower, b.upper]) for k, b in enumerate(posterior.bands)},
+        "constant_data": {
+            **{f"band_{k}": np.concatenate([b.lower, b.upper]) for k, b in enumerate(posterior.bands)},
+            **{f"median_{k}": b.median for k, b in enumerate(posterior.bands)},
+            **{f"time_{k}": b.run.t for k, b in enumerate(posterior.bands)},
+        },
     }
     dims = {"cycle": ["cycle_of_run"], "run": ["file"]}
     dims |= {name: [f"row_{k}"] for k, name in enumerate(rows)}
-    dims |= {f"band_{k}": ["edge", f"row_{k}"] for k in range(len(posterior.bands))}
+    for k in range(len(posterior.bands)):
+        dims |= {f"band_{k}": ["edge", f"row_{k}"], f"median_{k}": [f"row_{k}"], f"time_{k}": [f"row_{k}"]}
     edges = [f"{end}_{p:g}" for end in ("lower", "upper") for p in THRESHOLDS.probability_contents]
     attributes = {
         "joint": posterior.joint,
+        "unit": posterior.unit,
         "measured": int(measured),
         "noise_model": posterior.chosen.model.id,
         "tau_steps": float(posterior.sample.tau.max()),

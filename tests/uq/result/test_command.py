@@ -71,7 +71,7 @@ def test_the_command_writes_what_it_promises(campaign, tmp_path):
         import arviz  # noqa: PLC0415 # announces its next version at import
 
         stored = arviz.from_netcdf(tmp_path / "posterior" / "joint4.nc", engine="h5netcdf")
-    assert set(stored.groups()) >= {"posterior", "prior", "log_likelihood", "observed_data"}
+    assert set(stored) >= {"posterior", "prior", "log_likelihood", "observed_data"}
     assert stored.posterior["Ks"].dims == ("chain", "draw")
     assert float(stored.posterior["Ks"].mean()) == pytest.approx(joint["parameters"]["Ks"]["mean"], rel=1e-2)
     rows = [line.split(",") for line in (tmp_path / "parameters_posterior.csv").read_text().splitlines()]

@@ -1,0 +1,96 @@
+"""All performance figures in one list: stored results in, name, value, unit and origin of each out."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from haptid.support.installing.environment import ROOT
+
+RESULTS = ROOT / "docs" / "results"
+STORED = RESULTS / "performance.json"
+TUTORIAL = ROOT / "docs" / "tutorial" / "from_tables_to_fmu.json"
+
+
+class Figure(NamedTuple):
+    """One row of the table.
+
+    Parameters
+    ----------
+    group, name
+        What is measured.
+    value, unit
+        How much.
+    origin
+        File and date.
+    """
+
+    group: str
+    name: str
+    value: float
+    unit: str
+    origin: str
+
+
+def read_stored(name: str) -> dict[str, Any] | None:
+    """Return a stored result; None where there is none."""
+    path = RESULTS / name
+    return json.loads(path.read_text(encoding="utf-8")) if path.is_file() else None
+
+
+def all_figures() -> list[Figure]:
+    """Return every performance figure that is stored, measured here or by another benchmark."""
+    return [*_measured_here(), *_tutorial(), *_time_to_truth(), *_real_machines(), *_fuzzing()]
+
+
+def _measured_here() -> Iterator[Figure]:
+    stored = read_stored(STORED.name)
+    if stored is None:
+        return
+    origin = f"performance.json, {stored['date']}"
+    for name, seconds in stored["waiting_s"].items():
+        yield Figure("first word", name, seconds, "s", origin)
+    for curve in stored["curves"].values():
+        for point in (curve["points"][0], curve["points"][-1]):
+            group, name = curve["title"], f"{point['size']} {curve['axis']}"
+            yield Figure(group, name, point["cpu_s"], "s of processor", origin)
+            yield Figure(group, name, point["peak_mb"], "MB", origin)
+
+
+def _tutorial() -> Iterator[Figure]:
+    if not TUTORIAL.is_file():
+        return
+    stored = json.loads(TUTORIAL.read_text(encoding="utf-8"))
+    origin = f"from_tables_to_fmu.json, {stored['date']}"
+    for name, seconds in stored["seconds"].items():
+        yield Figure("tutorial, tables to FMU", name.partition(". ")[2], seconds, "s", origin)
+
+
+def _time_to_truth() -> Iterator[Figure]:
+    stored = read_stored("time_to_truth.json")
+    if stored is None:
+        return
+    for case, ratios in stored["best_rival_over_haptid"].items():
+        title = stored["cases"][case]["title"]
+        for contestant, over in ratios.items():
+            name = f"{title}: the best other takes, over {contestant}"
+            yield Figure("time to truth, processor", name, over["cpu"], "times", _origin("time_to_truth.json", stored))
+
+
+def _real_machines() -> Iterator[Figure]:
+    stored = read_stored("real_machines.json")
+    for one in [] if stored is None else stored["sets"]:
+        wall = sum(command["wall_s"] for command in one["commands"])
+        yield Figure("real machines, all commands", one["title"], wall, "s", _origin("real_machines.json", stored))
+
+
+def _fuzzing() -> Iterator[Figure]:
+    stored = read_stored("fuzzing.json")
+    for name, reader in sorted(({} if stored is None else stored["readers"]).items()):
+        origin = _origin("fuzzing.json", reader)
+        yield Figure("readers, slowest changed file", name, reader["worst_seconds"], "s of processor", origin)
+
+
+def _origin(name: str, stored: Mapping[str, Any] | None) -> str:
+    return f"{name}, {stored['date']}" if stored else name

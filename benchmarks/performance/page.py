@@ -1,0 +1,109 @@
+"""The table and the page of performance: stored results in, text, Markdown and a picture of growth out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure as Drawing
+
+from benchmarks.performance.figures import RESULTS, STORED, Figure
+from haptid.report.common.style import MEASURED, SIMULATED, figure, png, style
+from haptid.support.files.files import write_bytes, write_text
+
+PAGE = STORED.with_suffix(".md")
+PICTURE = RESULTS / "performance.png"
+HEAD = """# Performance
+
+How long a user waits, and what grows with what. `make bench` prints one table of these figures and of those that other
+benchmarks stored. Curves show processor time, which depends less on what else a machine does; memory is the peak of the
+process, packages included."""
+
+
+def machine_words(stored: Mapping[str, Any]) -> str:
+    """Return machine, load and versions of the measurement in a sentence."""
+    versions = ", ".join(f"{name} {version}" for name, version in stored["versions"].items())
+    return f"{stored['machine']}; {versions}; load {stored['load']:.1f} at the end; commit {stored['commit']}."
+
+
+def text_table(figures: Sequence[Figure]) -> str:
+    """Return all figures as a table for a terminal."""
+    lines, group = [], ""
+    for one in figures:
+        if one.group != group:
+            group = one.group
+            lines.append(group)
+        lines.append(f"  {one.name[:84]:84s} {one.value:10.3g} {one.unit:15s} {one.origin}")
+    return "\n".join(lines)
+
+
+def growth_rows(stored: Mapping[str, Any]) -> list[str]:
+    """Return a row for each point of each curve, with the exponent of the growth from the first to the last."""
+    rows = []
+    for curve in stored["curves"].values():
+        points = curve["points"]
+        first, last = points[0], points[-1]
+        grown = np.log(last["cpu_s"] / first["cpu_s"]) / np.log(last["size"] / first["size"])
+        listed = ", ".join(f"{one['size']}: {one['cpu_s']:.2g} ({one['wall_s']:.2g})" for one in points)
+        memory = f"{first['peak_mb']:.0f} to {last['peak_mb']:.0f}"
+        rows.append(f"| {curve['title']} | {curve['axis']} | {listed} | {grown:.2f} | {memory} |")
+    return rows
+
+
+def draw_growth(stored: Mapping[str, Any]) -> Drawing:
+    """Draw processor time and memory of each curve over what grows."""
+    curves = list(stored["curves"].values())
+    with style():
+        made = figure(9.0, 5.0)
+        axes = made.subplots(2, len(curves), squeeze=False)
+        for (above, below), curve in zip(axes.T, curves, strict=True):
+            sizes = [one["size"] for one in curve["points"]]
+            above.loglog(sizes, [one["cpu_s"] for one in curve["points"]], "o-", ms=3, color=SIMULATED)
+            below.semilogx(sizes, [one["peak_mb"] for one in curve["points"]], "o-", ms=3, color=MEASURED)
+            below.set_ylim(0.0, 1.2 * max(one["peak_mb"] for one in curve["points"]))
+            below.set_xlabel(curve["axis"], fontsize=7)
+            for axis in (above, below):
+                axis.set_xticks([sizes[0], sizes[-1]], [str(sizes[0]), str(sizes[-1])], fontsize=7)
+                axis.minorticks_off()
+                axis.tick_params(labelsize=6)
+        axes[0][0].set_ylabel("processor time [s]")
+        axes[1][0].set_ylabel("peak memory [MB]")
+    return made
+
+
+def page_of(stored: Mapping[str, Any]) -> str:
+    """Return the page of stored results."""
+    waiting = [f"| `{name}` | {seconds:.2f} |" for name, seconds in stored["waiting_s"].items()]
+    lines = [
+        HEAD,
+        "",
+        f"`{stored['command']}`, {stored['date']}: {machine_words(stored)}",
+        "",
+        "## Until the first word",
+        "",
+        "| command | s |",
+        "| --- | ---: |",
+        *waiting,
+        "",
+        "The shortest of five starts, until the first byte is there.",
+        "",
+        "## What grows with what",
+        "",
+        "![Processor time and peak memory over what grows](performance.png)",
+        "",
+        "| work | what grows | size: processor s (wall s) | exponent | memory [MB] |",
+        "| --- | --- | --- | ---: | --- |",
+        *growth_rows(stored),
+        "",
+        "The exponent is 1 where double the size takes double the time, from the first to the last size.",
+        "Several workers are worth their wall time, which the work of others on the machine lengthens.",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def write_page(stored: Mapping[str, Any]) -> None:
+    """Write the page and its picture."""
+    write_bytes(PICTURE, png(draw_growth(stored)))
+    write_text(PAGE, page_of(stored))

@@ -1,0 +1,108 @@
+"""Joint states of ROS: decoded messages by topic in, one run a topic out.
+
+A message has ``name``, ``position`` [rad], ``velocity`` [rad/s] and ``effort`` [N m] of all joints. Joints are numbered
+in the order of the names. Its time is that of its header, or of the log where the header has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from haptid.measurement.recordings.one_run import Recording, recording_of
+from haptid.measurement.values.run import Array
+from haptid.support.errors import InputError
+
+MESSAGE = "JointState"
+"""End of the name of the messages that are read."""
+COLUMNS: Mapping[str, str] = {"position": "position_{}_rad", "velocity": "velocity_{}_rad_s", "effort": "torque_{}_Nm"}
+NS_PER_S = 1_000_000_000
+
+
+def recordings_of_topics(path: Path, topics: Mapping[str, list[tuple[int, Any]]]) -> list[Recording]:
+    """Return the runs of a recording.
+
+    Parameters
+    ----------
+    path
+        File of the recording.
+    topics
+        Time [ns] and message of all joint states by topic.
+
+    Returns
+    -------
+    list of Recording
+        One a topic, in the order of the topics' names.
+
+    Raises
+    ------
+    InputError
+        Where there are no messages, too few of them, or the joints change on the way.
+    """
+    if not any(topics.values()):
+        raise InputError(str(path), expected=f"messages {MESSAGE}", got="none", todo="record the topic of joint states")
+    made = []
+    for topic, messages in sorted(topics.items()):
+        part = topic.strip("/").replace("/", "_") if len(topics) > 1 else ""
+        columns, joints = _columns(f"{path}, topic {topic}", messages)
+        numbered = ", ".join(f"{number} {joint}" for number, joint in enumerate(joints))
+        made.append(recording_of(path, columns, part=part, about=f"topic {topic}, joints {numbered}"))
+    return made
+
+
+def _field(message: Any, name: str) -> Any:
+    return message.get(name) if isinstance(message, dict) else getattr(message, name, None)
+
+
+def _elements(message: Any, name: str) -> Any:
+    """Return the elements of a list or an array; none of anything else, which JSON may hold."""
+    values = _field(message, name)
+    return values if isinstance(values, list | tuple | np.ndarray) else ()
+
+
+def stamp_ns(message: Any) -> int:
+    """Return the time of a message's header.
+
+    Parameters
+    ----------
+    message
+        Message of a library, or a table of JSON.
+
+    Returns
+    -------
+    int
+        Time [ns], 0 where there is none.
+    """
+    stamp = _field(_field(message, "header"), "stamp")
+    nanoseconds = _field(stamp, "nanosec")
+    return int(_field(stamp, "sec") or 0) * NS_PER_S + int(nanoseconds or _field(stamp, "nsec") or 0)
+
+
+def _columns(where: str, messages: list[tuple[int, Any]]) -> tuple[dict[str, Array], list[str]]:
+    """Return the columns of a topic's messages, and the names of the joints."""
+    first = messages[0]
+    joints = [str(name) for name in _elements(first[1], "name")]
+    # Whole nanoseconds since the first message: seconds since 1970 would lose the last three digits.
+    columns: dict[str, Array] = {"time_s": np.array([(time - first[0]) / NS_PER_S for time, _ in messages])}
+    for field, form in COLUMNS.items():
+        if len(_elements(first[1], field)) == 0:
+            continue
+        rows = np.array(list(_rows(where, messages, field, joints)))
+        columns |= {form.format(number): rows[:, number] for number in range(len(joints))}
+    return columns, joints
+
+
+def _rows(where: str, messages: list[tuple[int, Any]], field: str, joints: list[str]) -> Iterator[list[float]]:
+    for number, (_, message) in enumerate(messages, start=1):
+        names, values = [str(name) for name in _elements(message, "name")], _elements(message, field)
+        place = f"{where}, message {number}"
+        if names != joints or len(values) != len(joints):
+            got = f"{len(values)} values of {', '.join(names) or 'none'}"
+            raise InputError(place, expected=f"a {field} of each of {', '.join(joints)}", got=got)
+        try:
+            yield [float(value) for value in values]
+        except (TypeError, ValueError, OverflowError):  # JSON holds anything
+            raise InputError(place, expected=f"numbers as {field}", got=repr(list(values))) from None
