@@ -52,7 +52,8 @@ class TorqueThresholds:
 
     # What is accepted.
     least_twice_gain: float = 2.0
-    """Least gain, twice in log score, on fitted rows (after the charge for parameters) and on held-out rows [1]."""
+    """Least gain, twice in log score, on fitted rows (after the charge for parameters, so in BIC) and on predicted ones
+    [1]: less is not worth more than a bare mention (Kass and Raftery 1995)."""
     stretch_in_correlation_lengths: float = 5.0
     """Length of a stretch whose energy counts as one fact, in correlation lengths of the residual."""
     least_stretches: int = 16

@@ -43,7 +43,12 @@ class TorqueCandidate:
 
     @property
     def acceptable(self) -> bool:
-        """Whether the model fits and predicts fitted stretches better: then the effect is added."""
+        """Whether the model fits and predicts fitted stretches clearly better: then the effect is added."""
+        return self.bic > THRESHOLDS.torque.least_twice_gain and self.predicts_better
+
+    @property
+    def plausible(self) -> bool:
+        """Whether the model fits and predicts fitted stretches better at all: then it may stand in another's place."""
         return self.bic > 0.0 and self.predicts_better
 
     @property

@@ -67,7 +67,7 @@ def find_rivals(
         if taken.key not in named:
             continue
         for other in candidates:
-            if other.acceptable and id_of(other.key) not in ids:
+            if other.plausible and id_of(other.key) not in ids:
                 rival = _exchange(study, final, taken, other)
                 if rival is not None:
                     found.append(rival)
