@@ -114,7 +114,7 @@ TORQUE = of(
     ("another candidate taken", '"yes" if c is step.taken', '"yes" if c is not step.taken'),
     ("directions swapped", '(left.up, "position grows"', '(left.down, "position grows"'),
     ("errors of two σ", "1e3 * left.std, fmt", "2e3 * left.std, fmt"),
-    ("the band of the fitted rows", 'gaps["validate"].noise', 'gaps["fit"].noise'),
+    ("a band of 1 σ", "2e3 * s * left.noise", "1e3 * s * left.noise"),
 )
 WHOLE = of(
     "discrepancy/whole_gap_page.py",

@@ -28,6 +28,7 @@ EFFECT = SimpleNamespace(
     id="cogging", key="cogging:harmonics", title="cogging torque", formula="a·sin(n·q)", parameters=(AMPLITUDE, WAVES)
 )
 STUDY = SimpleNamespace(
+    delay=0.0,
     joint=4, prismatic=False, repeats=True, runs=(known_run("a.csv"),),
     unseen_rows=(np.array([False, True, True, False]),),
 )  # fmt: skip
