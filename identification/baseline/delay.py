@@ -165,8 +165,12 @@ def _fit_delay(rows: Sequence[_Rows], limit: float) -> _DelayFit:
         weights = [1.0 / np.maximum(_rms(e), np.finfo(float).tiny) for e in _residuals(rows, weights, delay)]
         delay = _minimise(rows, weights, limit)
     residuals = _residuals(rows, weights, delay)
-    covariance = block_covariance([one.columns_with_slope(delay) for one in rows], residuals, weights)
-    return _DelayFit(delay, float(np.sqrt(covariance[-1, -1])), rows, kept, weights, residuals)
+    sloped = [one.columns_with_slope(delay) for one in rows]
+    std = np.inf
+    # A torque that never changes, or that the columns explain at any delay, tells none.
+    if independent_columns(np.concatenate([one.reshape(-1, one.shape[2]) for one in sloped]))[-1]:
+        std = float(np.sqrt(block_covariance(sloped, residuals, weights)[-1, -1]))
+    return _DelayFit(delay, std, rows, kept, weights, residuals)
 
 
 def bracket(motions: Sequence[FilteredMotion]) -> float:

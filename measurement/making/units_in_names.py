@@ -228,7 +228,8 @@ def _words_of(name: str, *, strangers: bool = False) -> Words | None:
     quantity = _one_quantity(found["quantity"])
     if quantity == "position" and any(word.lower() in COMMANDS for word in found["filler"]):
         quantity = "reference"
-    unknown = [word for word in found["unknown"] if not strangers or word.lower() in OTHER_THINGS]
+    # A number that is no joint's is no word that may be unknown.
+    unknown = [word for word in found["unknown"] if not strangers or word.lower() in OTHER_THINGS or not word.isalpha()]
     if unknown or quantity is None or len(found["unit"]) != 1 or len(found["joint"]) > 1:
         return None
     joint = int(found["joint"][0]) if found["joint"] else None

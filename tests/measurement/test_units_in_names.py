@@ -71,6 +71,7 @@ def test_an_unknown_word_is_no_hindrance_where_nothing_else_can_be_meant():
         "Carriage position (mm)": "position_0_m",
         "Desired position (mm)": "reference_0_m",
     }
+    assert understand_columns((f"torque_{'9' * 5000}_Nm",), {}, None) == {}
     two = ("Shoulder angle (deg)", "Elbow angle (deg)")
     assert understand_columns(two, {}, None) == {}
     beside = ("Carriage position (mm)", "Position (mm)")

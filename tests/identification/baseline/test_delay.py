@@ -96,6 +96,11 @@ def test_a_joint_without_a_delay_gets_none():
     assert len(claims) <= 1
 
 
+def test_a_torque_that_never_changes_has_no_delay(prompt: list[Run]):
+    still = [run.but(u=np.full_like(run.u, 0.3)) for run in prompt]
+    assert delay_of_torque(still) == 0.0
+
+
 @pytest.mark.parametrize("bristle", [0.003, 0.03])
 def test_friction_that_turns_late_is_no_delay(bristle: float):
     assert delay_of_torque([swinging(seed, bristle=bristle) for seed in (1, 2)]) == 0.0
