@@ -63,6 +63,8 @@ def check(**settings: Any) -> Any:
               help="How torque runs between rows.")  # fmt: skip
 @click.option("--noise", type=float, default=None, help="Standard deviation of the position's noise [rad].")
 @click.option("--resolution", type=float, default=None, help="Encoder step [rad]: the angle of one count, too.")
+@click.option("--torque-constant", type=float, default=None, metavar="N m/A",
+              help="Torque of an ampere (N/A where a joint slides), where a current was recorded.")  # fmt: skip
 @click.option(
     "--validate",
     multiple=True,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sys
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,14 @@ from haptid.measurement.format.reading import read_campaign
 from haptid.measurement.making.answers import Answers, find_device, select_runs
 from haptid.measurement.making.logged_table import read_logged_table
 from haptid.measurement.making.mapping import Target, parse_map
-from haptid.measurement.making.prepared import PreparedTable, describe, describe_campaign, prepare_table
-from haptid.measurement.making.questions import ask_columns, ask_facts, ask_noise, ask_step
+from haptid.measurement.making.prepared import (
+    PreparedTable,
+    current_constants,
+    describe,
+    describe_campaign,
+    prepare_table,
+)
+from haptid.measurement.making.questions import ask_columns, ask_constant, ask_facts, ask_noise, ask_step
 from haptid.measurement.making.units_in_names import in_counts
 from haptid.measurement.making.writing import refuse_overwrite, write_table
 from haptid.measurement.recordings.recording import KINDS, recordings_in
@@ -61,6 +68,7 @@ def make_campaign(
     tables, layouts = _tables(folder)
     answers = _answers(folder, tables, dict(flags), parse_map(maps))
     prepared = [prepare_table(table, answers) for table in tables]
+    answers = _with_constant(answers, prepared)
     out.parent.mkdir(parents=True, exist_ok=True)
     # Written and checked beside its place, then moved: a campaign that cannot be read never appears under its name.
     with tempfile.TemporaryDirectory(dir=out.parent, prefix=f".{out.name}.") as draft:
@@ -141,6 +149,9 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
         where = "--measured or --synthetic"
         todo = "say whether a device was measured or the data were simulated"
         raise InputError(where, expected="one of the two flags", got="neither", todo=todo)
+    constant = flags["torque_constant"]
+    if constant is not None and not 0.0 < abs(constant) < float("inf"):
+        raise InputError("--torque-constant", expected="a number of N m/A or N/A, not 0", got=f"{constant:g}")
     for name in ("noise", "resolution"):
         if flags[name] is not None and not 0.0 <= flags[name] < float("inf"):
             where = f"--{name}"
@@ -155,7 +166,22 @@ def _answers(folder: Path, tables: list[Table], flags: dict[str, Any], stated: d
         validate=select_runs(flags["validate"], names),
         free=parse_joints(flags["free"], "--free"),
         stated=stated,
+        torque_constant=constant,
     )
+
+
+def _with_constant(answers: Answers, prepared: list[PreparedTable]) -> Answers:
+    """Return the answers with the torque of an ampere, where a current was recorded in place of a torque."""
+    keys = current_constants(prepared)
+    if answers.torque_constant is not None or not keys:
+        return answers
+    if _can_ask():
+        return replace(answers, torque_constant=ask_constant(next(iter(keys.values()))))
+    (joint, key), *_ = keys.items()
+    unit = "N/A" if key.startswith("force") else "N m/A"
+    todo = f"state it by --torque-constant [{unit}]; 1 where nobody knows it: masses and friction are then in amperes"
+    where = f"current_{joint}_A"
+    raise InputError(where, expected="the torque of an ampere", got="a current alone", todo=todo)
 
 
 def _can_ask() -> bool:

@@ -41,6 +41,9 @@ class Answers:
         Column of the format by column of the user's tables, as the user states it.
     closed
         Joints whose controller the user states.
+    torque_constant
+        Torque of an ampere [N m/A] ([N/A] where a joint slides), of the joints whose current was recorded in place of
+        the torque; None where it is not stated.
     """
 
     title: str
@@ -53,6 +56,7 @@ class Answers:
     free: tuple[int, ...] | None
     stated: Mapping[str, Target]
     closed: frozenset[int] = frozenset()
+    torque_constant: float | None = None
 
 
 def select_runs(patterns: Sequence[str], names: Sequence[str]) -> tuple[str, ...]:

@@ -152,13 +152,39 @@ def describe_campaign(prepared: Sequence[PreparedTable], answers: Answers, devic
                 sensor |= {f"noise_{unit}": answers.noise, f"resolution_{unit}": answers.resolution}
     head = {"title": answers.title, "device": device, "measured": answers.measured, "hold": answers.hold}
     known = {key: value for key, value in sensor.items() if value is not None}
-    drives = {str(joint): {"drive": {"kind": kind}} for joint, kind in sorted(_drives(prepared).items())}
+    joints: dict[str, Any] = {str(j): {"drive": {"kind": kind}} for j, kind in sorted(_drives(prepared).items())}
+    if answers.torque_constant is not None:
+        keys = current_constants(prepared)
+        joints |= {str(joint): {key: answers.torque_constant} for joint, key in sorted(keys.items())}
     return {
         "campaign": head,
         **({"sensor": known} if known else {}),
-        **({"joint": drives} if drives else {}),
+        **({"joint": joints} if joints else {}),
         "runs": runs,
     }
+
+
+def current_constants(prepared: Sequence[PreparedTable]) -> dict[int, str]:
+    """Find the joints whose current was recorded in place of their torque.
+
+    Parameters
+    ----------
+    prepared
+        All tables.
+
+    Returns
+    -------
+    dict
+        Key of the campaign that states the torque of an ampere, by joint.
+    """
+    found: dict[int, str] = {}
+    for one in prepared:
+        for joint in one.free:
+            given = [form.format(joint) in one.frame for form in TORQUE_COLUMNS]
+            if given == [False, False, True]:
+                slides = f"position_{joint}_m" in one.frame
+                found[joint] = "force_constant_N_per_A" if slides else "torque_constant_Nm_per_A"
+    return found
 
 
 def _drives(prepared: Sequence[PreparedTable]) -> dict[int, str]:

@@ -101,6 +101,33 @@ def ask_step() -> float:
     return step
 
 
+def ask_constant(key: str) -> float:
+    """Ask for the torque of an ampere, without which a current says nothing of a torque.
+
+    Parameters
+    ----------
+    key
+        Key of the campaign that states it.
+
+    Returns
+    -------
+    float
+        Torque [N m] or force [N] of an ampere, not 0.
+    """
+    what = "Force of an ampere [N/A]" if key.startswith("force") else "Torque of an ampere [N m/A]"
+    return _ask(f"{what} (1 where nobody knows it: masses and friction are then in amperes)", "", _factor)
+
+
+def _factor(reply: str) -> float:
+    try:
+        number = float(reply)
+    except ValueError:
+        number = 0.0
+    if not 0.0 < abs(number) < float("inf"):
+        raise InputError("torque of an ampere", expected="a number, not 0", got=repr(reply))
+    return number
+
+
 def ask_noise() -> float | None:
     """Ask for the noise of the position.
 

@@ -73,6 +73,36 @@ def test_new_refuses_and_writes_nothing(tables, tmp_path, arguments, message):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["tables"]
 
 
+CURRENTS = ["--map", "ms=time_s*0.001", "--map", "tau=current_2_A", "--map"]
+TURNS, SLIDES = "deg=position_2_rad*0.017453292519943295", "deg=position_2_m*0.001"
+
+
+@pytest.mark.parametrize(("position", "key"), [(TURNS, "torque_constant_Nm_per_A"), (SLIDES, "force_constant_N_per_A")])
+def test_new_takes_a_current_with_the_torque_of_an_ampere(tables, tmp_path, position, key):
+    out = tmp_path / "made"
+    refused = run_new(tables, "--out", out, "--measured", *CURRENTS, position)
+    assert refused.exit_code == 2
+    assert (
+        "current_2_A: expected the torque of an ampere, got a current alone; state it by --torque-constant"
+        in refused.output
+    )
+    assert not out.exists()
+    made = run_new(tables, "--out", out, "--measured", *CURRENTS, position, "--torque-constant", "0.25")
+    assert made.exit_code == 0, made.output
+    assert f"{key} = 0.25" in (out / "campaign.toml").read_text()
+    original = pd.read_csv(tables / "one.csv")
+    np.testing.assert_allclose(read_campaign(out).runs[0].u[:, 0], 0.25 * original["tau"], rtol=1e-15)
+
+
+def test_new_asks_for_the_torque_of_an_ampere(tables, tmp_path, monkeypatch):
+    monkeypatch.setattr(new, "_can_ask", lambda: True)
+    answers = "Asked\n\ny\ntwo.csv\ntime_s*0.001\ncurrent_2_A\nposition_2_rad*0.0174533\n1e-4\nmany\n0.25\n"
+    result = run_new(tables, "--out", tmp_path / "made", answers=answers)
+    assert result.exit_code == 0, result.output
+    assert "torque of an ampere: expected a number, not 0, got 'many'" in result.output
+    assert "torque_constant_Nm_per_A = 0.25" in (tmp_path / "made" / "campaign.toml").read_text()
+
+
 def test_new_does_not_overwrite(tables, folder):
     before = folder.toml.read_bytes()
     result = run_new(tables, "--out", folder.path, "--measured", *MAPS)
