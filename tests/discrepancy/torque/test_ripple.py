@@ -44,15 +44,16 @@ def test_noise_white_or_slow_shows_no_wave():
     assert found <= 3
 
 
-@pytest.mark.parametrize("slides", [False, True])
-def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides):
+@pytest.mark.parametrize(
+    ("slides", "size", "named"), [(False, 0.01, ["cogging"]), (True, 0.01, ["cogging"]), (False, 0.0, [])]
+)
+def test_gear_ripple_is_named_and_a_sweep_without_it_has_no_such_name(slides: bool, size: float, named: list[str]):
     entries = {key: effect for key, effect in catalogue().items() if key in KEYS}
-    for size, named in ((0.01, ["cogging"]), (0.0, [])):
-        found = search_torque(sweep(size, 151.0, slides=slides), entries, starts=1, seed=0, tell=lambda _: None)
-        assert [effect.key for effect in found.final.effects] == named
-        if named:
-            assert found.final.values["cogging_number"] == pytest.approx(151.0, abs=0.5)
-            assert rms(found.final.unseen) < 0.6 * rms(fit_model(found.study).unseen)
+    found = search_torque(sweep(size, 151.0, slides=slides), entries, starts=1, seed=0, tell=lambda _: None)
+    assert [effect.key for effect in found.final.effects] == named
+    if named:
+        assert found.final.values["cogging_number"] == pytest.approx(151.0, abs=0.5)
+        assert rms(found.final.unseen) < 0.6 * rms(fit_model(found.study).unseen)
 
 
 def test_the_harmonics_of_a_ripple_are_one_name():
