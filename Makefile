@@ -4,7 +4,7 @@ NEW_ENOUGH = -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null
 NAMES = python python3 python3.14 python3.13 python3.12 python3.11 .venv/bin/python
 PYTHON ?= $(or $(shell for p in $(NAMES); do $$p $(NEW_ENOUGH) && echo $$p && break; done),python3)
 RUN = $(PYTHON) support/bootstrap.py
-.PHONY: fmu check test real bench docs blind thresholds calibrate fuzz faults cluster parquet mcap rosbags matlab posterior locked sizes licences sbom
+.PHONY: fmu check test real bench docs blind thresholds calibrate fuzz faults interpreters cluster parquet mcap rosbags matlab posterior locked sizes licences sbom
 
 fmu: ; $(RUN) -m fmu_build.run
 check: ; $(RUN) --dev -m support.check
@@ -16,6 +16,7 @@ blind: ; $(RUN) -m studies.blind.run
 thresholds: ; $(RUN) --extra posterior -m studies.thresholds.run
 calibrate: ; $(RUN) --extra posterior -m studies.calibration.run
 fuzz: ; $(RUN) --dev -m tests.fuzz.run $(FUZZ)
+interpreters: ; bash .ci/wheel && bash .ci/interpreters
 faults: ; HAPTID_KILLS=10 $(RUN) --dev -m pytest tests/faults -v
 
 # What few need is installed on demand: an extra of pyproject.toml, in the versions of uv.lock, checked by their hashes.
