@@ -22,9 +22,9 @@ from haptid.measurement.checks.preparation import campaign_for_command
 from haptid.measurement.format.foreign_campaign import read_foreign_campaign
 from haptid.measurement.format.reading import is_foreign
 from haptid.measurement.values.warning import warnings_on_stderr
+from haptid.report.calibration.page import calibration_page
 from haptid.report.common.stored_page import write_page
 from haptid.report.identification.drawings import Drawings
-from haptid.report.identification.foreign_page import calibration_page
 from haptid.support.command import listening, parse_joints
 from haptid.support.errors import InputError
 from haptid.support.files.files import write_json

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from haptid.measurement.recordings.joint_states import MESSAGE, recordings_of_topics, stamp_ns
+from haptid.measurement.recordings.joint_states import MESSAGE, damage_in_one_line, recordings_of_topics, stamp_ns
 from haptid.measurement.recordings.one_run import Recording
 from haptid.measurement.tables.layout import refuse_bomb
 from haptid.support.errors import InputError
@@ -37,19 +37,13 @@ def read_mcap(path: Path) -> list[Recording]:
         the joints change on the way.
     """
     need("mcap", str(path))
-    try:
-        said = io.StringIO()
-        with (
-            contextlib.redirect_stdout(said),
-            contextlib.redirect_stderr(said),
-        ):  # the library prints what it finds in a damaged schema
-            topics = _messages(path)
-    except InputError:
-        raise
-    except Exception as error:  # the library and its decoders raise anything on a damaged file
-        got = f"a damaged file ({type(error).__name__})"
-        todo = "copy it again, or repair it with mcap recover"
-        raise InputError(str(path), expected="a recording in MCAP", got=got, todo=todo) from None
+    said = io.StringIO()
+    with (
+        damage_in_one_line(path, "a recording in MCAP", "copy it again, or repair it with mcap recover"),
+        contextlib.redirect_stdout(said),  # the library prints what it finds in a damaged schema
+        contextlib.redirect_stderr(said),
+    ):
+        topics = _messages(path)
     return recordings_of_topics(path, topics)
 
 

@@ -8,10 +8,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from haptid.measurement.recordings.joint_states import MESSAGE, recordings_of_topics, stamp_ns
+from haptid.measurement.recordings.joint_states import MESSAGE, damage_in_one_line, recordings_of_topics, stamp_ns
 from haptid.measurement.recordings.one_run import Recording
 from haptid.measurement.tables.layout import refuse_bomb
-from haptid.support.errors import InputError
 from haptid.support.installing.extras import need
 
 PIECE_BYTES = 1 << 20
@@ -40,13 +39,8 @@ def read_rosbag(path: Path) -> list[Recording]:
         the joints change on the way.
     """
     need("rosbags", str(path))
-    try:
+    with damage_in_one_line(path, "a bag of ROS", TODO):
         topics = _messages(path)
-    except InputError:
-        raise
-    except Exception as error:  # the library, SQLite and the decoders raise anything on a damaged file
-        got = f"a damaged file ({type(error).__name__})"
-        raise InputError(str(path), expected="a bag of ROS", got=got, todo=TODO) from None
     return recordings_of_topics(path, topics)
 
 

@@ -82,9 +82,9 @@ def lowest_floor(
         The lowest `floor_of`, in the unit of the signal; None where none is known.
     """
     kept = _only(signals, rows)
-    coarse = _only(cells_of(positions, speeds), rows)
-    fine = (_only(cells_of(positions, speeds, fineness), rows) for fineness in THRESHOLDS.fineness_of_cells)
-    floors = [floor_of(cells, kept, coarse) for cells in fine]
+    # The first is the coarsest.
+    cells = [_only(cells_of(positions, speeds, fineness), rows) for fineness in THRESHOLDS.fineness_of_cells]
+    floors = [floor_of(fine, kept, cells[0]) for fine in cells]
     return min((floor for floor in floors if floor is not None), default=None)
 
 

@@ -261,7 +261,7 @@ PICTURES = (
     ),
 )
 CALIBRATION = of(
-    "identification/foreign_page.py",
+    "calibration/page.py",
     "test_identification_pages.py",
     ("a tenth of the standard deviation", "else with_error(value, std)", "else with_error(value, std / 10)"),
     ("a combination's error a tenth", "with_error(one.value, one.std)", "with_error(one.value, one.std / 10)"),

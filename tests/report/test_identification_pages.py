@@ -22,9 +22,9 @@ from haptid.identification.sequence.configurations import Configuration
 from haptid.identification.sequence.step import Step
 from haptid.identification.verification.result import JointCheck, RunCheck, Verification
 from haptid.measurement.signals.filtered_motion import state_width
+from haptid.report.calibration.page import calibration_page
 from haptid.report.common.page import Page
 from haptid.report.identification.configuration_sections import NOT_DRAWN_AGAIN, configuration_sections
-from haptid.report.identification.foreign_page import calibration_page
 from haptid.report.identification.friction_figures import friction_figure
 from haptid.report.identification.page import Beside, identification_page
 from tests.report.known import T, known_equations, known_run

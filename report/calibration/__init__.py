@@ -1,0 +1,1 @@
+"""A calibrated FMU of others in, page out."""
